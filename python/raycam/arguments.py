@@ -134,7 +134,7 @@ def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[An
     try:
         return np.from_dlpack(value)  # type: ignore[arg-type]
     except (BufferError, RuntimeError, TypeError) as fault:
-        raise error(f"{name} must be numbers in the memory of the CPU: {fault}", code="wrong_type") from None
+        raise error(f"{name} must be numbers in CPU memory: {fault}", code="wrong_type") from None
 
 
 def triples(name: str, value: object) -> npt.NDArray[Any]:

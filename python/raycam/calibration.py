@@ -259,7 +259,8 @@ def save_cameras(
     """
     if not isinstance(cameras, Camera | Mapping):
         raise SettingsError(
-            f"cameras must be a Camera, a Rig or a mapping from names to them, not {type(cameras).__name__}",
+            f"cameras must be a Camera, a Rig or a mapping from names to cameras or rigs, "
+            f"not {type(cameras).__name__}",
             code="wrong_type",
         )
     images, times = dict(images or {}), dict(times or {})

@@ -132,7 +132,7 @@ def _self_test() -> str:
     differ = (frame["instance"] != oracle["instance"]) | (frame["triangle"] != oracle["triangle"])
     if differ.any():
         raise Error(
-            f"the self-test failed: {differ.sum()} of {differ.size} pixels differ from the reference's",
+            f"the self-test failed: {differ.sum()} of {differ.size} pixels differ from the reference image",
             code="failed_selftest",
         )
     hit = frame["instance"] >= 0

@@ -122,7 +122,7 @@ def test_jacobian_agrees_with_mujoco(arm: Path) -> None:
     np.testing.assert_allclose(parent @ link.T @ child, rows[:, socket : socket + 3], rtol=0, atol=1e-9)
 
 
-def test_objects_and_cameras_follow_the_joints_as_mujocos_rays_show(arm: Path) -> None:
+def test_objects_and_cameras_match_mujoco_at_joint_values(arm: Path) -> None:
     world = raycam.load(arm)
     robot = world.robots["arm"]
     model = mujoco.MjModel.from_xml_path(str(arm))

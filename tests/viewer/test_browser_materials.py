@@ -153,7 +153,7 @@ def test_light_is_added_colored_moved_by_its_handle_and_removed(tab: Tab, sessio
     assert tab.said == []
 
 
-def test_view_is_kept_as_a_camera_drawn_and_removed(tab: Tab, session: Session) -> None:
+def test_view_saved_as_a_camera_can_be_drawn_and_removed(tab: Tab, session: Session) -> None:
     kept = session.view.camera
     put(tab, "camera-name", "over the box")
     click(tab, "#camera-keep")

@@ -34,7 +34,7 @@ impl Ray {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// In lengths of the ray's direction; infinity for a miss.
+    /// Distance along the ray, in units of the direction's length; infinity for a miss.
     pub t: f32,
     /// Barycentric weight of the triangle's second corner; 0 for a miss.
     pub u: f32,
@@ -76,7 +76,7 @@ pub struct ExactRay {
 /// The closest hit in float64, computed from float64 corners; fields as of [`Hit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactHit {
-    /// In lengths of the ray's direction; infinity for a miss.
+    /// Distance along the ray, in units of the direction's length; infinity for a miss.
     pub t: f64,
     /// Barycentric weight of the triangle's second corner; 0 for a miss.
     pub u: f64,

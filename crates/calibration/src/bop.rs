@@ -50,7 +50,9 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         match (image.get("cam_K"), image.get("cam_model")) {
             (Some(k), None) => record.k = Some(k.matrix3()?),
             (None, Some(model)) => camera_model(&model, &mut record)?,
-            (Some(_), Some(model)) => return Err(model.fail("the image also has cam_K; expected only one of them")),
+            (Some(_), Some(model)) => {
+                return Err(model.fail("the image also has cam_K; expected only one of cam_K and cam_model"));
+            }
             (None, None) => return Err(image.fail("cam_K or cam_model is required; both are missing")),
         }
         if record.size.is_none()
@@ -108,7 +110,7 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
             _ => {
                 notices.push(Notice::new(
                     NoticeCode::Renamed,
-                    format!("in {format}, camera {:?} is image {i}", record.name),
+                    format!("camera {:?} is stored as image {i} in {format}", record.name),
                 ));
                 i.to_string()
             }

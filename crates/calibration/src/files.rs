@@ -98,8 +98,8 @@ impl ReadHints {
             return Err(FormatError::whole(
                 path,
                 format!(
-                    "camera {:?} has the lens {:?} according to its file, but lens is {:?}; omit lens, which is only \
-                     for files that do not specify the model of their coefficients",
+                    "camera {:?} has lens model {:?} in its file, but lens is {:?}; omit lens, which is only for files \
+                     that do not specify a lens model",
                     record.name,
                     model.map_or("pinhole", LensModel::name),
                     lens.name()

@@ -265,8 +265,8 @@ fn read_only_file(
         [] => Err(FormatError::unsupported(
             &folder.path,
             "no calibration found in the folder; expected a COLMAP model (also in sparse/0), transforms.json, pose/, \
-             cams/, XMP files, cameras.xml, sensor.yaml in cam0/ or another file that describes the whole. Open a file \
-             of it instead",
+             cams/, XMP files, cameras.xml, sensor.yaml in cam0/ or another file that lists all cameras. Open a single \
+             file instead",
         )),
         [_] => {
             let (source, format, mut inside) = found.remove(0);
@@ -289,7 +289,7 @@ fn read_only_file(
             Err(FormatError::unsupported(
                 &folder.path,
                 format!(
-                    "the folder contains {} calibrations, none of which describes the whole; open one of {}{}",
+                    "the folder contains {} calibrations, but no file that lists all cameras; open one of {}{}",
                     several.len(),
                     names.join(", "),
                     if several.len() > 8 { ", ..." } else { "" }

@@ -84,8 +84,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
                 path,
                 line,
                 format!(
-                    "{key} looks like a lens, but cameras that are given by P have none; remove it if the images are \
-                     rectified, or write K and D of the camera as YAML or JSON"
+                    "{key} looks like lens coefficients, but cameras given by P have no lens model; remove the key if \
+                     the images are rectified, or write K and D of the camera as YAML or JSON"
                 ),
             ));
         } else if !["S_", "D_", "R_0", "T_0", "R_rect_00"].iter().any(|start| key.starts_with(start)) {

@@ -159,9 +159,8 @@ impl CameraRecord {
     pub(crate) fn require_pinhole(&self, format: &str) -> Result<()> {
         match self.lens.coefficients() {
             None => Ok(()),
-            Some((model, coefficients)) => {
-                Err(self.unsupported_error(format, &format!("a lens ({}, distortion {coefficients:?})", model.name())))
-            }
+            Some((model, coefficients)) => Err(self
+                .unsupported_error(format, &format!("lens model {} with distortion {coefficients:?}", model.name()))),
         }
     }
 

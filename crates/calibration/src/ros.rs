@@ -204,8 +204,8 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
     if size == full && (p != plain || r != DMat3::IDENTITY) {
         notices.push(Notice::new(
             NoticeCode::RectifiedValues,
-            "rectification_matrix and projection_matrix belong to the rectified image; the camera is that of the raw \
-             image (camera_matrix and distortion_coefficients)",
+            "rectification_matrix and projection_matrix belong to the rectified image and are ignored; the camera has \
+             camera_matrix and distortion_coefficients, which belong to the raw image",
         ));
     }
     Ok(Calibration { records: vec![record], notices, ..Calibration::default() })
@@ -220,7 +220,7 @@ fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result
         if width > 0 || height > 0 {
             let fits = |start: u32, length: u32, all: u32| u64::from(start) + u64::from(length) <= u64::from(all);
             if !(fits(x, width, size[0]) && fits(y, height, size[1]) && width > 0 && height > 0) {
-                return Err(roi.fail("it extends beyond the image"));
+                return Err(roi.fail("the region is empty or extends beyond the image"));
             }
             k.z_axis -= DVec3::new(f64::from(x), f64::from(y), 0.0);
             *size = [width, height];
@@ -252,7 +252,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         Some((LensModel::Fisheye, d)) => ("equidistant", d.to_vec()),
         Some((model, d)) => {
             return Err(
-                record.unsupported_error(format, &format!("the {} lens with {} coefficients", model.name(), d.len()))
+                record.unsupported_error(format, &format!("lens model {} with {} coefficients", model.name(), d.len()))
             );
         }
     };

@@ -303,7 +303,7 @@ impl OffColors {
             }
             count => {
                 return Err({
-                    let message = format!("{count} numbers after {number}; expected a colour of 3 or 4 numbers");
+                    let message = format!("colour {number} has {count} numbers; expected 3 or 4");
                     rows.error(ErrorCode::WrongShape.message(message))
                 });
             }
@@ -353,7 +353,7 @@ impl OffColors {
         if largest > 255.0 {
             notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{shown}: colours of {what} up to {largest} are ignored; expected 0 to 255"),
+                format!("{shown}: the colours of all {what} are ignored, because the largest value is {largest}; expected 0 to 255"),
             ));
             return None;
         }
@@ -371,12 +371,12 @@ impl OffColors {
         if bytes && self.fractions {
             notices.push(Notice::new(
                 NoticeCode::AssumedConvention,
-                format!("{shown}: colours of {what} with fractions up to {largest} are treated as 0 to 255"),
+                format!("{shown}: the colours of {what} contain fractions up to {largest} and are read as 0 to 255"),
             ));
         } else if largest > 1.0 && !bytes {
             notices.push(Notice::new(
                 NoticeCode::ClampedValue,
-                format!("{shown}: colours of {what} up to {largest} are clamped to 1"),
+                format!("{shown}: the colours of {what} contain values up to {largest}, which are clamped to 1"),
             ));
         }
         let linear = |c: f64| match (c.is_nan(), bytes) {

@@ -227,7 +227,7 @@ fn facet_colors(
         let odd = attributes.iter().filter(|&&bits| bits != 0).count();
         notices.push(Notice::new(
             NoticeCode::IgnoredKey,
-            format!("{}: {odd} facets are followed by bytes that are not colours and are ignored", path.display()),
+            format!("{}: the attribute bytes of {odd} facets are not colours and are ignored", path.display()),
         ));
         return Ok(None);
     }

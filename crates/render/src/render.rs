@@ -318,7 +318,7 @@ impl RenderRequest<'_> {
             0,
             Notice::new(
                 NoticeCode::SamplesUsed,
-                format!("{taken} samples per pixel in time_limit = {seconds}; {again}"),
+                format!("{taken} samples per pixel were rendered in time_limit = {seconds}; {again}"),
             ),
         );
         Ok(())

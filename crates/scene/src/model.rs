@@ -114,7 +114,10 @@ pub trait AssetLoader {
     /// # Errors
     /// A file that is missing, unreadable or too large.
     fn bytes(&mut self, file: &str) -> Result<Vec<u8>, Self::Error> {
-        Err(SceneError::world(format!("file {file:?}: this source of assets contains no files")).into())
+        Err(SceneError::world(format!(
+            "file {file:?}: cannot be loaded, because this asset loader does not read files"
+        ))
+        .into())
     }
 
     /// Error of a file, prefixed with the key that refers to the file, such as `object[2].mesh`.
@@ -129,15 +132,15 @@ impl AssetLoader for NoAssets {
     type Error = SceneError;
 
     fn mesh(&mut self, file: &str) -> Result<MeshFile> {
-        Err(SceneError::world(format!("mesh {file:?}: this description cannot refer to files")))
+        Err(SceneError::world(format!("mesh {file:?}: files are not supported in this world description")))
     }
 
     fn texture(&mut self, file: &str, _wrap: [Wrap; 2], _color_use: ColorUse) -> Result<Texture> {
-        Err(SceneError::world(format!("texture {file:?}: this description cannot refer to files")))
+        Err(SceneError::world(format!("texture {file:?}: files are not supported in this world description")))
     }
 
     fn profile(&mut self, file: &str) -> Result<IesProfile> {
-        Err(SceneError::world(format!("profile {file:?}: this description cannot refer to files")))
+        Err(SceneError::world(format!("profile {file:?}: files are not supported in this world description")))
     }
 
     fn in_context(error: SceneError, key: &str) -> SceneError {

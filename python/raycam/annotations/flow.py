@@ -133,10 +133,10 @@ def check_rectified(left: Camera, right: Camera) -> None:
     same[0, 2] = False
     baseline = product(left.R, right.C - left.C)
     reasons = {
-        "a lens": left.model != "pinhole" or right.model != "pinhole",
+        "a lens model": left.model != "pinhole" or right.model != "pinhole",
         "different rotations": not np.allclose(left.R, right.R, rtol=0, atol=1e-9),
         "different intrinsics": not np.allclose(left.K[same], right.K[same], rtol=1e-9, atol=1e-9),
-        "different conventions of pixel centres": left.pixel_center != right.pixel_center,
+        "different values of pixel_center": left.pixel_center != right.pixel_center,
         f"the baseline {baseline} in the left camera's axes": not (
             baseline[0] > 0 and np.abs(baseline[1:]).max() <= 1e-9 * baseline[0]
         ),

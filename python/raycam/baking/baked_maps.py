@@ -109,8 +109,8 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         smallest, largest = float(values.min(initial=np.inf)), float(values.max(initial=-np.inf))
         if not low < high or smallest < low or largest > high:
             raise SettingsError(
-                f"map {name!r} has values from {smallest:.6g} to {largest:.6g}, and colours are from {low:g} to "
-                f"{high:g}; use a wider range of low and high",
+                f"map {name!r} has values from {smallest:.6g} to {largest:.6g}, outside the range from low = "
+                f"{low:g} to high = {high:g}; use a smaller low or a larger high",
                 code="out_of_range",
             )
         shares = (values - low) / (high - low)
@@ -151,7 +151,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         ending = self.ending(name)
         if Path(path).suffix.lower() != ending:
             raise SettingsError(
-                f"map {name!r} is a {ending} file, got {os.fspath(path)!r}", code="unknown_format"
+                f"map {name!r} must be saved as {ending}, got {os.fspath(path)!r}", code="unknown_format"
             )
         if self.vertices is not None:
             values = self.maps[name]

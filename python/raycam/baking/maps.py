@@ -125,7 +125,7 @@ def _with_coordinates(
         return mesh_with_atlas(mesh, atlas, wide)
     if uv_set >= len(mesh.uvs):
         raise WorldError(
-            f"uv_set {uv_set} is missing; object {object!r} has {len(mesh.uvs)} sets of texture coordinates, from 0; "
+            f"uv_set {uv_set} is missing; object {object!r} has {len(mesh.uvs)} UV sets, numbered from 0; "
             'atlas="xatlas" (--atlas xatlas) creates texture coordinates; to="vertices" (--to vertices) works '
             "without them",
             code="missing_texture_coordinates",

@@ -111,7 +111,7 @@ class Board:
         """
         if camera.is_parallel:
             raise SettingsError(
-                "a camera with parallel rays cannot be calibrated by views of a board",
+                "a camera with parallel rays cannot be calibrated from images of a board",
                 code="unsupported_camera",
             )
         found: list[Camera] = []

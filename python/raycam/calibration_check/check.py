@@ -198,7 +198,7 @@ def _default() -> Camera:
 def _check(camera: Camera) -> None:
     if camera.model not in ("pinhole", "opencv", "fisheye"):
         raise CameraError(
-            f"the camera's lens is {camera.model}; OpenCV calibrates pinholes, opencv and fisheye",
+            f"OpenCV cannot calibrate lens model {camera.model}; supported: pinhole, opencv, fisheye",
             code="unsupported_camera",
         )
     if camera.K[0, 1] != 0.0 and camera.model != "fisheye":

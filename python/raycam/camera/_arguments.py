@@ -185,7 +185,7 @@ def _intrinsics(size: Size, pixel_center: str, keys: ViewKeys) -> list[list[floa
     given = [name for name in ("focal", "fov", "K") if keys.get(name) is not None]
     if len(given) != 1:
         raise CameraError(
-            f"intrinsics: expected one of focal, fov and K; got {' and '.join(given) or 'none of them'}",
+            f"intrinsics: expected one of focal, fov and K; got {' and '.join(given) or 'none'}",
             code="conflicting_values",
         )
     skew, principal_point = keys.get("skew"), keys.get("principal_point")

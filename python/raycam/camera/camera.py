@@ -128,8 +128,8 @@ class Camera(Constructors, Copies):
         """Raises `CameraError` for cameras that are not completely described by their camera matrix."""
         if self._lens is not None:
             raise CameraError(
-                f"{what} requires a camera without a lens, and this camera has one ({self.model}, distortion "
-                f"{self._lens[1]}); pass camera.pinhole()",
+                f"{what} requires a pinhole camera, but this camera has lens model {self.model} with distortion "
+                f"{self._lens[1]}; pass camera.pinhole()",
                 code="unsupported_camera",
             )
         if self.is_parallel:

@@ -25,7 +25,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--output",
         metavar="PATH",
         required=True,
-        help="folder to write to, or the file of a single map: .png or .exr, as in the folder, or .glb with "
+        help="output folder, or the output file of a single map: .png or .exr (depends on the map), or .glb with "
         "--to vertices",
     )
     command.add_argument(
@@ -55,12 +55,12 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--cage",
         metavar="METRES",
         type=float,
-        help="distance in metres within which the detailed model is searched (default: 2 %% of the object's diagonal)",
+        help="largest distance in metres to the detailed model (default: 2 %% of the object's diagonal)",
     )
     command.add_argument(
         "--atlas",
         metavar="NAME",
-        help="new texture coordinates: xatlas (requires raycam[atlas]) or cells (default: those of the mesh)",
+        help="new texture coordinates: xatlas (requires raycam[atlas]) or cells (default: use the mesh's own)",
     )
     command.add_argument(
         "--samples", metavar="N", type=int, default=64, help="rays or paths per texel (default: 64)"
@@ -92,7 +92,10 @@ def _add_ray_options(command: argparse.ArgumentParser) -> None:
         help="direction of green in tangent_normal: up (default; glTF, OpenGL) or down (DirectX)",
     )
     command.add_argument(
-        "--max-depth", metavar="N", type=int, help="segments of light paths (default: no limit)"
+        "--max-depth",
+        metavar="N",
+        type=int,
+        help="maximum number of segments of a light path (default: no limit)",
     )
     command.add_argument(
         "--denoise",

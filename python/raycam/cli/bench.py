@@ -33,7 +33,10 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="number of repetitions; the best one counts (default: 5)",
     )
     command.add_argument(
-        "--threads", metavar="N", type=int, help="number of threads of the first column (default: all)"
+        "--threads",
+        metavar="N",
+        type=int,
+        help="number of threads in the first column of the table (default: all)",
     )
     command.add_argument("--seed", metavar="N", type=int, default=1, help="seed of the scenes (default: 1)")
     command.add_argument("--json", action="store_true", help="print JSON instead of a table")

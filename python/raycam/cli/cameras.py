@@ -44,7 +44,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="OUT",
-        help="output file or folder (default: the name of FILE with the ending of the format, in the current folder)",
+        help="output file or folder (default: FILE's name with the format's ending, in the current folder)",
     )
     add_known(command)
     add_copies(command)

@@ -70,7 +70,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--intrinsics",
         metavar="FILE",
-        help="calibration whose first camera provides the intrinsics of the poses in --cameras",
+        help="calibration file whose first camera provides the intrinsics, if --cameras contains only poses",
     )
     add_lens(command)
     command.add_argument(
@@ -92,7 +92,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="option of the format, as in segmentation=polygon, baseline=0.54 or flow=true; may be repeated",
     )
     command.add_argument(
-        "--licence", metavar="NAME", default="", help="licence of the images, for the data set's card"
+        "--licence", metavar="NAME", default="", help="licence of the images, written to the data set card"
     )
     add_render_options(command)
     add_job(command)

@@ -58,7 +58,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--facing",
         metavar="SIDE",
         default="both",
-        help="front: ignore surfaces visible from behind (default: both)",
+        help="front: ignore the back sides of surfaces (default: both sides)",
     )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     add_job(command)

@@ -61,7 +61,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         nargs="?",
         const=4.0,
         type=parse_seconds,
-        help="render a video that turns once around the world (default: in 4 seconds): .mp4 (default), .gif, ... or a "
+        help="render a video of one turn around the world (default: 4 seconds): .mp4 (default), .gif, ... or a "
         "folder",
     )
     group.add_argument(

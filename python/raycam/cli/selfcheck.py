@@ -17,7 +17,8 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--camera",
         metavar="FILE[:NAME]",
-        help="camera to check, from a calibration or a world file (default: 1920 x 1080 with a lens)",
+        help="camera to check, from a calibration or a world file (default: an example camera, 1920 x 1080, with "
+        "lens model opencv)",
     )
     add_known(command)
     command.add_argument(

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 def _add_folder(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "folder", metavar="DIR", help="folder of images or of a data set, or the unfinished file"
+        "folder",
+        metavar="DIR",
+        help="output folder (images or a data set), or an unfinished output file, such as a video",
     )
 
 

@@ -32,19 +32,19 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--atlas",
         metavar="NAME",
-        help="new texture coordinates: xatlas (requires raycam[atlas]) or cells (default: those of the mesh)",
+        help="new texture coordinates: xatlas (requires raycam[atlas]) or cells (default: use the mesh's own)",
     )
     command.add_argument(
         "--report",
         metavar="HTML",
-        help="page with maps, each photograph's fit, and photographs next to the textured model",
+        help="HTML page to write: maps, each photograph's fit, and photographs next to the textured model",
     )
     command.add_argument(
         "--method",
         metavar="NAME",
         default="blend",
         help="blend (default): mean of the best photographs; best: one photograph for each face, with levelled seams; "
-        "detail: low frequencies of blend, high ones of best",
+        "detail: low frequencies of blend, high frequencies of best",
     )
     command.add_argument(
         "--exposure",

@@ -33,7 +33,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "world",
         metavar="WORLD|FRAME",
-        help="world, or a folder or .zip archive with one; or a frame saved as .npz or .exr",
+        help="world, or a folder or .zip archive that contains a world; or a frame saved as .npz or .exr",
     )
     command.add_argument(
         "more",
@@ -143,7 +143,7 @@ def _show_frames(options: argparse.Namespace) -> None:
 
     if len(options.more) > 1:
         raise SettingsError(
-            f"{options.more[1]}: two frames can be compared, not {1 + len(options.more)}",
+            f"{options.more[1]}: at most two frames can be compared, got {1 + len(options.more)}",
             code="conflicting_values",
         )
     frame = load_frame(options.world)
@@ -260,7 +260,8 @@ def _start(options: argparse.Namespace) -> dict[str, Any]:
     """The initial values of the view, and its look."""
     if options.background_camera is not None:
         raise SettingsError(
-            "--background-camera is not supported by the view; use raycam render", code="unsupported_feature"
+            "--background-camera is not supported by raycam view; use raycam render",
+            code="unsupported_feature",
         )
     look = ("hdri", "hdri_rotation", "sun", "studio", "ground", "background")
     start = {

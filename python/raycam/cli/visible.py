@@ -38,7 +38,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--output",
         metavar="FILE",
         help=".ply: faces with the properties views, fraction, best_view, best_resolution and angle; .npz: arrays; "
-        ".glb: the model without unseen faces, with --cull",
+        ".glb: the model without invisible faces (requires --cull)",
     )
     command.add_argument(
         "--cull",

@@ -70,7 +70,7 @@ def connect(address: str, threads: int | None = None, tell: Callable[[Notice], o
         )
     except OSError as fault:
         raise NetworkError(
-            f"no Dask scheduler answers at {address}: {fault}", code="cluster_unreachable"
+            f"no Dask scheduler found at {address}: {fault}", code="cluster_unreachable"
         ) from None
 
 

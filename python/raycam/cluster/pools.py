@@ -72,7 +72,7 @@ class InProcessPool:
         cache_package(package)
 
     def threads(self, left: int) -> int | None:
-        """The threads of this pool."""
+        """The number of threads for each frame that this pool was given, or None for all."""
         return self._threads
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:
@@ -118,7 +118,7 @@ class ExecutorPool:
         self._package = package
 
     def threads(self, left: int) -> int | None:
-        """The threads of this pool."""
+        """The number of threads for each frame that this pool was given, or None for all."""
         return self._threads
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:

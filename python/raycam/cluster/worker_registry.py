@@ -59,7 +59,7 @@ class WorkerRegistry:
             self._send_package()
 
     def forget(self, address: str) -> None:
-        """Removes a worker that failed as unfit, so that the next `poll` probes it again."""
+        """Removes a worker that was reported as unfit, so that the next `poll` probes it again."""
         with self._changed:
             self._fit.discard(address)
 

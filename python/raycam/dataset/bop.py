@@ -30,7 +30,7 @@ def check(plan: Plan) -> None:
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole":
             raise CameraError(
-                f"camera {number} has a lens ({view.camera.model}), but BOP supports only pinhole cameras: {NO_LENSES}",
+                f"camera {number} has lens model {view.camera.model}, but BOP supports only pinholes; {NO_LENSES}",
                 code="unsupported_camera",
             )
     check_depth_scale(plan.options["depth_scale"])

@@ -111,8 +111,8 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
     options, rendering = settings["options"], settings["render"]
     if "caller_worlds" in settings:
         raise JobError(
-            "the worlds of this data set come from a program (worlds=); to resume, repeat its call of "
-            "raycam.dataset.write",
+            "the worlds of this data set were created by a program (worlds=); to resume, repeat the program's "
+            "call to raycam.dataset.write",
             code="missing_value",
         )
     if "recipe" not in settings:

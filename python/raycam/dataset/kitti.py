@@ -36,7 +36,7 @@ def check(plan: Plan) -> None:
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole" or view.camera.K[0, 1] != 0.0:
             raise CameraError(
-                f"camera {number} has a lens or skew, which KITTI does not support; {NO_LENSES}",
+                f"camera {number} has a lens model or skew, which KITTI does not support; {NO_LENSES}",
                 code="unsupported_camera",
             )
     baseline = plan.options["baseline"]

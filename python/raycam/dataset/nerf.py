@@ -47,14 +47,14 @@ def check(plan: Plan) -> None:
         elif camera.distortion is not None and np.any(camera.distortion[len(DISTORTION[camera.model]) :]):
             names = ", ".join(DISTORTION[camera.model])
             raise CameraError(
-                f"camera {number}: transforms.json supports the coefficients {names} of lens model {camera.model}; "
+                f"camera {number}: transforms.json supports only {names} of lens model {camera.model}; "
                 f"distortion is {camera.distortion.tolist()}",
                 code="unsupported_camera",
             )
     models = sorted({view.camera.model for view in plan.shots})
     if len(models) > 1:
         raise CameraError(
-            f"the cameras have the lens models {', '.join(models)}; but transforms.json supports "
+            f"the cameras have the lens models {', '.join(models)}, but transforms.json supports "
             "only one camera_model; write one data set per lens model",
             code="unsupported_camera",
         )

@@ -58,7 +58,7 @@ def check(plan: Plan) -> None:
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole":
             raise CameraError(
-                f"camera {number} has a lens, which nuScenes does not support; {NO_LENSES}",
+                f"camera {number} has a lens model, which nuScenes does not support; {NO_LENSES}",
                 code="unsupported_camera",
             )
     _check_options(plan)

@@ -43,8 +43,8 @@ MAX_CACHED_WORLDS = 2
 """Number of cached worlds of a recipe; frames that are rendered at the same time belong to neighbouring worlds."""
 
 NO_LENSES = (
-    "use pinhole cameras without skew, or another format: coco or webdataset (any lens), "
-    "colmap or nerf (most lenses)"
+    "use pinhole cameras without skew, or another format: coco or webdataset (any lens model), "
+    "colmap or nerf (most lens models)"
 )
 """Advice in the errors of formats that do not support lens models."""
 

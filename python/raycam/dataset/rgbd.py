@@ -24,7 +24,7 @@ def check(plan: Plan) -> None:
         camera = view.camera
         if camera.model != "pinhole" or camera.K[0, 1] != 0.0:
             raise CameraError(
-                f"camera {number} has a lens or skew, which RGB-D sequences do not support; {NO_LENSES}",
+                f"camera {number} has a lens model or skew, which RGB-D sequences do not support; {NO_LENSES}",
                 code="unsupported_camera",
             )
         if camera.size != first.size or not np.array_equal(camera.K, first.K):

@@ -39,7 +39,7 @@ def check(plan: Plan) -> None:
         camera = plan.shots[frame[0]].camera
         if camera.model != "pinhole" or camera.K[0, 1] != 0.0:
             raise CameraError(
-                f"camera {frame[0]} has a lens or skew, which KITTI does not support; {NO_LENSES}",
+                f"camera {frame[0]} has a lens model or skew, which KITTI does not support; {NO_LENSES}",
                 code="unsupported_camera",
             )
     fps = plan.options["fps"]

@@ -52,7 +52,8 @@ class WorldSequence:
         elif self._function is None:
             if not isinstance(worlds, Iterable) or isinstance(worlds, str | Mapping):
                 raise SettingsError(
-                    f"worlds must be an iterable of worlds or a function of their number, got {type(worlds).__name__}",
+                    f"worlds must be an iterable of worlds, or a function that returns the world with a given "
+                    f"number, got {type(worlds).__name__}",
                     code="wrong_type",
                 )
             self._iterator = iter(worlds)
@@ -111,7 +112,7 @@ class WorldSequence:
             world = next(self._iterator, None)
             if world is None:
                 raise WorldError(
-                    f"the iterator of worlds ended after {self._next}; count is {self.count}",
+                    f"the iterator ended after {self._next} worlds, but count is {self.count}",
                     code="conflicting_values",
                 )
             self._cached[self._next] = self._checked(world, self._next)
@@ -133,8 +134,8 @@ class WorldSequence:
         for name in world.categories.values():
             if known is not None and name not in known.values():
                 raise WorldError(
-                    f"world {number} has the category {name!r}, which the data set does not contain; list all of "
-                    "them with categories=[...]",
+                    f"world {number} has the category {name!r}, which the data set does not contain; list all "
+                    "categories with categories=[...]",
                     code="unknown_name",
                 )
         return world

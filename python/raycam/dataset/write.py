@@ -405,8 +405,8 @@ def make_plan(
         ):
             raise SettingsError(
                 "the given cameras have no pose (they are at the origin) and would replace the recipe's cameras, whose "
-                'poses are drawn by see; omit cameras, and write calibration = "FILE" into [[camera]] instead of size, '
-                "fov or K",
+                'poses are drawn by the key see; omit cameras, and write calibration = "FILE" into [[camera]] '
+                "instead of size, fov or K",
                 code="conflicting_values",
             )
         shots = [View(camera, None, i) for i in range(worlds) for camera in given]

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .. import reference
 from ..reference.units import Bools, Floats
 
-__all__ = ["BLOCK", "Indices", "Tried", "tried"]
+__all__ = ["BLOCK", "Indices", "TriangleTests", "intersect_all_triangles"]
 
 Indices = npt.NDArray[np.int64]
 
@@ -24,8 +24,8 @@ BLOCK = 1 << 15
 
 
 @dataclass(frozen=True)
-class Tried:
-    """The counts of all triangles, and full details of a few."""
+class TriangleTests:
+    """The results of testing a ray against all triangles: how many pass each test, and the details of a few."""
 
     triangles: int
     without_area: int
@@ -38,7 +38,9 @@ class Tried:
     """The index of the closest hit; -1 for a miss."""
 
 
-def tried(world_corners: Floats, points: Callable[[Floats], Floats], C: Floats, r: Floats) -> Tried:
+def intersect_all_triangles(
+    world_corners: Floats, points: Callable[[Floats], Floats], C: Floats, r: Floats
+) -> TriangleTests:
     """Tests triangles [n, 3, 3] against the ray C + t r, both [3]; `points` converts corners to the ray's units."""
     counts = np.zeros(4, dtype=np.int64)
     hits, misses = _Smallest(HITS_SHOWN), _Smallest(max(MISSES_SHOWN, MISSES_SHOWN_WITHOUT_A_HIT))
@@ -56,7 +58,7 @@ def tried(world_corners: Floats, points: Callable[[Floats], Floats], C: Floats, 
     shown = np.concatenate([hits.index, misses.index[:most]])
     t = np.concatenate([hits.t, misses.t[:most]])
     without_area, parallel, behind, outside_count = (int(count) for count in counts)
-    return Tried(
+    return TriangleTests(
         triangles=len(world_corners),
         without_area=without_area,
         parallel=parallel,

@@ -23,7 +23,7 @@ from ..reference.units import Floats, Units
 from ..render.arguments import camera_of, world_of
 from ..world import World
 from . import figure, text
-from .all_triangles import Tried, tried
+from .all_triangles import TriangleTests, intersect_all_triangles
 from .lens import at_line, lens_steps, world_at_line
 from .light_path import LightPath, light_path
 from .lighting import Lighting, lighting
@@ -144,7 +144,7 @@ def explain(
     line = reference.lines(X, C)
     r = reference.pointed_forward(line, forward) if lens is None else lens.direction[None]
 
-    found = tried(world_corners, units.points, C, r[0])
+    found = intersect_all_triangles(world_corners, units.points, C, r[0])
     candidates = _candidates(world, found, units.points(world_corners[found.shown]), C, r[0])
     winner = candidates.get(found.nearest)
     distance = winner.t * float(reference.length(r[0])) * units.scale if winner else np.inf
@@ -180,7 +180,9 @@ def explain(
     )
 
 
-def _candidates(world: World, found: Tried, corners: Floats, C: Floats, r: Floats) -> dict[int, Candidate]:
+def _candidates(
+    world: World, found: TriangleTests, corners: Floats, C: Floats, r: Floats
+) -> dict[int, Candidate]:
     """The details of the shown triangles by index; `corners` are their vertices."""
     ids, colors = world.triangle_ids()[found.shown], world.triangle_colors()[found.shown]
     n = reference.normals(corners)

@@ -60,7 +60,7 @@ class WorldCollector:
             raise WorldError(f"{name}: vertices must be finite", code="out_of_range")
         if faces.min() < 0 or faces.max() >= len(vertices):
             raise WorldError(
-                f"{name}: faces from {faces.min()} to {faces.max()}, but there are {len(vertices)} vertices",
+                f"{name}: faces contain the indices {faces.min()} to {faces.max()}, expected 0 to {len(vertices) - 1}",
                 code="index_out_of_range",
             )
         offset = np.zeros(3)

@@ -393,10 +393,14 @@ class Job:
         failed = [frame for frame in sorted(self._failed) if frame in wanted]
         if failed:
             first = failed[0]
-            many = f"frame {first}" if len(failed) == 1 else f"{len(failed)} frames, the first is {first}"
+            many = (
+                f"frame {first} failed"
+                if len(failed) == 1
+                else f"{len(failed)} frames failed, first: frame {first}"
+            )
             raise JobError(
-                f"{self.folder}: failed: {many}: {self._failed[first]}. All others are finished. See "
-                f"{self.log(first)}; retry_failed=True retries them",
+                f"{self.folder}: {many}: {self._failed[first]} (log: {self.log(first)}); all other "
+                "frames are finished; retry_failed=True retries failed frames",
                 code="failed_frames",
             )
 

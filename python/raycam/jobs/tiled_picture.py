@@ -62,7 +62,8 @@ def job_package(
         and y + height <= seen.size[1]
     ):
         raise SettingsError(
-            f"region {region} (x, y, width, height) is outside an image of {seen.size}", code="out_of_range"
+            f"region {region} (x, y, width, height) is outside the image (size {seen.size})",
+            code="out_of_range",
         )
     names = channel_names(channels)
     if settings.get("transparent_background") and "color" in names:

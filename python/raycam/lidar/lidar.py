@@ -160,7 +160,7 @@ class Lidar:
         if len(late):
             row = int(late[0]) + 1
             raise LidarError(
-                f"times[{row}] is {moments[row]}, before times[{row - 1}] ({moments[row - 1]})",
+                f"times[{row}] is {moments[row]}, less than times[{row - 1}] = {moments[row - 1]}",
                 code="unordered_times",
             )
         zero = np.flatnonzero(~(np.abs(ways).max(axis=1, initial=0.0) > 0.0))
@@ -411,7 +411,7 @@ class Lidar:
         """Time in seconds between a Velodyne's firing cycles; raises `LidarError` for other devices."""
         if self.family != "velodyne":
             raise LidarError(
-                f"{self.name}: only Velodyne's devices have firing cycles, and only they and Ouster's have packets",
+                f"{self.name}: only Velodyne devices have firing cycles; packets require a Velodyne or Ouster device",
                 code="wrong_device",
             )
         return float(self._description["velodyne"]["cycle"])

@@ -136,7 +136,7 @@ class Scan(Mapping[str, Array]):
         rows, columns = self._pattern.shape
         if not rows:
             raise LidarError(
-                f"{self._lidar.name}: this pattern has no rows and columns, so it forms no image",
+                f"{self._lidar.name}: images are not supported, because this pattern has no rows and columns",
                 code="wrong_shape",
             )
         values = self[field]

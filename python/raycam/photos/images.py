@@ -103,7 +103,7 @@ class PhotoSource:
                 else "resize the camera: load_cameras(..., size=) or --size"
             )
             raise SettingsError(
-                f"photograph {name!r} has {width} x {height} pixels, and its camera {camera.size[0]} x "
+                f"photograph {name!r} has {width} x {height} pixels, but its camera has {camera.size[0]} x "
                 f"{camera.size[1]}; {remedy}",
                 code="photograph_size",
             )

@@ -92,7 +92,7 @@ def sample_surface(
         if drawn >= MAX_DRAWS:
             raise WorldError(
                 f"only {total} of {drawn} points on the surface are visible to the cameras and lidars, requested: "
-                f"{wanted}; check their coordinates, or request fewer points",
+                f"{wanted}; check the poses of the cameras and lidars, or request fewer points",
                 code="nothing_visible",
             )
         batch = int(np.clip(2 * (wanted - total), MIN_BATCH, MAX_BATCH))

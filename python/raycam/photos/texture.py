@@ -181,7 +181,7 @@ def check_memory(size: int, views: int, texel: int = TEXEL_BYTES) -> None:
     if needed > available:
         error = MemoryError(
             f"a texture of {size} x {size} texels requires {needed / 2**30:.1f} GiB, available: "
-            f"{available / 2**30:.1f} GiB; use a smaller size or memory"
+            f"{available / 2**30:.1f} GiB; reduce the arguments size or memory"
         )
         vars(error)["code"] = "out_of_memory"
         raise error

@@ -116,7 +116,7 @@ def _named(cameras: Any, images: Mapping[str, str] | None, kinds: Any, expected:
             )
         if photograph in found:
             raise SettingsError(
-                f"photograph {photograph!r} belongs to two cameras; give each its own photograph with images=",
+                f"photograph {photograph!r} belongs to two cameras; specify one photograph per camera with images=",
                 code="duplicate_name",
             )
         found[photograph] = camera

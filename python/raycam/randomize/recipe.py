@@ -296,7 +296,7 @@ class Recipe:
                 placed.append((item, how, place))
             elif how:
                 raise WorldError(
-                    f"object {item.get('name', '')!r}: gap requires on, which is missing",
+                    f"object {item.get('name', '')!r}: gap requires the key on",
                     code="missing_value",
                 )
             else:
@@ -345,7 +345,8 @@ class Recipe:
         for key in ("up", "render"):
             if key in table:
                 raise WorldError(
-                    f"{key}: this key must be set in {table['world']}", code="conflicting_values"
+                    f"{key}: a recipe cannot contain this key; set it in {table['world']}",
+                    code="conflicting_values",
                 )
         # World.at returns a separate world that shares the acceleration structures.
         world = self._base.at(0.0)
@@ -468,7 +469,7 @@ def _checked_gap(item: Mapping[str, Any], how: Mapping[str, Any], what: str) -> 
     """The gap of an object that is placed at random; raises `WorldError` for keys that do not fit."""
     if "location" in item or "instance_of" in item:
         raise WorldError(
-            f"{what}: location and instance_of cannot be used with on, which chooses the position",
+            f"{what}: location and instance_of cannot be used with the key on, which sets the position",
             code="conflicting_values",
         )
     gap = how.get("gap", MIN_GAP)
@@ -485,7 +486,10 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
     with path.open("rb") as file:
         data = file.read(MAX_FILE_BYTES + 1)
     if len(data) > MAX_FILE_BYTES:
-        raise FormatError(f"{path}: a recipe of more than {MAX_FILE_BYTES >> 20} MiB", code="budget_exceeded")
+        raise FormatError(
+            f"{path}: the recipe is too large; the limit is {MAX_FILE_BYTES >> 20} MiB",
+            code="budget_exceeded",
+        )
     _core.check_stand_in(path, data)
     try:
         return tomllib.loads(data.decode()), path.absolute().parent

@@ -143,5 +143,5 @@ def _floats(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
         wanted = ", ".join("n" if side == -1 else str(side) for side in shape)
         raise ValueError(f"{name} must be [{wanted}], not {list(array.shape)}")
     if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite, but {np.count_nonzero(~np.isfinite(array))} are not")
+        raise ValueError(f"{name} must be finite, but {np.count_nonzero(~np.isfinite(array))} values are not")
     return array

@@ -78,12 +78,12 @@ def camera_of(world: World, camera: Any) -> Camera:
     if isinstance(camera, Mapping):
         names = list(camera)
         raise SettingsError(
-            f"camera must be a single camera, not a {type(camera).__name__} of {len(names)}; choose one, as in"
+            f"camera must be a single camera, not a {type(camera).__name__} of {len(names)} cameras; choose one, as in"
             f" cameras[{next(iter(names), '')!r}]: {', '.join(map(str, names))}",
             code="wrong_type",
         )
     raise SettingsError(
-        "camera must be a raycam.Camera, the name of a camera of the world or the path of a calibration,"
+        "camera must be a raycam.Camera, the name of a camera in the world, or the path of a calibration,"
         f" not {type(camera).__name__}",
         code="wrong_type",
     )
@@ -93,7 +93,7 @@ def _refuse_sides_and_files(name: str) -> None:
     """Raises `WorldError` for the name of a side, and `FileNotFoundError` for a calibration file that is missing."""
     if name in SIDES:
         raise WorldError(
-            f"the world has no camera {name!r}; world.view_from({name!r}) returns a camera that shows all of it",
+            f"the world has no camera {name!r}; world.view_from({name!r}) returns a camera that shows the world",
             code="unknown_name",
         )
     if os.path.splitext(name)[1].lower() in CALIBRATION_EXTENSIONS:

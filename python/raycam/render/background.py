@@ -67,7 +67,7 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
         pixels = _linear(given)
         if pixels.shape != (height, width, 3):
             raise SettingsError(
-                f"background has the shape {list(given.shape)}; expected the frame's, [{height}, {width}, 3]",
+                f"background has the shape {list(given.shape)}; expected the frame's shape, [{height}, {width}, 3]",
                 code="wrong_shape",
             )
         return pixels, []
@@ -128,7 +128,7 @@ def _warped(
     """
     if camera.is_parallel or taker.is_parallel:
         raise SettingsError(
-            "a background photograph of another size or camera does not support cameras with parallel rays",
+            "a background photograph cannot be warped to or from a camera with parallel rays",
             code="unsupported_camera",
         )
     width, height = camera.size

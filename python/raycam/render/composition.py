@@ -33,7 +33,7 @@ def over(frame: Frame, background: Any, *, keep: Iterable[str] = ()) -> Frame:
     """
     if not (frame.transparent and "color" in frame and "alpha" in frame):
         raise SettingsError(
-            "no opacity: render the frame with transparent_background=True and the channel color",
+            "the frame has no opacity; render it with transparent_background=True and the channel color",
             code="missing_value",
         )
     x, y, width, height = frame.region

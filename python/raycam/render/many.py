@@ -256,8 +256,8 @@ def _composed(
             arrays = _arrays(out, list(made), (count, *next(iter(made.values())).shape[:2]))
         elif set(made) != set(arrays):
             raise SettingsError(
-                f"some images have {', '.join(arrays)}, others {', '.join(made)}; either all cameras of a call must "
-                "have backgrounds, or no camera",
+                f"some images have the channels {', '.join(arrays)}, others {', '.join(made)}; either all cameras or "
+                "no cameras of a call must have backgrounds",
                 code="conflicting_values",
             )
         for name, array in arrays.items():
@@ -283,7 +283,7 @@ def _matrices(which: str | int, given: npt.ArrayLike) -> npt.NDArray[np.float64]
     found = floats(f"poses[{which!r}]", given, (4, 4), ("n", 4, 4), error=WorldError)
     if not (found[..., 3, :] == [0, 0, 0, 1]).all():
         raise WorldError(
-            f"poses[{which!r}]: the last row must be 0 0 0 1; the matrices may be transposed",
+            f"poses[{which!r}]: the last row must be 0 0 0 1; check whether the matrices are transposed",
             code="invalid_matrix",
         )
     return found.reshape(-1, 4, 4)

@@ -18,7 +18,7 @@ STUDIO_OPTIONS = {"integrator": "path", "max_depth": 6, "samples": 8, "view": "p
 """Default options of images in the studio."""
 STUDIO_NOTICE = Notice(
     "the world has no lights and no camera: it is rendered in the studio, from the front right above, with "
-    'integrator="path" and max_depth=6; add lights or a camera to replace it',
+    'integrator="path" and max_depth=6; add lights or a camera to replace the studio',
     "studio",
 )
 

@@ -47,7 +47,7 @@ def rotation(left: Camera, right: Camera) -> Floats:
     if length <= nothing or baseline[0] <= np.abs(baseline[1:]).max():
         raise CameraError(
             f"the second camera must be to the right of the first; its position relative to the first is {baseline}, "
-            "in axes halfway between theirs (x right, y down, z forward)",
+            "in axes halfway between the two cameras' axes (x right, y down, z forward)",
             code="unsupported_camera",
         )
     x, y, z = baseline / length

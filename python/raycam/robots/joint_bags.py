@@ -69,7 +69,8 @@ def read_joint_states(path: str | os.PathLike[str]) -> dict[str, JointTrack]:
             count += len(state.positions)
             if count > MAX_VALUES:
                 raise FormatError(
-                    f"{file}: more than {MAX_VALUES} joint positions; cut the bag", code="budget_exceeded"
+                    f"{file}: too many joint positions; the limit is {MAX_VALUES}; split the bag",
+                    code="budget_exceeded",
                 )
             found.setdefault(name, []).append(state)
     if not found:
@@ -96,7 +97,7 @@ def _chosen(folder: Path, topic: str | None, topics: list[str]) -> str:
     if wanted not in topics:
         listed = ", ".join(sorted(topics))
         raise SettingsError(
-            f"{folder}: several topics have joint states: {listed}; append one, as in {folder}:{sorted(topics)[0]}",
+            f"{folder}: several topics have joint states: {listed}; append a topic, as in {folder}:{sorted(topics)[0]}",
             code="missing_value",
         )
     return wanted
@@ -184,7 +185,7 @@ def _sqlite_messages(path: Path) -> Iterator[tuple[str, bytes, int]]:
                 _check_size(f"{path}: topic {topic}", size)
                 if not isinstance(topic, str) or not isinstance(data, bytes) or not isinstance(time, int):
                     raise FormatError(
-                        f"{path}: the table of messages has values of wrong types", code="damaged_data"
+                        f"{path}: the message table contains values of wrong types", code="damaged_data"
                     )
                 yield topic, data, time
         finally:
@@ -206,7 +207,7 @@ def _check_size(where: str, size: object) -> None:
     """Raises `FormatError` for a message beyond the limit."""
     if isinstance(size, int) and size > MAX_MESSAGE_BYTES:
         raise FormatError(
-            f"{where}: a message of {size} bytes; the limit is {MAX_MESSAGE_BYTES}", code="budget_exceeded"
+            f"{where}: a message has {size} bytes; the limit is {MAX_MESSAGE_BYTES}", code="budget_exceeded"
         )
 
 
@@ -255,7 +256,8 @@ def _decode(data: bytes, logged: int, where: str) -> _State:
     positions = reader.numbers("d", reader.count())
     if positions and len(positions) != len(names):
         raise FormatError(
-            f"{where}: a message has {len(names)} names and {len(positions)} positions", code="damaged_data"
+            f"{where}: a message has {len(names)} names, but {len(positions)} positions; expected equal numbers",
+            code="damaged_data",
         )
     if not np.isfinite(positions).all():
         raise FormatError(f"{where}: positions must be finite numbers", code="out_of_range")

@@ -64,7 +64,7 @@ def read_mjcf(path: Path, root: Element, files: FileResolver) -> tuple[RobotDesc
     try:
         model = mujoco.MjModel.from_xml_path(os.fspath(path))
     except ValueError as error:
-        raise FormatError(f"{path}: MuJoCo refuses the model: {error}", code="invalid_value") from None
+        raise FormatError(f"{path}: MuJoCo cannot load the model: {error}", code="invalid_value") from None
     links = _unique([_name(model, "body", body) for body in range(model.nbody)])
     return _describe(model, path, links), CompiledModel(model, links)
 
@@ -105,7 +105,9 @@ class _Files:
             self._seen.add(path)
             self._check_file(path, name, str(file))
             if len(self._seen) > MAX_FILES:
-                raise FormatError(f"{file}: more than {MAX_FILES} files", code="budget_exceeded")
+                raise FormatError(
+                    f"{file}: the model has too many files; the limit is {MAX_FILES}", code="budget_exceeded"
+                )
             data = read_bytes(path, XmlLimits().bytes)
             found.append((parse_xml(data, str(path)), path))
         return found

@@ -84,7 +84,8 @@ def _check_mimics(robot: RobotDescription) -> None:
                 break
             if robot.joints[mimic[0]].type not in ("revolute", "continuous", "prismatic"):
                 raise FormatError(
-                    f"{at} mimics {mimic[0]!r}, a {robot.joints[mimic[0]].type} joint without one value",
+                    f"{at} mimics {mimic[0]!r}, a {robot.joints[mimic[0]].type} joint; expected a revolute, "
+                    "continuous or prismatic joint",
                     code="invalid_value",
                 )
             if mimic[0] in path:

@@ -233,7 +233,7 @@ class _Reader:
         if lower > upper:
             raise self._error(
                 limit,
-                f"joint {name!r}: the lower limit {lower:g} exceeds the upper one, {upper:g}",
+                f"joint {name!r}: the lower limit {lower:g} exceeds the upper limit {upper:g}",
                 "out_of_range",
             )
         return lower, upper

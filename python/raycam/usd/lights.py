@@ -27,7 +27,7 @@ def light_spec(
     up: str,
     time: Usd.TimeCode,
 ) -> Found:
-    """Returns the description of a light and a notice, each or None; `image` returns the file of an asset."""
+    """Returns the description of a light and a notice; either may be None; `image` returns the file of an asset."""
     kind = prim.GetTypeName()
 
     def value(key: str, default: Any) -> Any:

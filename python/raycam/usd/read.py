@@ -135,7 +135,7 @@ def _contents(answer: dict[str, Any], folder: Path, path: Path, variant: str | N
         polygons: dict[str, Any] = dict(read_arrays(folder))
     except (OSError, ValueError) as error:
         raise FormatError(
-            f"{path}: the process that reads USD left an incomplete answer: {error}", code="failed_process"
+            f"{path}: the process that reads USD wrote an incomplete result: {error}", code="failed_process"
         ) from None
     polygons |= {"names": answer["names"], "materials": answer["materials"]}
     notices = [(code, text) for code, text in answer["notices"]]

@@ -105,7 +105,7 @@ def _notices_of_stage(
         notices.append(
             StageNotice(
                 "ignored_element",
-                f"{others} lights and cameras are ignored, because the file becomes one object",
+                f"{others} lights and cameras are ignored, because the file is loaded as one object",
             )
         )
     if len(variants) > 1 and options.variant is None:

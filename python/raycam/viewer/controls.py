@@ -301,7 +301,7 @@ class Controls(Folder):
                 )
             return {"points": points, "color": _color(properties.get("color", CONTROL_COLOR))}
         raise SettingsError(
-            f"{kind}: cannot be updated with {', '.join(properties)}; use the arguments that created it",
+            f"{kind}: cannot be updated with {', '.join(properties)}; use the arguments with which it was created",
             code="unknown_name",
         )
 

@@ -209,12 +209,14 @@ def _check_same(frame: Frame, other: Frame | None) -> None:
     if other.region[2:] != frame.region[2:]:
         (_, _, width, height), (_, _, other_width, other_height) = frame.region, other.region
         raise SettingsError(
-            f"compare has {other_width} x {other_height} pixels, this frame {width} x {height}",
+            f"compare has {other_width} x {other_height} pixels, but this frame has {width} x {height}; "
+            "expected equal sizes",
             code="wrong_shape",
         )
     if not set(other) & set(frame):
         raise SettingsError(
-            f"compare has no channel in common with this frame: {', '.join(other)}; {', '.join(frame)}",
+            f"compare has the channels {', '.join(other)}, but this frame has {', '.join(frame)}; expected at "
+            "least one common channel",
             code="conflicting_values",
         )
 

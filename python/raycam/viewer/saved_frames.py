@@ -75,7 +75,9 @@ def _load_npz(path: str | os.PathLike[str]) -> Frame:
     for name, array in channels.items():
         if array.shape[:2] != (rows, columns) or array.dtype != channel_form(name)[0]:
             raise FormatError(
-                f"{os.fspath(path)}: {name} is {array.dtype.name} {list(array.shape)}", code="wrong_shape"
+                f"{os.fspath(path)}: channel {name} is {array.dtype.name} {list(array.shape)}; expected "
+                f"{channel_form(name)[0].name} [{rows}, {columns}, ...]",
+                code="wrong_shape",
             )
     camera = _camera(path, str(arrays["camera"])) if "camera" in arrays else None
     return Frame(channels, camera=camera, size=(width, height), region=(x, y, columns, rows))

@@ -150,7 +150,9 @@ def _open(what: Any, watch: bool) -> tuple[World, dict[str, Any]]:
 def _photographs(photos: Photos, cameras: Mapping[str, Camera] | None) -> Photographs:
     """The photographs of cameras. Raises `SettingsError` without cameras."""
     if not cameras:
-        raise SettingsError("photos requires cameras, the cameras that took them", code="missing_value")
+        raise SettingsError(
+            "photos requires cameras= with the cameras of the photographs", code="missing_value"
+        )
     names = getattr(cameras, "images", {})
     return Photographs(photos, {name: names.get(name, name) for name in cameras})
 

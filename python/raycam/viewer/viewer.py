@@ -177,7 +177,7 @@ class Viewer:
         """
         if self._server is None:
             raise SettingsError(
-                "the view is in a cell and has no address: raycam.view(world, cell=False) has one",
+                "the view is shown in a notebook cell and has no address; use raycam.view(world, cell=False)",
                 code="conflicting_values",
             )
         return self._server.url

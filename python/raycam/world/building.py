@@ -164,7 +164,7 @@ class WorldBuilding(WorldContents):
         if len(models) > 1:
             names = ", ".join(model.description.name for model in models[:10])
             raise FormatError(
-                f"{os.fspath(path)}: the file contains {len(models)} models ({names}); raycam.load loads them all",
+                f"{os.fspath(path)}: the file contains {len(models)} models ({names}); raycam.load loads all models",
                 code="unsupported_feature",
             )
         compiled = models[0].mujoco

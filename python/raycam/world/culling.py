@@ -36,8 +36,8 @@ def cull_faces(world: Building, which: int | str, keep: npt.ArrayLike) -> Buildi
         )
     if mesh.slots.any():
         raise WorldError(
-            f"object {which!r} has {mesh.slots.max() + 1} materials, and cull_faces supports objects with one; add "
-            "the part with each material as a separate object",
+            f"object {which!r} has {mesh.slots.max() + 1} materials, but cull_faces supports only one; add the "
+            "faces of each material as a separate object",
             code="unsupported_feature",
         )
     matrix = np.linalg.inv(world.objects[number].matrix)

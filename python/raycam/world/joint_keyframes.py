@@ -193,8 +193,8 @@ def _from_bag(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats, Float
     others = sorted(set(tracks) - set(known))
     if not known:
         raise WorldError(
-            f"{os.fspath(path)}: the bag has no positions of joints of robot {robot.name!r}; joints of the bag:"
-            f" {', '.join(others[:10]) or 'none'}; of the robot: {', '.join(robot.joints) or 'none'}",
+            f"{os.fspath(path)}: the bag has no joint positions for robot {robot.name!r}; joints of the bag: "
+            f"{', '.join(others[:10]) or 'none'}; joints of the robot: {', '.join(robot.joints) or 'none'}",
             code="unknown_name",
         )
     if others:

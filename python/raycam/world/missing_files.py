@@ -65,8 +65,8 @@ def recipe_named(path: str | os.PathLike[str]) -> Iterator[None]:
         if Path(path).suffix.lower() != ".toml" or not DRAWS.search(Path(path).read_text(errors="replace")):
             raise
         raise WorldError(
-            f"{error}; it looks like a recipe, which describes many worlds: raycam.sample({os.fspath(path)!r}, 0) is "
-            "one of them; on the command line: raycam dataset RECIPE --sample 10 --format coco -o DIR",
+            f"{error}; the file looks like a recipe for many worlds; use raycam.sample({os.fspath(path)!r}, 0), which "
+            "returns one world, or, on the command line: raycam dataset RECIPE --sample 10 --format coco -o DIR",
             code=error.code,
         ) from None
 

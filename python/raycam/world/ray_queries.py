@@ -300,7 +300,7 @@ def _skipped(
         limit = np.iinfo(np.int32)
         if spread.size and not (limit.min <= spread.min() and spread.max() <= limit.max):
             raise SettingsError(
-                f"{name} must be numbers of objects and triangles, which fit into int32", code="wrong_type"
+                f"{name} must be indices of objects and triangles in the range of int32", code="wrong_type"
             )
         both.append(np.ascontiguousarray(spread, dtype=np.int32).reshape(-1))
     return both[0], both[1]

@@ -79,7 +79,7 @@ def place_robot(
     for one in cameras:
         full = f"{robot.name}/{one.name}"
         if full in {camera for camera, _ in world._core.cameras}:
-            raise WorldError(f"camera {full!r}: the name is taken", code="duplicate_name")
+            raise WorldError(f"camera {full!r}: the name already exists", code="duplicate_name")
         placed = robots.place_camera(one.camera, robot.pose(one.link))
         world._core.add_camera(full, placed._core)
         robot._cameras.append((full, one.link, one.camera))
@@ -244,7 +244,7 @@ class _Builder:
             self.notices.append(
                 Notice(
                     f"{self._robot.description.file}:{shape.line}: a {geometry.kind} has a size of 0; "
-                    "it is shown as 1 nm",
+                    "the size 1 nm is shown instead",
                     "replaced_value",
                 )
             )

@@ -33,7 +33,7 @@ def move_robot(world: WorldContents, name: str, joints: JointValues, *, clamp: b
     vectors, single = robot._vectors(joints)
     if not single:
         raise WorldError(
-            f"set_joints: expected one joint vector, got {len(vectors)}; use render_many(joints=) for several",
+            f"set_joints: expected one joint vector, got {len(vectors)}; for several vectors, use render_many(joints=)",
             code="wrong_shape",
         )
     vectors, notices = robot._limited(vectors, clamp)

@@ -93,7 +93,7 @@ def check_scalable(name: str, suffix: str, head: bytes) -> None:
     is_scene = suffix in MODEL_ENDINGS and suffix not in MESH_ENDINGS
     if is_scene or _content_suffix(head) or head.lstrip()[:1] == b"{":
         raise SettingsError(
-            f"{name}: scale= and units= require a mesh file ({', '.join(MESH_ENDINGS)}); other formats state their "
-            "unit; add the file to a world instead: world.add_object(mesh=..., scale=...)",
+            f"{name}: scale= and units= require a mesh file ({', '.join(MESH_ENDINGS)}); other formats specify "
+            "their unit; add the file to a world instead: world.add_object(mesh=..., scale=...)",
             code="conflicting_values",
         )

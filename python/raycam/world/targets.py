@@ -27,7 +27,8 @@ def aim_light(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
     kind, target = keys.get("type"), _point(world, keys.pop("target"))
     if kind not in (*DIRECTED, "area"):
         raise WorldError(
-            f"target: a light of type {kind!r} has no direction; lights with one: {', '.join((*DIRECTED, 'area'))}",
+            f"target: a light of type {kind!r} has no direction; types with a direction: "
+            f"{', '.join((*DIRECTED, 'area'))}",
             code="invalid_value",
         )
     for taken in ("direction",) if kind != "area" else ("u", "v"):

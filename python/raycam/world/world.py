@@ -120,7 +120,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         """Returns the world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
         if not isinstance(data, bytes | bytearray | memoryview):
             raise FormatError(
-                f"data must be the bytes of World.to_bytes, not {type(data).__name__}", code="wrong_type"
+                f"data must be bytes returned by World.to_bytes, not {type(data).__name__}", code="wrong_type"
             )
         return cls._of(
             _core.world_from_bytes(

@@ -108,7 +108,7 @@ def test_objects_have_names_categories_and_colours() -> None:
     np.testing.assert_allclose(colors[0], [0, 0, 1], atol=1e-6)
 
 
-def test_other_objects_and_data_of_another_model_raise() -> None:
+def test_wrong_types_and_data_of_another_model_raise() -> None:
     with raises(raycam.WorldError, code="wrong_type", mentions=["mujoco.MjModel"]):
         raycam.from_mujoco({})
     scene = raycam.from_mujoco(mujoco.MjModel.from_xml_string(FLAT))

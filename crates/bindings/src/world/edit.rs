@@ -33,7 +33,7 @@ impl Which {
         match (self, world.check_object(id)) {
             (_, Ok(())) => Ok(id),
             (Self::Number(number), _) if *number < 0 => {
-                Err(world_error(format!("object {number}; expected an index of at least 0, or a name")))
+                Err(world_error(format!("object {number} does not exist; expected an index of at least 0, or a name")))
             }
             (_, Err(error)) => Err(error.into_py_err()),
         }

@@ -50,6 +50,6 @@ fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>>
             let items: PyResult<Vec<_>> = items.iter().map(|item| to_python(py, item)).collect();
             items?.into_pyobject(py)?
         }
-        Value::Object(_) => return Err(PyValueError::new_err("tables are not supported as values of a light")),
+        Value::Object(_) => return Err(PyValueError::new_err("a light's values cannot be tables")),
     })
 }

@@ -223,10 +223,10 @@ fn large_floors_form_their_own_part() {
     prims.insert(TREELET_SIZE, PrimRef::new([0.0; 3], [1.0, 1.0, 0.0], u32::MAX));
     let whole = parallel_split::prim_info(shared.dispatch, &prims);
     let top_plan::TopNode::Split(_, halves) = parallel_split::split_to_treelets(&mut prims, whole, 0, &shared) else {
-        panic!("so many prims are one part");
+        panic!("expected a split; got one treelet");
     };
     let [top_plan::TopNode::Treelet(floor), _] = &*halves else {
-        panic!("what comes first is split again");
+        panic!("the first half must be a treelet, not a split");
     };
     assert_eq!((floor.count, prims[0].id), (1, u32::MAX));
 }

@@ -145,7 +145,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
             ],
         ),
         Some((model, d)) => {
-            return Err(record.unsupported_error(format, &format!("the {} lens, distortion {d:?}", model.name())));
+            return Err(record.unsupported_error(format, &format!("lens model {} with distortion {d:?}", model.name())));
         }
     };
     let mut text = format!(

@@ -142,7 +142,7 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens)> {
         _ => {
             return Err(model.fail_as(
                 ErrorCode::UnsupportedFeature,
-                format_args!("raycam does not support {name} with {distortion} {coefficients:?}"),
+                format_args!("camera_model {name} with {distortion} distortion {coefficients:?} is not supported"),
             ));
         }
     };
@@ -168,7 +168,9 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
             Some((LensModel::Eucm, d)) => ("eucm", d, "none", &[]),
             Some((LensModel::DoubleSphere, d)) => ("ds", d, "none", &[]),
             Some((model, d)) => {
-                return Err(record.unsupported_error(format, &format!("the {} lens, distortion {d:?}", model.name())));
+                return Err(
+                    record.unsupported_error(format, &format!("the lens model {} with distortion {d:?}", model.name()))
+                );
             }
         };
         let [width, height] = record.require_size(format)?;

@@ -79,7 +79,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
                 ErrorCode::UnsupportedFeature,
                 format_args!(
                     "unsupported lens model {word}; expected LENSMODEL_PINHOLE or OPENCV4, 5, 8, 12 \
-                 (mrcal-convert-lensmodel can fit one)"
+                 (mrcal-convert-lensmodel converts other models)"
                 ),
             ));
         }
@@ -105,7 +105,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if let Some(at) = root.get("rt_cam_ref") {
         let pose = pose_of(at.clone())?;
         if older.is_some_and(|older| older != pose) {
-            return Err(at.fail("extrinsics contains a different pose; expected only one of them"));
+            return Err(at.fail("extrinsics contains a different pose; expected only one pose"));
         }
         record.pose = Some(pose);
     } else if let Some(at) = root.get("rt_ref_cam") {

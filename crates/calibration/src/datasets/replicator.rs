@@ -64,7 +64,7 @@ fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord>
     if model != "pinhole" {
         return Err(root.fail_as(
             ErrorCode::UnsupportedFeature,
-            format_args!("cameraModel is {model:?}, whose lens is not supported; expected pinhole"),
+            format_args!("cameraModel {model:?} is not supported; expected pinhole"),
         ));
     }
     let focal = root.require("cameraFocalLength")?.number()?;
@@ -85,7 +85,7 @@ fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord>
     if root.number_or("metersPerSceneUnit", 1.0)? != 1.0 {
         notices.push(Notice::new(
             NoticeCode::AssumedConvention,
-            "the world is in the units of the scene (metersPerSceneUnit is not 1)",
+            "coordinates are in scene units, not in metres (metersPerSceneUnit is not 1)",
         ));
     }
     Ok(record)

@@ -69,7 +69,7 @@ pub(crate) fn cameras(text: &str, path: &Path) -> Result<Vec<DocumentNode>> {
         }
     }
     match cameras.is_empty() {
-        true => Err(FormatError::whole(path, "no camera section; expected one such as [narrow_stereo]")),
+        true => Err(FormatError::whole(path, "no camera section found; expected a section such as [narrow_stereo]")),
         false => Ok(cameras.into_iter().map(|entries| DocumentNode { value: Value::Map(entries), line: 1 }).collect()),
     }
 }

@@ -63,8 +63,9 @@ impl Cursor<'_> {
         let lens = looks_like_lens(key) || scalar && is_coefficient(key);
         if lens && has_value(self.node) {
             return Err(self.fail(
-                "this key looks like a lens, but is not a lens key of this format; without it, the camera would be a \
-                 pinhole. Use distortion_coefficients or the format's own key, or remove it if it is not a lens",
+                "this key looks like lens coefficients, but this format has no such key; without the key, the camera \
+                 would be a pinhole. Use distortion_coefficients or the format's own key, or remove the key if it does \
+                 not contain lens coefficients",
             ));
         }
         match &self.node.value {

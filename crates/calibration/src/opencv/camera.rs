@@ -144,7 +144,7 @@ pub(super) fn read(view: &KeyView<'_>, name: String, hints: &ReadHints, calibrat
     }
     if let Some(named) = pose::read_named(view, record.pose.as_ref(), hints, calibration)? {
         if record.pose.as_ref().is_some_and(|pose| *pose != named) {
-            return Err(at.fail("two poses of one camera; expected only one"));
+            return Err(at.fail("the camera has two different poses; expected one pose"));
         }
         record.pose = Some(named);
     }

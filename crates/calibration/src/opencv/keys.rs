@@ -462,7 +462,7 @@ impl<'a> KeyView<'a> {
         };
         if let Some(other) = found.iter().skip(1).find(|other| words(other) != words(&found[0])) {
             return Err(other.fail(format_args!(
-                "{} (line {}) has a different value for the same quantity; expected only one of them",
+                "{} (line {}) has a different value for the same quantity; remove one of the two keys",
                 found[0].key, found[0].node.line
             )));
         }

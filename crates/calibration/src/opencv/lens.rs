@@ -24,7 +24,7 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
     if let (Some((at, stated)), Some(lens)) = (&stated, hints.lens)
         && lens_named(stated, &numbers).is_ok_and(|made| made.coefficients().is_some_and(|(model, _)| model != lens))
     {
-        return Err(at.fail(format_args!("{stated:?}, but lens is {:?}; expected only one of them", lens.name())));
+        return Err(at.fail(format_args!("the file specifies {stated:?}, but lens is {:?}; omit lens", lens.name())));
     }
     if let Some(lens) = hints.lens {
         let plain = numbers.is_empty() && lens == LensModel::OpenCv;
@@ -71,7 +71,7 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
     if let (Some(at), false) = (&list, list.as_ref().is_some_and(keys::is_keyed)) {
         if let Some(&(i, _)) = values.iter().find(|(_, value)| *value != 0.0) {
             return Err(at.fail(format_args!(
-                "the lens is given twice, here and as {}; expected only one of them",
+                "the lens coefficients are given twice, here and as {}; remove one of the two keys",
                 keys::COEFFICIENTS[i]
             )));
         }
@@ -111,9 +111,10 @@ fn radial_and_tangential<'a>(
     at: Cursor<'a>,
 ) -> Result<(Option<Cursor<'a>>, Vec<f64>)> {
     if let Some(other) = list {
-        return Err(
-            at.fail(format_args!("the lens is given twice, here and as {}; expected only one of them", other.key))
-        );
+        return Err(at.fail(format_args!(
+            "the lens coefficients are given twice, here and as {}; remove one of the two keys",
+            other.key
+        )));
     }
     let k = at.numbers()?;
     let p = view.find_value(&keys::TANGENTIAL)?.map_or(Ok([0.0; 2]), |at| at.array())?;
@@ -165,7 +166,7 @@ fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> 
             && *before != name
         {
             return Err(at.fail(format_args!(
-                "{:?}, but {} (line {}) differs",
+                "{:?}, but {} (line {}) specifies another lens model; remove one of the two keys",
                 at.word()?,
                 other.key,
                 other.node.line

@@ -125,7 +125,7 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
     if let (Some(_), Some(vector)) = (&matrix, &vector)
         && (rotation(vector)? - r).to_cols_array().iter().any(|difference| difference.abs() > 1e-3)
     {
-        return Err(vector.fail(format_args!("{} is a different rotation; expected only one of them", r_at.key)));
+        return Err(vector.fail(format_args!("{} is a different rotation; remove one of the two keys", r_at.key)));
     }
     let t = DVec3::from_array(t_at.array::<3>()?);
     Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)))
@@ -279,7 +279,7 @@ pub(super) fn read_named(
         if let Some((other, before)) = &found
             && *before != pose
         {
-            return Err(at.fail(format_args!("{} is a different pose; expected only one of them", other.key)));
+            return Err(at.fail(format_args!("{} is a different pose; remove one of the two keys", other.key)));
         }
         found = Some((at, pose));
     }
@@ -385,7 +385,7 @@ pub(super) fn read_views(view: &KeyView<'_>) -> Result<Option<Vec<Pose>>> {
     if let Some(at) = view.find_value(&keys::VIEWS)? {
         let numbers = at.numbers()?;
         if numbers.len() % 6 != 0 || numbers.is_empty() {
-            return Err(at.fail("expected a rotation vector and a translation per view, six numbers"));
+            return Err(at.fail("expected six numbers per view, a rotation vector and a translation"));
         }
         return numbers.chunks_exact(6).map(|six| pose(&at, &six[..3], &six[3..])).collect::<Result<_>>().map(Some);
     }
@@ -395,7 +395,7 @@ pub(super) fn read_views(view: &KeyView<'_>) -> Result<Option<Vec<Pose>>> {
     let (rs, ts) = (r.numbers()?, t.numbers()?);
     if rs.len() != ts.len() || rs.len() % 3 != 0 || rs.is_empty() {
         return Err(t.fail(format_args!(
-            "{} numbers, but {} has {}; expected three of each per view",
+            "{} numbers, but {} has {}; expected three numbers per view in both keys",
             ts.len(),
             r.key,
             rs.len()

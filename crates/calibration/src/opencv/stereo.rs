@@ -108,14 +108,14 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) ->
     let [first, second] = &mut calibration.records[..] else { return Ok(()) };
     if let Some(record) = [&*first, &*second].into_iter().find(|record| record.pose.is_some()) {
         return Err(FormatError::encode(format!(
-            "camera {:?} has its own pose in addition to R and T of the pair; expected only one of them",
+            "camera {:?} has its own pose in addition to R and T of the pair; expected either R and T or a pose",
             record.name
         )));
     }
     if second.name.ends_with("right") && pose.r_c().1.x < 0.0 {
         calibration.notices.push(Notice::new(NoticeCode::Implausible, format!(
-            "the right camera is at x = {} of the left one; R and T must map points from the left camera to the right \
-             one, so the file may contain the inverse",
+            "the right camera is at x = {} in the left camera's axes; R and T must map points from the left camera to \
+             the right camera, so the file may contain the inverse",
             pose.r_c().1.x
         )));
     }

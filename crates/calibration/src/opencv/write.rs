@@ -60,9 +60,8 @@ fn camera(record: &CameraRecord) -> Result<Vec<(String, StorageNode)>> {
         Some((model, d)) => (d.to_vec(), Some(model.name())),
     };
     if let Some(name) = name {
-        return Err(
-            record.unsupported_error(format, &format!("the {name} lens, distortion {d:?}: OpenCV has no such model"))
-        );
+        return Err(record
+            .unsupported_error(format, &format!("lens model {name} with distortion {d:?}; OpenCV has no such model")));
     }
     items.push(("distortion_coefficients".into(), StorageNode::Matrix(d.len(), 1, d)));
     if let Some(time) = record.time {

@@ -135,7 +135,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
         notice(NoticeCode::IgnoredElement, format!("{count} cameras {why} are omitted: {first} ..."));
     }
     if slaves > 0 {
-        let place = "placed by their masters, and by rotation and location of their sensors in the unit of the chunk";
+        let place = "placed relative to their masters, with their sensors' rotation and location, in the chunk's unit";
         notice(NoticeCode::PlacedCameras, format!("{slaves} cameras of slave sensors are {place}"));
     }
     if disabled > 0 {
@@ -145,7 +145,10 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
         notice(NoticeCode::IgnoredFeature, format!("the rolling shutter of {rolling} cameras is ignored"));
     }
     for id in initial {
-        notice(NoticeCode::MissingValue, format!("sensor {id} has no adjusted calibration; the initial one is used"));
+        notice(
+            NoticeCode::MissingValue,
+            format!("sensor {id} has no adjusted calibration; the initial calibration is used"),
+        );
     }
     Ok(())
 }

@@ -143,7 +143,7 @@ fn camera(data: &Cursor<'_>, kind: &str, key: u32) -> Result<CameraRecord> {
     }
     let all = ["disto_k1", "disto_k3", "disto_t2", "fisheye"];
     if kind == "pinhole" && all.iter().any(|key| get(key).is_some()) {
-        return Err(data.fail("a pinhole has no distortion, but the file contains one"));
+        return Err(data.fail("an intrinsic of type pinhole has no distortion, but the file contains distortion"));
     }
     Ok(record)
 }

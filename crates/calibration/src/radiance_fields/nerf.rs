@@ -240,7 +240,7 @@ fn coefficients(frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<[f64; 6]> {
     }
     let listed = at.array::<6>()?;
     if values != [0.0; 6] && values != listed {
-        return Err(at.fail("the lens is given twice, here and as k1 to p2; expected only one of them"));
+        return Err(at.fail("the lens coefficients are given twice, here and as k1 to p2; remove one of them"));
     }
     Ok(listed)
 }
@@ -390,7 +390,7 @@ fn intrinsics_text(record: &CameraRecord) -> Result<String> {
             format!("\"camera_model\": \"OPENCV_FISHEYE\", \"k1\": {k1}, \"k2\": {k2}, \"k3\": {k3}, \"k4\": {k4}")
         }
         Some((model, d)) => {
-            return Err(record.unsupported_error(format, &format!("the {} lens, distortion {d:?}", model.name())));
+            return Err(record.unsupported_error(format, &format!("lens model {} with distortion {d:?}", model.name())));
         }
     };
     Ok(format!("\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, {lens}"))

@@ -175,7 +175,7 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<Ca
         on_a_body(&mut record, "rig");
         notices.push(Notice::new(
             NoticeCode::PlacedCameras,
-            format!("the cameras are in the axes of the body ({})", at.key),
+            format!("the camera poses are relative to the body ({})", at.key),
         ));
     }
     let term = |key: &str| matches!(key, "k1" | "k2" | "k3" | "k4") && root.get("cam_d0").is_none();

@@ -197,13 +197,13 @@ fn other_keys(root: &Cursor<'_>) -> Result<Vec<Notice>> {
     if root.entries()?.iter().any(|(key, _)| key.starts_with("StereoRectifier")) {
         notices.push(Notice::new(
             NoticeCode::RectifiedValues,
-            "StereoRectifier, the raw pair, is ignored; the camera is the rectified one",
+            "StereoRectifier (the raw pair) is ignored; the rectified cameras are used",
         ));
     }
     if root.any(&["IMU.T_b_c1", "Tbc"]).is_some() {
         notices.push(Notice::new(
             NoticeCode::IgnoredKey,
-            "IMU.T_b_c1 (Tbc), the mount of camera 1 on the body, is ignored; the cameras are in the axes of camera 1",
+            "IMU.T_b_c1 (Tbc), the mount of camera 1 on the body, is ignored; poses are relative to camera 1",
         ));
     }
     Ok(notices)
@@ -307,7 +307,9 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
                 (&["k1", "k2", "p1", "p2", "k3"], &d[..d.len().min(5)])
             }
             Some((model, d)) => {
-                return Err(record.unsupported_error(format, &format!("the {} lens, distortion {d:?}", model.name())));
+                return Err(
+                    record.unsupported_error(format, &format!("the lens model {} with distortion {d:?}", model.name()))
+                );
             }
         };
         let focals = ["fx", "fy", "cx", "cy"].iter().zip(&focals);

@@ -228,8 +228,8 @@ fn lens_beside(
             Some(first) => Err(FormatError::whole(
                 &source.path,
                 format!(
-                    "{} files in the same folder look like its lens ({first} ...); write K and the lens of one camera \
-                     into one file (K, dist, image_size)",
+                    "{} files in the same folder have names of lens files ({first} ...); expected one; write K and the \
+                     distortion of one camera into one file (K, dist, image_size)",
                     found.len()
                 ),
             )),

@@ -85,7 +85,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
             return Err(FormatError::whole(
                 &source.path,
                 format!(
-                    "its pose is {:?}, but that of the first file is {:?}; expected equal layouts",
+                    "the pose has the key {:?}, but in the first file the key is {:?}; expected equal keys",
                     found.key, first.key
                 ),
             ));

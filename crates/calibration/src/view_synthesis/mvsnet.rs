@@ -86,7 +86,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     record.size = size_of_picture(assets, path, files);
     let notice = match record.size {
         Some([w, h]) => Notice::new(NoticeCode::UsedOtherFile, format!("the size was read from the image: {w} x {h}")),
-        None => Notice::new(NoticeCode::PlacedCameras, "the world is in the file's unit (DTU: millimetres)"),
+        None => Notice::new(
+            NoticeCode::PlacedCameras,
+            "coordinates are in the file's unit, not in metres (DTU: millimetres)",
+        ),
     };
     Ok(Calibration { records: vec![record], notices: vec![notice], ..Calibration::default() })
 }

@@ -46,7 +46,7 @@ fn of_text(source: &InputFile, text: &str) -> Result<CameraMatrix> {
         .collect::<Result<_>>()?;
     let count = rows.len();
     <CameraMatrix>::try_from(rows).map_err(|_| {
-        FormatError::whole(&source.path, format!("{count} lines of numbers; expected 3 of a camera matrix"))
+        FormatError::whole(&source.path, format!("{count} lines of numbers; expected the 3 rows of a camera matrix"))
     })
 }
 

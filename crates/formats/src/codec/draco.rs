@@ -92,7 +92,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedM
     budget.take_elements(path, (count as u64).saturating_add(corners))?;
     let triangles: Vec<_> = mesh.faces().iter().map(|face| face.map(|p| p.0)).collect();
     if triangles.as_flattened().iter().any(|&p| p as usize >= count) {
-        return Err(fault(format!("a corner exceeds the {count} points")));
+        return Err(fault(format!("a corner has a point index beyond the {count} points")));
     }
     let mut attributes = Vec::new();
     for id in 0..mesh.num_attributes() {

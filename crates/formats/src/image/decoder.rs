@@ -54,7 +54,7 @@ impl Decoder<'_> {
         if pixels == 0 {
             return Err(self.fault(
                 ErrorCode::OutOfRange,
-                format!("the image has {columns} x {rows} pixels; both must be at least 1"),
+                format!("the image has {columns} x {rows} pixels; width and height must be at least 1"),
             ));
         }
         self.budget.take_pixels(self.path, pixels)?;

@@ -55,7 +55,7 @@ fn one_part(file: &mut Decoder<'_>) -> Result<([u32; 2], Vec<ExrChannel>)> {
         return Err(file.unsupported(message));
     };
     if part.deep {
-        return Err(file.unsupported("an EXR image of deep samples; expected flat samples (flatten it first)"));
+        return Err(file.unsupported("an EXR image with deep samples; expected flat samples (flatten the image first)"));
     }
     if let Some(channel) = part.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
         let message = format!(
@@ -123,7 +123,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     }
     let side = part.layer_size.0;
     if cube && part.layer_size.1 == 6 * side {
-        file.notice(NoticeCode::ApproximatedValue, "a cube map, converted to latitude and longitude");
+        file.notice(NoticeCode::ApproximatedValue, "the cube map is converted to an image of latitude and longitude");
         let ([columns, rows], texels) = cube_map::latitude_longitude(&texels, side);
         let texels = file.float_texels(texels);
         return Ok(file.image([columns, rows].map(|side| side as u32), texels));
@@ -200,7 +200,7 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
         return Ok((i, grey(part, "Y")));
     }
     if flat().next().is_none() {
-        return Err(file.unsupported("an EXR image of deep samples; expected flat samples"));
+        return Err(file.unsupported("an EXR image with deep samples; expected flat samples (flatten the image first)"));
     }
     let layers: Vec<(usize, String)> =
         flat().flat_map(|(i, part)| color_layers(part).map(move |name| (i, name))).collect();
@@ -211,7 +211,7 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
     };
     if let Some((i, layer)) = layers.iter().find(whole).or(layers.first()) {
         if layers.len() > 1 {
-            file.notice(NoticeCode::FirstOnly, format!("layer {layer} is read, one of {} with colours", layers.len()));
+            file.notice(NoticeCode::FirstOnly, format!("layer {layer} is read; {} layers have colours", layers.len()));
         }
         let name = |channel: &str| format!("{layer}.{channel}");
         let colors = ["R", "G", "B"].map(name);

@@ -155,10 +155,7 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
         return Err(file.unsupported(message));
     }
     if levels > 32 {
-        return Err(file.fault(
-            ErrorCode::OutOfRange,
-            format!("{levels} levels; expected at least one level per halving of the size"),
-        ));
+        return Err(file.fault(ErrorCode::OutOfRange, format!("{levels} mip levels; expected at most 32")));
     }
     let levels = levels.max(1) as usize;
     let index_bytes = (levels * LEVEL_ENTRY_BYTES) as u64;
@@ -313,7 +310,15 @@ fn transcode(file: &Decoder<'_>, header: &Ktx2Header, source: SourceFormat, leve
     let pixels = transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE);
     let pixels = grouped(pixels.map_err(fault)?);
     if pixels.len() as u64 != u64::from(header.size[0]) * u64::from(header.size[1]) {
-        return Err(file.fault(ErrorCode::DamagedData, format!("Basis Universal: {} pixels", pixels.len())));
+        return Err(file.fault(
+            ErrorCode::DamagedData,
+            format!(
+                "Basis Universal: decoded {} pixels; expected {} x {}",
+                pixels.len(),
+                header.size[0],
+                header.size[1]
+            ),
+        ));
     }
     Ok(pixels)
 }

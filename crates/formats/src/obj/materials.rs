@@ -185,8 +185,8 @@ fn image(
         model.notices.push(Notice::new(
             NoticeCode::AssumedConvention,
             format!(
-                "{}:{}: {:?} is a height map without a unit; white is above black by the width of a texel; \
-                 height_scale sets the height in metres",
+                "{}:{}: {:?} is a height map without a unit; the height of white above black is assumed to \
+                 be one texel width; set it with height_scale, in metres",
                 library.display(),
                 map.line,
                 reference::shown(&map.file)

@@ -73,7 +73,7 @@ impl<'a> Body<'a> {
     fn truncated(&self) -> FormatError {
         self.error(ErrorCode::TruncatedFile.message(
             "the file ends before the rows that its header declares: it is truncated, or the header \
-                    counts too many",
+                    declares too many rows",
         ))
     }
 

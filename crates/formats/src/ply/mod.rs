@@ -290,7 +290,7 @@ impl<'a> Ply<'a> {
         if filled > 0 {
             notes.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{filled} normals without a direction are replaced by those of the faces"),
+                format!("{filled} normals without a direction are replaced by the faces' normals"),
             ));
         }
         self.notices.extend(notes.into_iter().map(|note| note.in_context(path.display())));

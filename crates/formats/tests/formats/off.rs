@@ -146,9 +146,9 @@ fn off_errors_contain_the_line() {
 #[test]
 fn colours_outside_the_specified_range_cause_notices() {
     for (color, expected, said) in [
-        ("300 0 0", None, "colours of faces up to 300 are ignored; expected 0 to 255"),
-        ("255.0 0 0", Some([1.0, 0.0, 0.0]), "with fractions up to 255 are treated as 0 to 255"),
-        ("1.001 0 0.5", Some([1.0, 0.0, 0.5]), "up to 1.001 are clamped to 1"),
+        ("300 0 0", None, "the colours of all faces are ignored, because the largest value is 300; expected 0 to 255"),
+        ("255.0 0 0", Some([1.0, 0.0, 0.0]), "contain fractions up to 255 and are read as 0 to 255"),
+        ("1.001 0 0.5", Some([1.0, 0.0, 0.5]), "contain values up to 1.001, which are clamped to 1"),
         ("-1 1 0", Some([0.0, 1.0, 0.0]), "negative or not numbers, which are treated as 0: 1"),
     ] {
         let model = model("a.off", format!("OFF\n4 1 0\n{SQUARE}3 0 1 2 {color}\n"));

@@ -253,7 +253,7 @@ fn ply_errors_contain_line_or_byte() {
         ),
         (
             ascii(rows),
-            "a.ply:13: the file ends before the rows that its header declares: it is truncated, or the header counts too many",
+            "a.ply:13: the file ends before the rows that its header declares: it is truncated, or the header declares too many rows",
         ),
         (ascii("").replace("face 1", "face 0") + rows, "a.ply: no faces, only 4 vertices; there is nothing to render"),
         (
@@ -413,7 +413,7 @@ fn normals_without_a_direction_are_replaced_by_face_normals() {
     for zero in ["0 0 0", "nan 0 0"] {
         let used = model("a.ply", text("0 0 0", zero));
         assert_eq!(used.parts[0].mesh.normals.as_ref().unwrap()[..2], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
-        assert_eq!(texts(&used.notices), ["a.ply: 1 normals without a direction are replaced by those of the faces"]);
+        assert_eq!(texts(&used.notices), ["a.ply: 1 normals without a direction are replaced by the faces' normals"]);
     }
 }
 

@@ -177,7 +177,7 @@ fn facet_colours_of_viscam_and_magics_are_read() {
     // Other bytes are not colours.
     let (colors, notices) = colored("other", [1, 0, 2, 0]);
     assert_eq!(colors, None);
-    assert_eq!(notices, ["a.stl: 2 facets are followed by bytes that are not colours and are ignored"]);
+    assert_eq!(notices, ["a.stl: the attribute bytes of 2 facets are not colours and are ignored"]);
 }
 
 #[test]

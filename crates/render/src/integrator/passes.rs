@@ -232,7 +232,7 @@ fn share_of_light(lights: &Lights, owner: LightOwner, source: LightSource) -> Ve
 /// Passes of a frame's channels, in order.
 ///
 /// # Errors
-/// [`RenderError::Settings`] for a light that does not exist, and for lights with an integrator without light.
+/// [`RenderError::Settings`] if a light does not exist, or if lights are requested from an integrator that computes no light.
 pub(crate) fn passes_of(settings: &Settings, world: &PreparedWorld) -> Result<Vec<Pass>, RenderError> {
     let mut passes = vec![];
     for &channel in &settings.channels {

@@ -34,7 +34,7 @@ impl AirLight {
         light
     }
 
-    /// Radiance along a ray without end, by the fog's albedo and mean cosine.
+    /// Radiance along an infinite ray, computed from the fog's albedo and mean cosine `g`.
     pub fn radiance(&self, direction: Vec3, albedo: Vec3, g: f32) -> Vec3 {
         let suns =
             self.suns.iter().map(|&(towards, irradiance)| irradiance * henyey_greenstein(direction.dot(towards), g));

@@ -165,9 +165,9 @@ impl<'a> ShutterSlices<'a> {
                     return Ok(then);
                 }
                 Err(RenderError::world(format!(
-                    "flow to a rolling shutter of {count} lines in a moving world requires too much memory: its {} \
-                     objects and their deforming meshes take about {} MiB per line, and the limit for all lines is 2 \
-                     GiB; use a second camera with fewer lines or without a readout, or a world that does not move",
+                    "flow to a rolling shutter of {count} lines in a moving world requires too much memory: the {} \
+                     objects and their deforming meshes take about {} MiB per line; the limit for all lines is 2 \
+                     GiB. Use a second camera with fewer lines or without a readout, or a world that does not move",
                     then.geometry.instances.len(),
                     (objects + deforming).div_ceil(1 << 20)
                 )))

@@ -208,7 +208,7 @@ impl Geometry {
     pub fn corners(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
         let object = &self.instances[instance as usize];
         let mesh = &*object.mesh.mesh;
-        // Written out, because the compiler may not inline `map`.
+        // Each corner is transformed in its own expression, because the compiler may not inline `map`.
         let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| vertex as usize);
         let corners = [mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]];
         if object.is_identity {

@@ -136,8 +136,8 @@ impl PreparedWorld {
         self.lighting.is_made()
     }
 
-    /// Prepares the parts of the world that lit images require in the current pool; otherwise, waiting threads would
-    /// prepare them too.
+    /// Prepares, in the current pool, the parts of the world that lit images require. If the parts were prepared on first
+    /// use, each waiting thread would prepare them too.
     pub(crate) fn prepare_light(&self) {
         self.lighting();
         self.geometry.dielectric_bounds();

@@ -85,8 +85,8 @@ impl RenderStats {
             notices.push(Notice::new(
                 NoticeCode::ClampedSamples,
                 format!(
-                    "{} samples brighter than clamp = {limit} were reduced to it, so the image is darker than without \
-                 clamp",
+                    "{} samples brighter than clamp = {limit} were reduced to this limit, so the image is darker \
+                 than without clamp",
                     of(&self.clamped)
                 ),
             ));

@@ -72,7 +72,7 @@ pub fn nearest_rotation(m: DMat3) -> std::result::Result<(DMat3, f64), String> {
     }
     if m.determinant() < 0.0 {
         return Err(
-            "a reflection (determinant -1), not a rotation: it swaps left and right hand; check the signs of its axes"
+            "a reflection (determinant -1), which changes the handedness; expected a rotation, so check the axes' signs"
                 .into(),
         );
     }

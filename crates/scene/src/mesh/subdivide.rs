@@ -65,8 +65,8 @@ impl SubdividedMesh {
         let refined = 4_usize.checked_pow(levels).and_then(|factor| factor.checked_mul(count));
         if refined.is_none_or(|refined| refined > MAX_SUBDIVIDED_TRIANGLES && levels > 0) {
             return Err(SceneError::mesh(format!(
-                "{levels} levels of subdivision of {count} triangles create more than {MAX_SUBDIVIDED_TRIANGLES} \
-                 triangles; each level multiplies their number by four"
+                "{levels} subdivision levels turn {count} triangles into more than {MAX_SUBDIVIDED_TRIANGLES}; each \
+                 level multiplies the number of triangles by four, so use fewer levels"
             )));
         }
         let (points, point_of) = weld_vertices(&mesh.vertices);

@@ -330,7 +330,7 @@ fn put_mesh(world: &mut World, id: usize, mesh: usize) {
         let name = &world.objects[id].name;
         world.notices.push(Notice::new(
             NoticeCode::DetachedPart,
-            format!("object {name:?} has a new mesh, which no animation of its file deforms or moves"),
+            format!("object {name:?} has a new mesh; animations of its file no longer deform or move the object"),
         ));
         world.change_tree(|tree| tree.objects.retain(|mount| mount.object != id));
     } else {

@@ -140,8 +140,8 @@ impl ObjectSpec {
             additions.notices.push(Notice::new(
                 NoticeCode::MultipliedColors,
                 format!(
-                    "{file}: color multiplies the colours of its vertices or faces; set color = \"white\" to show only \
-                 these"
+                    "{file}: color multiplies the colours of the mesh's vertices or faces; set color = \"white\" to \
+                 show them unchanged"
                 ),
             ));
         } else if colored == [true; 2] {

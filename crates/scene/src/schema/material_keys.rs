@@ -110,7 +110,7 @@ impl ObjectSpec {
                 return Err(SceneError::schema(
                     ErrorCode::ConflictingValues,
                     "medium",
-                    "thin = true is given too: a thin wall has no inside",
+                    "cannot be combined with thin = true, because a thin wall has no inside",
                 ));
             }
         }
@@ -221,7 +221,7 @@ impl ObjectSpec {
             Some(key) if self.type_.is_none() => Err(SceneError::schema(
                 ErrorCode::ConflictingValues,
                 *key,
-                "no material of this object has this property; add a type that has it",
+                "no material of this object has this property; add a material type that supports the property",
             )),
             _ => Ok(()),
         }

@@ -40,7 +40,9 @@ pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<
     let DeserializedTextures { images, textures } = DeserializedTextures::deserialize(deserializer)?;
     let texture = |(index, sampler): (usize, TextureSampler)| match images.get(index) {
         Some(image) => Ok(Arc::new(Texture { image: image.clone(), sampler })),
-        None => Err(D::Error::custom(format_args!("image {index} of {}", images.len()))),
+        None => {
+            Err(D::Error::custom(format_args!("image {index} does not exist; the world has {} images", images.len())))
+        }
     };
     textures.into_iter().map(texture).collect()
 }

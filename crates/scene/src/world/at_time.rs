@@ -231,8 +231,8 @@ impl KeyframedMotion {
         let world_from_body = match (self.target.evaluate(time), self.rotation_at(up, time)) {
             (Some(target), _) => rotation::rotation_towards(target - location, up.axis()).ok_or_else(|| {
                 SceneError::world(format!(
-                    "object {:?} at {location} cannot face {target} at {time} s; expected a target that is not its \
-                     location, or straight above or below it",
+                    "object {:?} at {location} cannot face {target} at {time} s; expected a target that is not the \
+                     object's location, and not straight above or below the object",
                     object.name
                 ))
             })?,

@@ -56,8 +56,8 @@ impl World {
             self.notices.push(Notice::new(
                 NoticeCode::ReflectanceAboveOne,
                 format!(
-                    "material{name} reflects {total} of the arriving light (diffuse * color + specular); expected at \
-                     most all of it"
+                    "material{name} reflects {total} times the arriving light (diffuse * color + specular); \
+                     expected at most 1"
                 ),
             ));
         }

@@ -63,10 +63,14 @@ impl World {
         let Some(tree) = &self.node_tree else { return };
         let mounted = tree.objects.iter().any(|mount| mount.object == id);
         if mounted && !is_moment && tree.moves_object(id) {
-            self.notices.push(Notice::new(NoticeCode::DetachedPart, format!(
-                "object {:?} has a new placement at rest; an animation of its file still moves it in world.at(time)",
-                self.objects[id].name
-            )));
+            self.notices.push(Notice::new(
+                NoticeCode::DetachedPart,
+                format!(
+                    "object {:?} is animated: the new placement applies at rest, but world.at(time) \
+                 uses the file's animation",
+                    self.objects[id].name
+                ),
+            ));
         } else if mounted {
             self.change_tree(|tree| tree.objects.retain(|mount| mount.object != id));
         }
@@ -97,7 +101,7 @@ impl World {
             if name == SURFACES || others.any(|(_, other)| other.name.as_ref() == Some(name)) {
                 let owner = if name == SURFACES { "all emissive surfaces" } else { "another light" };
                 return Err(SceneError::light(format!(
-                    "name {name:?} is the name of {owner} in channels; use a different name"
+                    "light channels already use the name {name:?} for {owner}; use a different name"
                 )));
             }
         }

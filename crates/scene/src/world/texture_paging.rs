@@ -33,8 +33,8 @@ impl World {
     pub fn check_textures_in_memory(&self) -> Result<()> {
         match &self.texture_cache {
             Some(memory) if memory.is_exceeded() => Err(SceneError::world(format!(
-                "the textures require {}, which exceeds texture_memory = {}; a job (a video, a data set, workers) \
-                 sends all of them, so raise texture_memory or render the images one by one",
+                "the textures require {}, more than texture_memory = {}; videos, data sets and workers need a copy of all \
+                 textures, so raise texture_memory or render the images one by one",
                 mebibytes(memory.requested_bytes.load(Ordering::Relaxed)),
                 mebibytes(memory.limit)
             ))),

@@ -193,7 +193,7 @@ fn subdivision_beyond_the_limit_is_refused_before_it_starts() {
     let mesh = primitive::box_([1.0; 3]).unwrap();
     for levels in [11, 31, u32::MAX] {
         let error = loop_subdivide(&mesh, levels).unwrap_err().to_string();
-        assert!(error.contains("12 triangles create more than 33554432"), "{error}");
+        assert!(error.contains("12 triangles into more than 33554432"), "{error}");
     }
     assert_eq!(midpoint(&mesh, 0).unwrap(), mesh);
 }

@@ -39,8 +39,8 @@ def add_camera(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--camera",
         metavar="NAME|FILE[:NAME]",
-        help="camera to render: one of the world, or of a calibration or another world file (default: the first "
-        "that is not on a robot's link)",
+        help="camera to render: the name of a camera in the world, or a calibration or world file with cameras "
+        "(default: the first camera that is not on a robot's link)",
     )
     add_size(command, "image size in pixels; the field of view stays the camera's")
     add_lens(command)
@@ -63,18 +63,18 @@ def add_known(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--intrinsics",
         metavar="FILE",
-        help="calibration whose first camera provides the intrinsics of poses in FILE",
+        help="calibration file whose first camera provides the intrinsics if FILE contains only poses",
     )
     command.add_argument(
         "--direction",
         metavar="NAME",
-        help="direction of pose matrices, if the file does not state it: world_from_camera (default) or "
+        help="direction of pose matrices, if the file does not specify it: world_from_camera (default) or "
         "camera_from_world",
     )
     command.add_argument(
         "--axes",
         metavar="NAME",
-        help="camera axes of pose matrices, if the file does not state them: opencv (default) or opengl",
+        help="camera axes of pose matrices, if the file does not specify them: opencv (default) or opengl",
     )
     add_lens(command)
 
@@ -84,7 +84,7 @@ def add_lens(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--lens",
         metavar="MODEL",
-        help="lens model of the calibration's coefficients, if the file does not state it: opencv, fisheye, ...",
+        help="lens model of the calibration's coefficients, if the file does not specify it: opencv, fisheye, ...",
     )
 
 

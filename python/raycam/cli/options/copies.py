@@ -40,12 +40,12 @@ def add_copies(command: argparse.ArgumentParser) -> None:
     either.add_argument(
         "--pinhole",
         action="store_true",
-        help="remove the distortion and keep K; --crop is applied before",
+        help="remove the distortion and keep K; --crop is applied first",
     )
     either.add_argument(
         "--rectify",
         action="store_true",
-        help="rectify a pair of cameras (left camera first); --crop is applied before",
+        help="rectify a pair of cameras (left camera first); --crop is applied before the rectification",
     )
     command.add_argument(
         "--maps",

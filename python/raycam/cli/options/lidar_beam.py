@@ -18,7 +18,7 @@ def add_lidar_beam(command: argparse.ArgumentParser) -> None:
     lidar.add_argument(
         "--lidar",
         metavar="NAME|FILE",
-        help="explain a pulse of a lidar: its name in the world file, a device, or a calibration file",
+        help="explain a pulse of this lidar: a lidar's name in the world file, a device, or a calibration file",
     )
     lidar.add_argument("--firing", metavar="N", type=int, help="number of the pulse in the frame, from 0")
     lidar.add_argument("--frame", metavar="N", type=int, default=0, help="number of the frame (default: 0)")

@@ -42,7 +42,7 @@ def add_look(command: argparse.ArgumentParser) -> None:
         metavar=("AZIMUTH", "ELEVATION"),
         nargs=2,
         type=float,
-        help="light from a sun and a pale sky: the sun's azimuth (to the right of the front) and elevation in degrees",
+        help="light from a sun and a pale sky: azimuth, from the front to the right, and elevation in degrees",
     )
     group.add_argument(
         "--studio", action="store_true", help="use the studio, even if the world has lights or cameras"

@@ -39,7 +39,8 @@ def add_photograph_cameras(
             nargs="?",
             type=float,
             const=0.0,
-            help="the photographs are undistorted, with no black border (0, default) or with all pixels (1)",
+            help="undistort the cameras to match undistorted photographs without black borders (0, default) or "
+            "with all pixels (1)",
         )
 
 

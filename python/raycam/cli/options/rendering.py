@@ -43,7 +43,7 @@ def add_render_options(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--preset",
         choices=tuple(PRESETS),
-        help="draft: 4 samples per pixel; good: path tracing with 128; best: path tracing until noise is invisible",
+        help="draft: 4 samples per pixel; good: path tracing, 128 samples; best: path tracing until noise is invisible",
     )
     for option in RENDER_OPTIONS.values():
         _add_render_option(group, option)

@@ -22,7 +22,8 @@ def add_rig(command: argparse._ActionsContainer) -> None:
     command.add_argument(
         "--rig",
         metavar="NAME|FILE",
-        help="render all cameras of a rig of the world, or of a calibration (kalibr, kitti, colmap, opencv stereo)",
+        help="render all cameras of a rig: the name of a rig in the world, or a calibration file (kalibr, kitti, "
+        "colmap, opencv stereo)",
     )
 
 

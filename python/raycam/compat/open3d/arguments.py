@@ -74,7 +74,7 @@ def pixel_count(name: str, value: Any) -> int:
 def thread_count(value: Any) -> int:
     """A number of threads; 0 for all."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
-        raise RaycastingError(f"nthreads is {value!r}, expected a whole number, 0 for all")
+        raise RaycastingError(f"nthreads is {value!r}, expected a whole number (0: all threads)")
     return int(value)
 
 
@@ -91,7 +91,7 @@ def looking(given: dict[str, Any], width: int, height: int) -> tuple[Array, Arra
     if any(len(vector) != 3 for vector in (center, eye, up)) or not np.linalg.norm(right) > 0.0:
         raise RaycastingError(
             f"center {center.tolist()}, eye {eye.tolist()}, up {up.tolist()}: expected three numbers each, a center "
-            "that is not the eye, and an up that is not along the view"
+            "that differs from eye, and an up that is not parallel to the viewing direction"
         )
     forward = ahead / np.linalg.norm(ahead)
     right /= np.linalg.norm(right)

@@ -140,7 +140,7 @@ def _plain(
         ids = values + 1
         if ids.max(initial=0) > 65535:
             raise SettingsError(
-                f"instance {ids.max() - 1} exceeds the 16 bits of a PNG; its limit is 65534",
+                f"instance {ids.max() - 1} does not fit into a 16-bit PNG; the largest instance id is 65534",
                 code="cannot_write",
             )
         return ("png", png(ids.astype(np.uint16))), {}

@@ -20,7 +20,7 @@ def check(plan: Plan) -> None:
         name = sequence(plan, number)[0]
         if sizes.setdefault(name, view.camera.size) != view.camera.size:
             raise SettingsError(
-                f"the size of view {number} differs from that of the first view of the sequence {name!r}",
+                f"view {number} has another size than the first view in sequence {name!r}; expected equal sizes",
                 code="unsupported_camera",
             )
 

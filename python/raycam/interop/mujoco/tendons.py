@@ -45,7 +45,7 @@ class Tendon:
     """The type of the object, a value of MuJoCo's `mjtObj`."""
 
     def triangles(self, model: Any) -> Any:
-        """Returns the triangles [t, 3]; their number is that of the longest possible path."""
+        """Returns the triangles [t, 3] of the longest possible path; t is therefore constant."""
         _, faces, normals = capsule_mesh(1.0, 1.0, SIDES)
         starts = len(normals) * np.arange(_capacity(model, self.number))
         return (faces[None] + starts[:, None, None]).reshape(-1, 3)

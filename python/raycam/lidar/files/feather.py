@@ -29,19 +29,19 @@ def feather_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
         arrow, feather = (importlib.import_module(name) for name in ("pyarrow", "pyarrow.feather"))
     except ImportError:
         raise LidarError(
-            ".feather requires the package pyarrow: pip install 'raycam[feather]'; .npz has the same fields",
+            ".feather requires the package pyarrow: pip install 'raycam[feather]', or use .npz (same fields)",
             code="missing_dependency",
         ) from None
     position, laser = arrays["position"], arrays["laser"]
     if np.abs(position).max(initial=0.0) > LARGEST_COORDINATE:
         raise LidarError(
-            f"coordinates reach {np.abs(position).max():g} m; .feather supports up to {LARGEST_COORDINATE:g} m, "
-            "because they are float16",
+            f"coordinates reach {np.abs(position).max():g} m; .feather contains float16 and supports at most "
+            f"{LARGEST_COORDINATE:g} m; use another format, such as .npz",
             code="cannot_write",
         )
     if laser.max(initial=0) > 255:
         raise LidarError(
-            f"the lidar has {laser.max() + 1} lasers; .feather supports 256", code="cannot_write"
+            f"the lidar has {laser.max() + 1} lasers; .feather supports at most 256", code="cannot_write"
         )
     table: dict[str, Any] = {
         **{axis: position[:, i].astype(np.float16) for i, axis in enumerate("xyz")},

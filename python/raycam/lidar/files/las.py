@@ -73,7 +73,7 @@ def laz_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
         importlib.import_module("lazrs")
     except ImportError:
         raise LidarError(
-            ".laz requires the packages laspy and lazrs: pip install 'raycam[laz]'; .las is not compressed",
+            ".laz requires the packages laspy and lazrs: pip install 'raycam[laz]', or use .las (uncompressed)",
             code="missing_dependency",
         ) from None
     packed = io.BytesIO()

@@ -48,7 +48,8 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
     azimuths = _angles(path, keys, "beam_azimuth_angles", 360.0)
     if len(altitudes) != len(azimuths):
         raise LidarError(
-            f"{path}: {len(altitudes)} beam_altitude_angles and {len(azimuths)} beam_azimuth_angles",
+            f"{path}: {len(altitudes)} beam_altitude_angles and {len(azimuths)} beam_azimuth_angles; "
+            "expected equal numbers",
             code="wrong_shape",
         )
     description = base_description(
@@ -77,7 +78,7 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
         values = _numbers(path, "pixel_shift_by_row", shifts)
         if len(values) != len(altitudes):
             raise LidarError(
-                f"{path}: {len(values)} values of pixel_shift_by_row for {len(altitudes)} rows",
+                f"{path}: pixel_shift_by_row has {len(values)} values; expected one for each of {len(altitudes)} rows",
                 code="wrong_shape",
             )
         table["pixel_shift_by_row"] = [int(value) for value in values]

@@ -44,12 +44,12 @@ def base_description(
     if name is None:
         counts = ", ".join(str(count) for count in sorted(by_lasers))
         raise LidarError(
-            f"{path}: {lasers} lasers; known {family} devices have {counts}", code="wrong_device"
+            f"{path}: the file has {lasers} lasers; known {family} devices have {counts}", code="wrong_device"
         )
     description = device_description(name)
     if description["family"] != family:
         raise LidarError(
-            f"{path}: this is a calibration of a {family} device, but {name} is not one", code="wrong_device"
+            f"{path}: this calibration requires a {family} device, got {name}", code="wrong_device"
         )
     own = laser_count(description)
     if own != lasers:

@@ -114,7 +114,7 @@ def _chosen(
     if fields is None:
         return list(defaults if defaults is not None else (name for name in columns if name != "position"))
     if isinstance(fields, str):
-        raise LidarError(f"fields must be several names, not the string {fields!r}", code="wrong_type")
+        raise LidarError(f"fields must be a list of names, not the string {fields!r}", code="wrong_type")
     names = [name for name in fields if name != "position"]
     for name in names:
         if name not in columns:

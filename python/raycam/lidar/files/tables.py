@@ -64,7 +64,8 @@ def _read_arrays(path: Path) -> dict[str, Any]:
             members = {item.filename.removesuffix(".npy"): item for item in archive.infolist()}
             if not {"directions"} <= members.keys() <= set(ARRAYS):
                 raise LidarError(
-                    f"{path}: arrays {', '.join(members)}; expected directions, and optionally times, rings, origins",
+                    f"{path}: the file contains {', '.join(members)}; expected directions and, optionally, times, "
+                    "rings, origins",
                     code="wrong_shape",
                 )
             arrays = {}
@@ -86,12 +87,13 @@ def _read_matrices(path: Path) -> dict[str, Any]:
     size = path.stat().st_size
     if size == 0 or size % MATRIX_BYTES:
         raise LidarError(
-            f"{path}: {size} bytes; expected {MATRIX_BYTES} for each pulse (3 x 4 float32)",
+            f"{path}: the file has {size} bytes; expected {MATRIX_BYTES} bytes for each pulse (3 x 4 float32)",
             code="wrong_shape",
         )
     if size // MATRIX_BYTES > MAX_ROWS:
         raise LidarError(
-            f"{path}: {size // MATRIX_BYTES} pulses; limit: {MAX_ROWS} rows", code="budget_exceeded"
+            f"{path}: too many pulses: {size // MATRIX_BYTES}; the limit is {MAX_ROWS}",
+            code="budget_exceeded",
         )
     matrices = np.frombuffer(path.read_bytes(), "<f4").reshape(-1, 3, 4).astype(np.float64)
     return {"directions": matrices[:, :, 2], "origins": matrices[:, :, 3]}
@@ -107,7 +109,7 @@ def _read_array(path: Path, stream: IO[bytes], size: int) -> npt.NDArray[Any]:
         warnings.simplefilter("ignore", UserWarning)  # NumPy warns about headers written by Python 2
         shape, is_fortran, kind = read(stream)
     if any(length < 0 for length in shape):
-        raise ValueError(f"an array has the shape {shape}")
+        raise ValueError(f"an array has the invalid shape {shape}")
     if kind.kind not in "fiu":
         raise ValueError(f"an array has the dtype {kind}, expected numbers")
     need = math.prod(shape) * kind.itemsize
@@ -147,7 +149,9 @@ def _read_text_table(path: Path) -> dict[str, Any]:
             code="wrong_shape",
         )
     if len(lines) > MAX_ROWS:
-        raise LidarError(f"{path}: {len(lines)} lines; limit: {MAX_ROWS} rows", code="budget_exceeded")
+        raise LidarError(
+            f"{path}: too many lines: {len(lines)}; the limit is {MAX_ROWS}", code="budget_exceeded"
+        )
     rows: list[list[float]] = []
     for number, line in enumerate(lines[1:], 2):
         if not line.strip():
@@ -158,7 +162,7 @@ def _read_text_table(path: Path) -> dict[str, Any]:
             where = f"{path}, line {number}: {name}"
             if index is not None and index >= len(cells):
                 raise LidarError(
-                    f"{where} is missing; {len(cells)} values in a table of {len(names)} columns",
+                    f"{where} is missing; the line has {len(cells)} values, the header {len(names)} columns",
                     code="missing_value",
                 )
             values.append(0.0 if index is None else finite(cells[index], where))
@@ -171,7 +175,7 @@ def _read_text_table(path: Path) -> dict[str, Any]:
             )
         if rows and values[0] < rows[-1][0]:
             raise LidarError(
-                f"{path}, line {number}: time is {values[0]:g}, before the line above ({rows[-1][0]:g})",
+                f"{path}, line {number}: time is {values[0]:g}, less than the previous time {rows[-1][0]:g}",
                 code="unordered_times",
             )
         rows.append(values)

@@ -60,7 +60,7 @@ def read_velodyne_yaml(path: Path, device: str | None) -> dict[str, Any]:
         elif lasers and key in ("two_pt_correction_available",):
             continue
         else:
-            raise LidarError(f"{where}: {key} must be a number of a laser, got {value!r}", code="wrong_type")
+            raise LidarError(f"{where}: {key} must be a laser's number, got {value!r}", code="wrong_type")
     return _description(path, device, header, lasers)
 
 
@@ -72,7 +72,7 @@ def read_velodyne_xml(path: Path, device: str | None) -> dict[str, Any]:
     """Returns the description of a unit calibrated by Velodyne's db.xml, in degrees and centimetres."""
     text = read_text(path)
     if "<!ENTITY" in text:
-        raise LidarError(f"{path}: entities are not supported", code="syntax")
+        raise LidarError(f"{path}: XML entities are not supported", code="syntax")
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as fault:

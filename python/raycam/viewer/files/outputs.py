@@ -76,7 +76,7 @@ def _first_still(session: Session) -> tuple[View, Frame]:
             return view, still
         if time.monotonic() > deadline:
             raise SettingsError(
-                "the image has no samples yet; save it when the camera no longer moves", code="no_samples"
+                "the image has no samples yet; save the image after the camera has stopped", code="no_samples"
             )
         time.sleep(STILL_INTERVAL_S)
 

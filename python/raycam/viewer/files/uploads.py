@@ -69,7 +69,8 @@ class Uploads:
         if self._received.get(name) != offset or self._sizes[name] != size or offset + len(piece) > size:
             self._drop(name)
             raise SettingsError(
-                f"{name}: a piece is missing or too long; drop the file again", code="wrong_shape"
+                f"{name}: a piece of the upload is missing or too long; drop the file again",
+                code="wrong_shape",
             )
         with self._file(name, "wb" if offset == 0 else "ab") as file:
             file.write(piece)
@@ -90,7 +91,7 @@ class Uploads:
         except FileNotFoundError as error:
             missing = Path(str(error.filename)).name
             raise SettingsError(
-                f"{names[0]} needs {missing}, which is missing; drop both files together",
+                f"{names[0]} requires {missing}, which was not uploaded; drop both files together",
                 code="missing_value",
             ) from None
         except Error as error:

@@ -47,7 +47,7 @@ def _nearby(folder: Path) -> list[Path]:
         if len(found) > MAX_FILES:
             warn(
                 Notice(
-                    f"{folder}: contains more than {MAX_FILES} files; changes of some textures may not be noticed",
+                    f"{folder}: contains more than {MAX_FILES} files; changes to some textures may not be detected",
                     "watch_limit",
                 )
             )

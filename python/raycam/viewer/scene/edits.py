@@ -224,7 +224,7 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
         _require_placeable(world, number)
         changed.set_object(number, matrix=_with_number(world, number, value))
     else:
-        raise SettingsError(f"objects have no {key} of this type", code="unknown_key")
+        raise SettingsError(f"object key {key} is unknown, or its value has a wrong type", code="unknown_key")
     return changed
 
 
@@ -285,7 +285,10 @@ def _with_number(world: World, number: int, value: Any) -> Floats:
         raise SettingsError("place: expected an index from 0 to 8 and a number", code="wrong_shape")
     place = placement_of_matrix(matrix_of_object(world, number), world.up)
     if place is None:
-        raise WorldError("the object is sheared; use its handles", code="conflicting_values")
+        raise WorldError(
+            "the object is sheared, so single numbers of its pose cannot be edited; drag its handles instead",
+            code="conflicting_values",
+        )
     place[int(value[0])] = float(value[1])
     return matrix_of_placement(place, world.up)
 

@@ -92,7 +92,8 @@ def _tinted(light: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
     name = _strength_key(light)
     if name is None:
         raise WorldError(
-            f"a {light['type']} light has no single {key}; change its strength", code="unknown_name"
+            f"a {light['type']} light has no {key} to edit; set strength, which scales the light",
+            code="unknown_name",
         )
     strength = np.broadcast_to(np.asarray(light[name], float), 3)
     largest = float(strength.max())

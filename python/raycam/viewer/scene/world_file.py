@@ -126,7 +126,8 @@ def _check(document: dict[str, Any], source: Path, world: World, camera: Camera)
         ) from None
     if built.counts["triangles"] != world.counts["triangles"] or not _same_place(built, world):
         raise WorldError(
-            f"{source.name} or a file that it names has changed since it was opened; open it again, or use Save GLB",
+            f"{source.name} or a file that it uses has changed since the world was opened; open the world again, "
+            "or use Save GLB",
             code="changed_file",
         )
     shown = next(iter(built.cameras.values()))

@@ -100,7 +100,7 @@ class Following:
         elif mode == "detach" and session.role.is_attached:
             if 1 + len(self._others) - count >= MOST_FREE:
                 raise SettingsError(
-                    f"too many viewers look around: the limit is {MOST_FREE - 1}", code="out_of_range"
+                    f"too many followers use Look around: the limit is {MOST_FREE - 1}", code="out_of_range"
                 )
             session.look_around()
         elif mode == "attach" and not session.role.is_attached:

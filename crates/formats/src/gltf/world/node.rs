@@ -277,8 +277,8 @@ impl Builder<'_, '_> {
                 return Err(document.fault(
                     ErrorCode::WrongShape,
                     format!(
-                        "{place}: the number of elements differs from that of the other \
-                    attributes"
+                        "{place}: the number of elements differs from the other attributes; expected equal \
+                    numbers"
                     ),
                 ));
             }

@@ -260,7 +260,7 @@ impl Scan<'_> {
         for bits in &mut component.bits[range] {
             // The scan contains either the first bit, or the bit below the previous bit.
             if *bits != (high > 0).then_some(high) {
-                return Err("contains bits in the wrong order".to_owned());
+                return Err("contains coefficient bits in the wrong order".to_owned());
             }
             *bits = Some(low);
         }

@@ -108,7 +108,7 @@ fn too_many_scans_are_refused() {
     file.extend(scan);
     file.extend([0xff, 0xd9]);
     let error = error_of(&file);
-    let expected = "a.jpg: truncated or damaged: scan 2 contains bits in the wrong order";
+    let expected = "a.jpg: truncated or damaged: scan 2 contains coefficient bits in the wrong order";
     assert_eq!(error, expected);
 }
 

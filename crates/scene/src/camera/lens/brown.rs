@@ -32,7 +32,7 @@ pub struct BrownTerms {
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BrownConrady {
     terms: BrownTerms,
-    /// Radius of the disc, which is excluded.
+    /// Radius of the disc; points at exactly this radius are outside the disc.
     radius: f64,
     /// Upper bound on the distance of the disc's image points from the axis.
     max_image_radius: f64,

@@ -251,11 +251,12 @@ impl Light {
             Self::Ies { power: Some(power), .. } => scale(power),
             Self::Ies { power: None, .. } | Self::Preetham { .. } | Self::Environment { .. } => {
                 let remedy = match self {
-                    Self::Ies { .. } => "; give its lumen or power as well",
+                    Self::Ies { .. } => "; add lumen or power",
                     _ => "",
                 };
                 return Err(SceneError::light(format!(
-                    "temperature is not a key of a light of type {:?} whose colour is that of its file or model{remedy}",
+                    "temperature cannot be used with a light of type {:?}, whose file or model \
+                     specifies the colour{remedy}",
                     self.type_name()
                 )));
             }

@@ -154,7 +154,10 @@ fn invalid_values_are_reported_with_their_key() {
         object(r#"{ "box": {}, "normals": [[0, 0, 0]] }"#),
         "normals[0]: [0.0, 0.0, 0.0]; expected a finite direction other than 0",
     );
-    assert_error(object(r#"{ "mesh": "bunny.ply" }"#), "mesh \"bunny.ply\": this description cannot refer to files");
+    assert_error(
+        object(r#"{ "mesh": "bunny.ply" }"#),
+        "mesh \"bunny.ply\": files are not supported in this world description",
+    );
     assert_error(
         build(r#"{ "object": [{ "box": {} }, { "instance_of": "box", "refine": 1 }] }"#),
         "object[1].refine: the mesh belongs to another object; set this key there",

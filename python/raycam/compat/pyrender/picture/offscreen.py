@@ -58,8 +58,8 @@ class OffscreenRenderer:
         channel for normals.
         """
         raise AttributeError(
-            "OffscreenRenderer has no _renderer and no shaders; for normals, use the channel normal: "
-            'raycam.render(world, camera, channels="normal"), where world, camera and size are those of the scene'
+            "OffscreenRenderer has no _renderer and no shaders; to render normals, create the same scene "
+            'with raycam.World and raycam.Camera, and use raycam.render(world, camera, channels="normal")'
         )
 
     def delete(self) -> None:

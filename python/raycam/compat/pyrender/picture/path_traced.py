@@ -139,7 +139,7 @@ def _add_light(world: raycam.World, light: Light, pose: Floats) -> None:
 
 
 def pinhole_camera(camera: Camera, pose: Floats, size: tuple[int, int]) -> raycam.Camera:
-    """The camera without its planes; its matrix K is computed from the rays of two image corners."""
+    """The camera without its near and far planes; its matrix K is computed from the rays of two image corners."""
     width, height = size
     starts, ways = camera.rays(np.array([0.0, width]), np.array([0.0, height]), size)
     if np.ptp(starts) > 0:
