@@ -24,11 +24,11 @@ const MIN_PHOTONS: usize = 5;
 const MAX_PHOTONS: usize = 64;
 /// Distances from the landing point along a photon's path, in radii of the caster, at which photons are compared in
 /// addition to their exit points. Behind a thin wall, directions are similar but exit points differ. Lab note: "points
-/// 2, 6 and 20 radii", 11-27.
+/// at 2, 6 and 20 radii", 11-27.
 const WAY_DISTANCES: [f64; 3] = [2.0, 6.0, 20.0];
 /// Radii of the compared neighbourhoods as seen from the landing points, and the divisors of their light. The divisor
 /// is the radius to the power of 0.4, so that small neighbourhoods win unless they have few photons. Lab note: "light
-/// over radius to the 0.4, five radii from 0.03 to 0.5", 11-27.
+/// divided by the radius to the power of 0.4", 11-27.
 const NEIGHBORHOODS: [(f64, f64); 5] =
     [(0.03, 0.24595), (0.06, 0.324534), (0.12, 0.428225), (0.25, 0.574349), (0.5, 0.757858)];
 /// Radius of a target in standard deviations; 1.4 would cover a uniform disk. Lab note: "2.1 standard deviations wide",
@@ -38,7 +38,7 @@ const RADIUS_SIGMAS: f64 = 2.1;
 /// tuned.
 const MIN_RADIUS: f64 = 0.02;
 /// Minimum part of a block's light in its second target, and of a caster's light in cells with a second target. Lab
-/// note: "Second targets only where a tenth of the caster's photons need them", 11-27.
+/// note: "a second target only if a tenth of the caster's photons need such a target", 11-27.
 const MIN_SECOND_FRACTION: f64 = 0.1;
 /// Distance from exit to receiver, in radii of the caster, below which the receiver touches the caster. Lab note:
 /// "Receivers that touch the caster", 11-26.

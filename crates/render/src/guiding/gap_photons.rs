@@ -25,7 +25,7 @@ use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
 /// Work of an image, in samples, before its first sample that is guided to gaps: finding gaps takes 0.1 to 0.6 s. Lab
-/// note: "for samples from 2^22 / (width x height) of a pixel on", 11-27.
+/// note: "from sample 2^22 / (width x height) of a pixel on", 11-27.
 const SAMPLES_BEFORE: u64 = 1 << 22;
 /// Number of photons in each half. Lab note: "2 x 2^17 photons", 11-27; 2^16 and 2^18 were rejected.
 const PHOTONS: u32 = 1 << 17;

@@ -38,8 +38,8 @@ const BALL_CELLS: usize = 24;
 const MAX_BALL_CELLS: usize = 40;
 /// Number of segments by which balls are judged.
 const JUDGES: u32 = 4096;
-/// Maximum weight of one segment among [`JUDGES`], because few photons are no evidence. Lab note: "none of which counts
-/// for more than 1 %", 11-27.
+/// Maximum weight of one segment among [`JUDGES`], because few photons are no evidence. Lab note: "none of which has a
+/// weight above 1 %", 11-27.
 const MAX_SAME_JUDGES: u32 = JUDGES / 100;
 /// Minimum number of segments of a half; with fewer, no gap is searched for.
 const MIN_SEGMENTS: usize = 10_000;

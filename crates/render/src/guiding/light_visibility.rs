@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use glam::{DVec3, UVec3};
 
-/// Maximum number of cubes along the longest side of the world. Lab note: "Light sampling at one hit in eight in cubes
-/// (24 along the longest side)", 11-26.
+/// Maximum number of cubes along the longest side of the world. Lab note: "In cubes (24 along the longest side)",
+/// 11-26.
 const MAX_CELLS_PER_SIDE: u32 = 24;
 /// Rate of light sampling in hidden cubes. The value is greater than zero, because tests of a few points do not prove
 /// that a cube is dark. Lab note: as above.

@@ -13,7 +13,7 @@ use crate::soa::{Vec3xN, lane_dvec3, lane_vec3, set_lane};
 /// 11-22; 0.3 to 0.5 were rejected.
 pub(crate) const MAX_GUIDED_WEIGHT: f32 = 0.2;
 /// Maximum density of samples towards a caster, relative to uniform samples of the hemisphere. Lab note: "at most 16
-/// times as densely", 11-22.
+/// times the density", 11-22.
 pub(crate) const MAX_DENSITY_RATIO: f32 = 16.0;
 /// Maximum fraction of a surface's samples that are guided by caustic maps. Lab note: "the constants of caustic maps",
 /// 11-23.
