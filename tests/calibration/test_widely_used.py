@@ -486,10 +486,11 @@ def test_camera_matrices_of_pmvs_and_dtu_are_read(tmp_path: Path) -> None:
         check_matrix(next(iter(cameras.values())))
 
 
-def test_camera_matrix_instead_of_a_pose_is_named(tmp_path: Path) -> None:
-    (tmp_path / "a.json").write_text(json.dumps({"P": (K @ np.column_stack([R, T])).tolist()}))
-    with raises(FormatError, code="syntax", mentions=["a.json:1", "from_matrix"]):
-        load(tmp_path / "a.json")
+def test_camera_matrix_without_a_size_is_read(tmp_path: Path) -> None:
+    P = K @ np.column_stack([R, T])
+    (tmp_path / "a.json").write_text(json.dumps({"P": P.tolist()}))
+    camera = raycam.load_cameras(tmp_path / "a.json", size=(640, 480))["a"]
+    np.testing.assert_allclose(camera.P / camera.P[2, 2], P / P[2, 2], rtol=1e-9)
 
 
 def test_neus_without_intrinsics_is_refused(tmp_path: Path) -> None:

@@ -84,7 +84,7 @@ def test_killed_and_stopped_workers_do_not_change_the_bytes(
 @pytest.mark.parametrize(
     ("deed", "error"),
     [
-        ("os.kill(os.getpid(), 11)", "3 workers ended while rendering it; last error: WorkerDied: a worker ended"),
+        ("os.kill(os.getpid(), 11)", "WorkerDied: a worker ended"),
         ("print('last words', file=sys.stderr); os._exit(7)", r"a worker ended with exit status 7"),
         ("raise ZeroDivisionError('odd')", r"FrameError: ZeroDivisionError: odd"),
     ],
@@ -96,7 +96,7 @@ def test_frame_that_kills_its_workers_is_abandoned_and_other_frames_are_finished
     pool = ProcessPool(2)
     job = Job(tmp_path / "a", package())
     try:
-        with raises(JobError, code="failed_frames", mentions=["frame 3:", error]):
+        with raises(JobError, code="failed_frames", mentions=["frame 3 ", error]):
             job.run(pool)
     finally:
         pool.close()

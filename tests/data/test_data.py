@@ -43,7 +43,7 @@ def test_quick_starts_run_in_an_empty_folder(
         words[words.index("--samples") + 1] = "1"
         extra = [word for word in extra if word not in ("--samples", "1")]
     assert cli.main([*words, *extra]) == 0
-    assert "comes with raycam" in capsys.readouterr().err
+    assert "raycam's own file" in capsys.readouterr().err
 
 
 def test_files_of_the_user_take_precedence_over_bundled_files(

@@ -155,7 +155,9 @@ def test_unfit_worker_does_not_count_as_an_attempt() -> None:
 def test_frame_that_kills_three_workers_fails() -> None:
     pool = Pool(lambda frame, _: WorkerDied("signal SIGSEGV") if frame == 4 else "x")
     found = outcomes(pool, range(9))
-    assert failed(found) == {4: "3 workers ended while rendering it; last error: WorkerDied: signal SIGSEGV"}
+    assert list(failed(found)) == [4]
+    assert failed(found)[4].startswith("3 workers ")
+    assert failed(found)[4].endswith("WorkerDied: signal SIGSEGV")
     assert pool.attempts[4] == 3
     assert sum(pool.attempts.values()) == 11
 

@@ -137,7 +137,11 @@ FAULTS: dict[str, tuple[str, Callable[[Path], None], Any]] = {
         change_message(state(1, ["a"], [np.nan])),
         fault("out_of_range", "/joint_states"),
     ),
-    "lengths": ("db3", change_message(state(1, ["a", "b"], [1])), fault("damaged_data", "2 names and 1")),
+    "lengths": (
+        "db3",
+        change_message(state(1, ["a", "b"], [1])),
+        fault("damaged_data", "2 names", "1 positions"),
+    ),
     "empty": ("db3", change_message(b""), fault("wrong_format", "/joint_states")),
     "too long": (
         "db3",

@@ -180,7 +180,7 @@ def poison(folder: Path, pool: dask_pool.DaskPool, *, frames: int, number: int) 
     job = Job(folder / "poison", package)
     try:
         pool._executor.submit = lambda _, task, **where: real(kills, task, **where)
-        with raises(JobError, code="failed_frames", mentions=[f"frame {number}:", scheduler.MAX_ATTEMPTS]):
+        with raises(JobError, code="failed_frames", mentions=[f"frame {number} ", scheduler.MAX_ATTEMPTS]):
             job.run(pool)
     finally:
         pool._executor.submit = real

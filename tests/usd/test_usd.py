@@ -382,7 +382,7 @@ def test_unsupported_prims_give_notices(tmp_path: Path) -> None:
     world = raycam.load(tmp_path / "a.usda")
     assert len(world.objects) == 1
     assert has_notice(world.notices, "ignored_element", "Points"), world.notices
-    assert has_notice(world.notices, "ignored_feature", "/world/square"), world.notices
+    assert has_notice(world.notices, "approximated_value", "/world/square"), world.notices
     assert has_notice(world.notices, "assumed_convention", "0.01 m"), world.notices
     # If no object is left, the error contains the cause.
     other = stage(tmp_path / "b.usda")

@@ -180,7 +180,7 @@ def test_opened_uploads_are_deleted_when_space_is_needed(monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ('[[object]]\nmesh = "no.ply"\n', "world.toml needs no.ply"),
+        ('[[object]]\nmesh = "no.ply"\n', "world.toml requires no.ply"),
         ('[[object]]\nmesh = "/etc/passwd"\n', "a dropped world can only use files dropped with it"),
         ("[[object]]\nbox = { siz = 1 }\n", 'world.toml:2: object[0].box.siz: unknown key "siz"'),
     ],

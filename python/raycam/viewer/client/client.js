@@ -3,10 +3,11 @@
 import { styleOf } from "./image/channels.js";
 import { inkOn } from "./image/colormap.js";
 import { areComparable, differenceKind, differenceOf, perceptualOf } from "./image/compare.js";
+import { showAbout } from "./panel/about.js";
 import { ComparePanel } from "./panel/compare.js";
 import { DisplayControls } from "./panel/display.js";
-import { byId, element, fillSelect, saveFile } from "./dom.js";
-import { showExplanation } from "./panel/explain.js";
+import { byId, fillSelect, saveFile } from "./dom.js";
+import { listExplanations, showExplaining, showExplanation } from "./panel/explain.js";
 import { fillLegend, fillScale } from "./panel/legend.js";
 import { sixDigits } from "./image/numbers.js";
 import { NoticeBox } from "./panel/notices.js";
@@ -89,12 +90,12 @@ export class Client {
     if (message.type === "values" && message.id === this.probes) this.showValues(message);
     if (message.type === "unpacked") this.probe();
     if (message.type === "tile") this.tiles.receive(message);
-    if (message.type === "explained" || message.type === "error") this.showExplaining(false);
+    if (message.type === "explained" || message.type === "error") showExplaining(false);
     if (message.type === "explained") showExplanation(/** @type {any} */ (message), this.picture.layers.a);
     if (message.type === "notice" || message.type === "error") this.say(message.text, message.type, true);
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
     if (message.type === "file") saveFile(message.name, message.media, message.bytes);
-    if (message.type === "about") this.showAbout(message);
+    if (message.type === "about") showAbout(message);
     this.onMessage(message);
   }
 
@@ -115,24 +116,11 @@ export class Client {
       this.controls.setExposure(welcome.exposure);
       this.controls.setView(welcome.view);
     }
-    this.showAbout(welcome);
+    showAbout(welcome);
     this.picture.layers.marks = welcome.explanations;
-    byId("explanations", HTMLElement).hidden = !welcome.explanations.length;
-    byId("explanation-list", HTMLElement).replaceChildren(
-      ...welcome.explanations.map((/** @type {Pixel} */ { column, row }) => {
-        const button = element("button", `${column + this.origin.column}, ${row + this.origin.row}`, { type: "button" });
-        button.addEventListener("click", () => this.explain({ column, row }));
-        return button;
-      }),
-    );
+    listExplanations(welcome.explanations, this.origin, (pixel) => this.explain(pixel));
     const channel = this.channel || welcome.channel;
     this.setChannel(this.channels.includes(channel) ? channel : this.channels[0]);
-  }
-
-  /** @param {Message} about */
-  showAbout({ about, notices }) {
-    byId("about", HTMLPreElement).textContent = about;
-    byId("notices", HTMLElement).replaceChildren(...notices.map((/** @type {string} */ text) => element("li", text)));
   }
 
   /** @param {string} name */
@@ -207,11 +195,8 @@ export class Client {
    * @param {(HTMLCanvasElement | null)[]} layers A and B as displayed
    */
   showCompare(difference, layers) {
-    const nothing = "To compare, keep the current image as B, then change something.";
-    const second = this.nameB ? `A is ${this.nameA}, B is ${this.nameB}.` : "B is the second frame.";
-    const text = this.frameB ? second : this.taken ? "B is the image that was kept." : nothing;
-    byId("compare-button", HTMLButtonElement).setAttribute("aria-pressed", String(this.mode !== "off" && Boolean(this.frameB || this.taken)));
-    this.compare.show({ has: Boolean(this.frameB || this.taken), mode: this.mode, text, difference, layers });
+    const b = this.frameB ? "frame" : this.taken ? "kept" : "";
+    this.compare.show({ b, names: [this.nameA, this.nameB], mode: this.mode, difference, layers });
   }
 
   /** How the image and B are drawn in the current mode. @returns {import("./picture.js").Layers["mode"]} */
@@ -362,16 +347,9 @@ export class Client {
   explain(pixel = this.held) {
     if (!pixel) return this.say("Hold a pixel first: click the image.", "notice");
     if (pixel !== this.held) this.hold(pixel);
-    this.showExplaining(this.transport.live);
+    showExplaining(this.transport.live);
     this.transport.send({ type: "explain", id: ++this.probes, u: pixel.column, v: pixel.row });
     this.probe();
-  }
-
-  /** Shows whether an explanation is being computed. @param {boolean} isExplaining */
-  showExplaining(isExplaining) {
-    const button = byId("explain", HTMLButtonElement);
-    button.setAttribute("aria-busy", String(isExplaining));
-    button.textContent = isExplaining ? "Explaining ..." : "Explain";
   }
 
   /**

@@ -1,9 +1,11 @@
 // The live view: navigation, cameras, light and snapshots, as commands and mouse actions of a client.
 
 import { byId, fillSelect } from "./dom.js";
+import { Flying } from "./flying.js";
 import { grouped } from "./image/numbers.js";
 import { Gizmo } from "./gizmo.js";
 import { DOLLY_STEP, Navigator } from "./navigator.js";
+import { showAbout } from "./panel/about.js";
 import { LensControls } from "./panel/lens.js";
 import { Axes } from "./panel/axes.js";
 import { CameraControls } from "./panel/cameras.js";
@@ -32,21 +34,7 @@ export const LIVE_MOUSE =
 
 const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
 const PAN_PIXELS = 24; // pixels of the picture that an arrow key pans
-const FLY_STEP = 1; // hundredths of the world's size per step
-const FAST = 4, SPEED_NOTCH = 1.25, SLOWEST = 1 / 64, FASTEST = 64; // factors of the step
-const FLY_TICK = 50; // ms
 const LONGEST_FILM = 60; // seconds
-const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
-  KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
-});
-
-/** Ways to move, in the order in which the key N selects them, with the texts that explain them. */
-const WAYS = /** @type {Record<string, string>} */ ({
-  orbit: "Orbit: drag to turn around the pivot.",
-  fly: "Fly: W, A, S and D move the camera, E and Q raise and lower it. Drag to look around, hold Shift to move fast, turn the wheel to change the speed.",
-  walk: "Walk: W, A, S and D move along the ground, E and Q raise and lower the camera. Drag to look around, hold Shift to move fast, turn the wheel to change the speed.",
-});
-
 export class LiveView {
   /** @param {Client} client */
   constructor(client) {
@@ -72,12 +60,7 @@ export class LiveView {
     this.navigator = new Navigator((message) => client.transport.send(message));
     this.navigator.onMove = () => this.moved();
     this.navigator.onCamera = (camera) => this.axes.show(camera);
-    this.way = "orbit";
-    this.speed = 1;
-    this.fast = false;
-    /** @type {Set<string>} codes of the keys that are down */
-    this.down = new Set();
-    this.flying = 0;
+    this.flying = new Flying(this.navigator);
     this.status = new StatusLine();
     this.link = new ViewLink(this);
     this.hint = new Hint(client.picture.canvas);
@@ -105,12 +88,6 @@ export class LiveView {
       client.transport.send({ type: "film", seconds: Math.min(Math.max(this.timeline.seconds, 0.1), LONGEST_FILM), degrees: 0 });
     });
     byId("film-stop", HTMLButtonElement).addEventListener("click", () => client.transport.send({ type: "stop" }));
-    document.addEventListener("keydown", (event) => this.pressed(event), true);
-    document.addEventListener("keyup", (event) => {
-      this.down.delete(event.code);
-      this.fast = event.shiftKey;
-    });
-    addEventListener("blur", () => this.down.clear());
     document.addEventListener("visibilitychange", () => client.transport.send({ type: "visible", visible: !document.hidden }));
     new ResizeObserver(() => this.resized()).observe(client.picture.canvas);
     client.picture.onRatio = () => this.resized();
@@ -145,7 +122,7 @@ export class LiveView {
       this.look.show(message.look);
       this.integrator.value = message.integrator;
       byId("variant", HTMLSelectElement).value = message.variant;
-      this.client.showAbout(/** @type {any} */ (message));
+      showAbout(/** @type {any} */ (message));
     }
     if (message.type === "selected") this.world.showMaterial(message);
     if (message.type === "thumbnails") this.world.textures.receive(message);
@@ -297,37 +274,6 @@ export class LiveView {
     this.lookThrough(this.cameras[(Math.max(at, step < 0 ? 0 : -1) + step + this.cameras.length) % this.cameras.length]);
   }
 
-  /** @param {KeyboardEvent} event */
-  pressed(event) {
-    this.fast = event.shiftKey;
-    if (this.way === "orbit" || event.ctrlKey || event.metaKey || event.altKey || !(event.code in FLY_KEYS)) return;
-    if (/** @type {HTMLElement} */ (event.target).id !== "picture") return;
-    event.preventDefault();
-    event.stopPropagation();
-    this.down.add(event.code);
-    if (this.flying) return;
-    this.flying = setInterval(() => this.fly(), FLY_TICK);
-    this.fly(); // at once: a short press is a step
-  }
-
-  fly() {
-    const steps = [0, 0, 0];
-    const pace = FLY_STEP * this.speed * (this.fast ? FAST : 1);
-    for (const code of this.down) FLY_KEYS[code].forEach((step, axis) => (steps[axis] += step * pace));
-    const [right, upwards, forward] = steps;
-    if (this.down.size && this.way === "walk") this.navigator.walk(right, upwards, forward);
-    else if (this.down.size) this.navigator.fly(right, upwards, forward);
-    else {
-      clearInterval(this.flying);
-      this.flying = 0;
-    }
-  }
-
-  /** Orbits, or looks around while flying and walking. @param {number} dx pixels @param {number} dy */
-  turn(dx, dy) {
-    this.navigator[this.way === "orbit" ? "orbit" : "look"](dx, dy);
-  }
-
   /** @returns {Record<string, (...words: string[]) => void>} */
   commands() {
     const { client } = this;
@@ -348,7 +294,7 @@ export class LiveView {
       }),
       step: moving((dx, dy) => {
         const { held, picture } = client;
-        if (!held) return this.turn(ORBIT_STEP * Number(dx), ORBIT_STEP * Number(dy));
+        if (!held) return this.flying.turn(ORBIT_STEP * Number(dx), ORBIT_STEP * Number(dy));
         const column = Math.min(Math.max(held.column + Number(dx), 0), picture.width - 1);
         client.hold({ column, row: Math.min(Math.max(held.row + Number(dy), 0), picture.height - 1) });
       }),
@@ -372,11 +318,7 @@ export class LiveView {
       "copy-link": () => this.link.copy(),
       play: () => this.timeline.play(!this.timeline.playing),
       frame: (steps) => this.timeline.step(Number(steps)),
-      drive: () => {
-        const ways = Object.keys(WAYS);
-        this.way = ways[(ways.indexOf(this.way) + 1) % ways.length];
-        client.say(WAYS[this.way], "notice");
-      },
+      drive: () => client.say(this.flying.nextWay(), "notice"),
     };
   }
 
@@ -388,15 +330,12 @@ export class LiveView {
       dragGrabbed: (at) => (this.gizmo.handle ? this.gizmo.drag(at) : client.divideAt(at)),
       drag: (_, dx, dy, pans) => {
         if (pans) this.navigator.pan(dx / picture.zoom, dy / picture.zoom);
-        else this.turn(dx, dy);
+        else this.flying.turn(dx, dy);
       },
       wheel: (at, steps, magnifies) => {
         if (magnifies) picture.zoomAt(1.25 ** steps, at.x, at.y);
-        else if (this.way === "orbit") this.navigator.dolly(steps, ...this.pixel(at));
-        else {
-          this.speed = Math.min(Math.max(this.speed * SPEED_NOTCH ** steps, SLOWEST), FASTEST);
-          client.say(`Speed: ${this.speed.toPrecision(2)} times.`, "notice");
-        }
+        else if (this.flying.way === "orbit") this.navigator.dolly(steps, ...this.pixel(at));
+        else client.say(this.flying.changeSpeed(steps), "notice");
       },
       pinch: (at, factor, dx, dy) => {
         this.navigator.dolly(Math.log(factor) / Math.log(DOLLY_STEP), ...this.pixel(at));

@@ -41,11 +41,16 @@ export class ComparePanel {
   }
 
   /**
-   * @param {{ has: boolean, mode: string, text: string, difference: Difference | null, layers: (HTMLCanvasElement | null)[] }} shown
+   * Shows the comparison with B, which is the second "frame", an image that was "kept", or missing ("").
+   * @param {{ b: string, names: string[], mode: string, difference: Difference | null, layers: (HTMLCanvasElement | null)[] }} shown names of the files of A and B, and A and B as displayed
    */
-  show({ has, mode, text, difference, layers }) {
+  show({ b, names, mode, difference, layers }) {
+    const nothing = "To compare, keep the current image as B, then change something.";
+    const second = names[1] ? `A is ${names[0]}, B is ${names[1]}.` : "B is the second frame.";
+    const text = b === "frame" ? second : b ? "B is the image that was kept." : nothing;
+    byId("compare-button", HTMLButtonElement).setAttribute("aria-pressed", String(mode !== "off" && b !== ""));
     const select = byId("compare-mode", HTMLSelectElement);
-    select.disabled = !has;
+    select.disabled = !b;
     select.value = mode;
     for (const option of select.options) option.disabled = ["difference", "signed", "relative"].includes(option.value) && !difference;
     byId("compare-text", HTMLElement).textContent = text;

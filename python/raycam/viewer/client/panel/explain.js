@@ -36,3 +36,27 @@ function showSection({ text, figure }, picture) {
   byId("explained-text", HTMLPreElement).textContent = text;
   byId("explained-scroll", HTMLElement).scrollTop = 0;
 }
+
+/** Shows whether an explanation is being computed. @param {boolean} isExplaining */
+export function showExplaining(isExplaining) {
+  const button = byId("explain", HTMLButtonElement);
+  button.setAttribute("aria-busy", String(isExplaining));
+  button.textContent = isExplaining ? "Explaining ..." : "Explain";
+}
+
+/**
+ * Lists the pixels whose explanations a page contains.
+ * @param {import("../picture.js").Pixel[]} pixels
+ * @param {import("../picture.js").Pixel} origin the pixel of the whole image at the left top corner of the arrays
+ * @param {(pixel: import("../picture.js").Pixel) => void} explain
+ */
+export function listExplanations(pixels, origin, explain) {
+  byId("explanations", HTMLElement).hidden = !pixels.length;
+  byId("explanation-list", HTMLElement).replaceChildren(
+    ...pixels.map(({ column, row }) => {
+      const button = element("button", `${column + origin.column}, ${row + origin.row}`, { type: "button" });
+      button.addEventListener("click", () => explain({ column, row }));
+      return button;
+    }),
+  );
+}
