@@ -1,0 +1,9 @@
+// The texts about the world and the frame, and their notices.
+
+import { byId, element } from "../dom.js";
+
+/** Shows what the world and the frame contain, and their notices. @param {Record<string, any>} about */
+export function showAbout({ about, notices }) {
+  byId("about", HTMLPreElement).textContent = about;
+  byId("notices", HTMLElement).replaceChildren(...notices.map((/** @type {string} */ text) => element("li", text)));
+}
