@@ -140,7 +140,7 @@ fn gltf_errors_name_the_place_in_the_document() {
         (r#""material": 0"#, r#""material": 1"#, "meshes[0].primitives[0].material: materials[1] does not exist"),
         (r#""mesh": 0"#, r#""mesh": 0, "children": [0]"#, "nodes[0] belongs to a loop of nodes (NODE_LOOP)"),
         (r#""byteLength": 36}]}"#, r#""byteLength": 37}]}"#, "buffers[0].byteLength: 37 declared"),
-        (r#""byteLength": 36}],"#, r#""byteLength": 37}],"#, "bufferViews[0]: 37 bytes from 0"),
+        (r#""byteLength": 36}],"#, r#""byteLength": 37}],"#, "bufferViews[0]: 37 bytes from offset 0"),
         (r#""2.0""#, r#""1.0""#, "asset.version \"1.0\""),
         ("base64,A", "base64,!", "buffers[0].uri: invalid base64"),
     ] {
