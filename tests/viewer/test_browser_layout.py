@@ -37,6 +37,8 @@ def session_of(viewer: Viewer, tab: Tab) -> Session:
 
 
 def click(tab: Tab, selector: str) -> None:
+    """Clicks an element once it is enabled."""
+    tab.wait(f"!document.querySelector({selector!r}).disabled")
     tab.evaluate(f"document.querySelector({selector!r}).click()")
 
 

@@ -48,6 +48,8 @@ def put(tab: Tab, name: str, value: str) -> None:
 
 
 def click(tab: Tab, selector: str) -> None:
+    """Clicks an element once it is enabled."""
+    tab.wait(f"!document.querySelector({selector!r}).disabled")
     tab.evaluate(f"document.querySelector({selector!r}).click()")
 
 
