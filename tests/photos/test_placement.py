@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import raycam
-from raycam.photos.placement import best_scale, placement_notices
+from raycam.photos.placement import find_best_scale, placement_notices
 from support.box_table import ring, table
 from support.raises import check_mentions
 
@@ -34,7 +34,7 @@ def test_notice_contains_the_factor_that_undoes_a_scale(scale: float) -> None:
     }
     [notice] = placement_notices(moved_table(matrix), high)
     assert notice.code == "misplaced_mesh"
-    best, count = best_scale(moved_table(matrix), list(high.values()), inside=False)
+    best, count = find_best_scale(moved_table(matrix), list(high.values()), inside=False)
     assert count == 6
     check_mentions(str(notice), [f"{best:g}", count])
     # The factor fits every camera; for a model without units it need not be the exact factor.

@@ -12,7 +12,7 @@ from .. import _core
 from ..annotations.labels import Label
 from ..arguments import Bools
 from ..errors import SettingsError, nearest
-from .keypoint_labels import joined_labels, keypoint_triples, owner_names
+from .keypoint_labels import join_object_labels, keypoint_triples, owner_names
 from .plan import Format, Index, Made, Plan, Record, Shot
 
 __all__ = ["FORMAT"]
@@ -77,7 +77,7 @@ def make(plan: Plan, number: int) -> Made:
     name = f"images/{plan.picture_name(number)}.png"
     annotations = [
         annotation(shot, item)
-        for item in joined_labels(shot, shot.labels(frame["instance"]), plan.options["keypoints"])
+        for item in join_object_labels(shot, shot.labels(frame["instance"]), plan.options["keypoints"])
         if item.visible_pixels >= max(int(plan.options["min_pixels"]), 1)
     ]
     image = {"id": number + 1, "width": width, "height": height, "file_name": name.removeprefix("images/")}

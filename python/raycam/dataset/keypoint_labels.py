@@ -9,10 +9,12 @@ from ..annotations.keypoints import keypoints
 from ..annotations.labels import Label, join_labels
 from .plan import Shot
 
-__all__ = ["joined_labels", "keypoint_triples", "owner_names"]
+__all__ = ["join_object_labels", "keypoint_triples", "owner_names"]
 
 
-def joined_labels(shot: Shot, labels: list[Label], points: Mapping[str, Mapping[str, Any]]) -> list[Label]:
+def join_object_labels(
+    shot: Shot, labels: list[Label], points: Mapping[str, Mapping[str, Any]]
+) -> list[Label]:
     """Returns the labels; if the keypoints of a category have "objects", its labels are joined to one.
 
     `points` are the keypoints by category.

@@ -25,7 +25,6 @@ VISIBLE, SITE = 1, 8
 """Bits of `newton.ShapeFlags`."""
 INFINITE_PLANE = 1000.0
 """The side length, in metres, of planes without a size, as in Newton's viewer."""
-CONE_SEGMENTS = 64
 MODEL_ARRAYS = ("shape_type", "shape_scale", "shape_transform", "shape_body", "shape_flags", "body_q")
 """Arrays that a model must have."""
 
@@ -172,7 +171,7 @@ def _geometry(kind: int, size: Floats, source: Any) -> tuple[dict[str, Any] | No
     if kind == CYLINDER:
         return {"cylinder": {"radius": x, "height": 2 * y}}, unscaled
     if kind == CONE:
-        return _cone(x, y), unscaled
+        return {"cone": {"radius": x, "height": 2 * y}}, unscaled
     if kind == CAPSULE:
         vertices, faces, normals = capsule_mesh(x, 2 * y)
         return {"vertices": vertices, "triangles": faces, "normals": normals}, unscaled
@@ -182,16 +181,6 @@ def _geometry(kind: int, size: Floats, source: Any) -> tuple[dict[str, Any] | No
     if kind == HFIELD and source is not None:
         return _height_field(source), unscaled
     return None, unscaled
-
-
-def _cone(radius: float, half: float) -> dict[str, Any]:
-    """A cone along z with its base at -half and its apex at half."""
-    turns = np.linspace(0, 2 * np.pi, CONE_SEGMENTS, endpoint=False)
-    rim = np.stack([radius * np.cos(turns), radius * np.sin(turns), np.full(CONE_SEGMENTS, -half)], axis=1)
-    this, after = np.arange(CONE_SEGMENTS), np.roll(np.arange(CONE_SEGMENTS), -1)
-    apex, middle = np.full(CONE_SEGMENTS, CONE_SEGMENTS), np.full(CONE_SEGMENTS, CONE_SEGMENTS + 1)
-    faces = np.concatenate([np.stack([this, after, apex], 1), np.stack([after, this, middle], 1)])
-    return {"vertices": np.concatenate([rim, [[0, 0, half], [0, 0, -half]]]), "triangles": faces}
 
 
 def _height_field(field: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Builder of GLB files in memory, through which meshes of other libraries are imported."""
+"""GLB files in memory, through which meshes of other libraries are imported."""
 
 from __future__ import annotations
 
@@ -10,9 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..errors import FormatError
 
-__all__ = ["GlbBuilder"]
+__all__ = ["GlbBuilder", "pack_glb"]
 
+MAX_FILE_BYTES = 2**32 - 1
+"""Largest size of a GLB file."""
 _ACCESSOR_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 
 
@@ -69,12 +72,23 @@ class GlbBuilder:
         root: dict[str, Any] = {"asset": {"version": "2.0"}, **self._lists}
         if nodes := self._lists.get("nodes"):
             root |= {"scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}]}
-        if self._length:
-            root["buffers"] = [{"byteLength": self._length}]
-        text = json.dumps(root).encode()
-        text += b" " * (-len(text) % 4)
-        binary = b"".join(self._parts)
-        chunks = struct.pack("<I4s", len(text), b"JSON") + text
-        if binary:
-            chunks += struct.pack("<I4s", len(binary), b"BIN\0") + binary
-        return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+        return pack_glb(root, b"".join(self._parts))
+
+
+def pack_glb(document: dict[str, Any], binary: bytes) -> bytes:
+    """Returns a GLB file with a JSON document and its only buffer, if that has any bytes (glTF 2.0, chapter 4).
+
+    Sets `buffers` of the document. Raises `FormatError` if the file would exceed 4 GiB.
+    """
+    if binary:
+        document["buffers"] = [{"byteLength": len(binary)}]
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text
+    if binary:
+        padded = binary + bytes(-len(binary) % 4)
+        chunks += struct.pack("<I4s", len(padded), b"BIN\0") + padded
+    size = 12 + len(chunks)
+    if size > MAX_FILE_BYTES:
+        raise FormatError(f"GLB: the file would have {size} bytes; the maximum is 4 GiB", code="too_large")
+    return struct.pack("<4sII", b"glTF", 2, size) + chunks

@@ -16,7 +16,7 @@ from .random_numbers import standard_normals
 if TYPE_CHECKING:
     from .lidar import Lidar
 
-__all__ = ["azimuth_errors", "spun", "world_axes"]
+__all__ = ["azimuth_errors", "rotate_about_z", "world_axes"]
 
 
 def world_axes(
@@ -25,7 +25,7 @@ def world_axes(
     """Returns the starts and the unit directions [n, 3] of the beams of `pulses` in the world, at their times."""
     turns, places = lidar.track.at(pattern.times[pulses])
     errors = azimuth_errors(lidar, pattern, frame)[pulses]
-    directions = transform(turns, spun(pattern.directions[pulses], errors))
+    directions = transform(turns, rotate_about_z(pattern.directions[pulses], errors))
     return transform(turns, pattern.origins[pulses]) + places, directions
 
 
@@ -40,8 +40,8 @@ def azimuth_errors(lidar: Lidar, pattern: Pattern, frame: int) -> Floats:
     return errors[pattern.columns]
 
 
-def spun(directions: Floats, angles: Floats) -> Floats:
-    """Returns the directions [n, 3] turned about z by `angles` [n]."""
+def rotate_about_z(directions: Floats, angles: Floats) -> Floats:
+    """Returns the directions [n, 3] rotated about z by `angles` [n], in radians."""
     if not angles.any():
         return directions
     c, s = cosines(angles.tolist()), sines(angles.tolist())

@@ -17,7 +17,7 @@ from .paths import HIT_FIELDS, Contributions
 if TYPE_CHECKING:
     from ..world import World
 
-__all__ = ["Fog", "attenuation", "fog_contributions", "fog_of", "soft_echo"]
+__all__ = ["Fog", "attenuation", "find_fog", "fog_contributions", "soft_echo"]
 
 BACKSCATTER = 0.046
 """Backscattering coefficient times the visibility, in 1/sr (Rasshofer, Spies and Spies 2011)."""
@@ -47,7 +47,7 @@ class Fog:
         return below
 
 
-def fog_of(world: World, visibility: float | None) -> Fog | None:
+def find_fog(world: World, visibility: float | None) -> Fog | None:
     """Returns the fog of a lidar's setting `visibility`, or the world's fog if it is None; None without fog.
 
     The world's fog has the visibility ln(20) / extinction of its red light.

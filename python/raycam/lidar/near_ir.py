@@ -11,7 +11,7 @@ from .. import _core
 from ..arguments import Floats
 from .beam_axes import world_axes
 from .pattern import Pattern
-from .radial_velocity import world_moves
+from .surface_motion import world_moves
 
 if TYPE_CHECKING:
     from ..world import World

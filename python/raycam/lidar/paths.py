@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
-from .radial_velocity import surface_velocities, world_moves
+from .surface_motion import surface_velocities, world_moves
 from .surfaces import SurfaceTable, conductor_reflectance, dielectric_reflectance, retroreflectance
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from ..arguments import Floats, flag, whole
 from ..errors import LidarError, nearest
 from ..notices import collected, warn
 from .beam import beam_rays
-from .beam_axes import azimuth_errors, spun
+from .beam_axes import azimuth_errors, rotate_about_z
 from .echoes import Echoes, find_echoes
-from .fog import Fog, attenuation, fog_contributions, fog_of, soft_echo
+from .fog import Fog, attenuation, find_fog, fog_contributions, soft_echo
 from .intensity import device_intensity, signal_counts
 from .lidar import LIGHT_SPEED, Lidar
 from .near_ir import near_infrared
@@ -202,14 +202,14 @@ def trace_pulses(
     spin = azimuth_errors(lidar, pattern, frame)
     step = max(1, RAYS_PER_BLOCK // samples)
     parts, drifts, in_fog = [], [], []
-    fog = fog_of(world, settings["visibility"])
+    fog = find_fog(world, settings["visibility"])
     start, stop = (0, count) if pulses is None else pulses
     for first in range(start, max(stop, start + 1), step):
         block = slice(first, min(stop, first + step))
         rotations, places = lidar.track.at(pattern.times[block])
         starts, ways, weights = beam_rays(
             pattern.origins[block],
-            spun(pattern.directions[block], spin[block]),
+            rotate_about_z(pattern.directions[block], spin[block]),
             settings["beam_width"],
             settings["beam_divergence"],
             samples,

@@ -36,7 +36,7 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     if 2 * fronts >= len(given) or bounds is None:
         return []
     inside = 2 * seeing >= len(given)
-    best, count = best_scale(world, given, inside)
+    best, count = find_best_scale(world, given, inside)
     if inside and count < INSIDE_SHARE * len(given):
         return []
     problem = (
@@ -54,7 +54,7 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     return [Notice(message, "misplaced_mesh")]
 
 
-def best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tuple[float, int]:
+def find_best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tuple[float, int]:
     """Returns the factor at which the most cameras show fronts of the world, and the number of these cameras.
 
     `inside` excludes negative factors: an inside-out mesh around the origin is equally possible, and more common.

@@ -115,10 +115,10 @@ class StageReader:
         """Reads all prims; prims that cannot be read are reported in notices."""
         entries = list(self._entries(Usd.PrimRange.Stage(self.stage, Usd.PrimDefaultPredicate)))
         groups = self._group_instances(entries)
-        shared: dict[
-            int, list[Entry]
-        ] = {}  # for each group of equal instances, by the number of the first one
-        expanded: dict[int, list[Entry]] = {}  # for each other instance, by its number
+        # Prims of each group of equal instances, by the number of the group's first instance.
+        shared: dict[int, list[Entry]] = {}
+        # Prims of each other instance, by the instance's number.
+        expanded: dict[int, list[Entry]] = {}
         for numbers in groups:
             own = self._prims_of_instance(entries[numbers[0]][0])
             if len(numbers) > 1 and self._is_shareable(own):

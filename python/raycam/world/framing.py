@@ -206,9 +206,9 @@ def moments_of(world: AnyWorld, animation: str | int | None = None) -> list[AnyW
 def without_ground(world: AnyWorld) -> AnyWorld:
     """Returns a copy without the ground below the objects, or the world itself if it has no ground or nothing else.
 
-    A ground is a level square of two triangles with the name of the ground of `World.add_ground` or of the floor of
-    `add_studio`, or with a side of at least `MIN_GROUND_SIDE` diagonals of the other objects' bounds. Files of all
-    formats preserve both properties.
+    A ground is a level square of two triangles. Its name is that of the object that `World.add_ground` or `add_studio`
+    adds, or its side is at least `MIN_GROUND_SIDE` diagonals of the other objects' bounds. Files of all formats
+    preserve both properties.
     """
     axis = 2 if world.up == "z" else 1
     squares = [item for item in world.objects if item.visible and item.triangles == 2]

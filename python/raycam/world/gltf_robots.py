@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from .. import _core
 from ..arguments import Floats
-from ..errors import FormatError, Notice
+from ..errors import Notice
+from ..io.glb import pack_glb
 from ..robots import Robot, quaternion_matrices, quaternions_of
 
 if TYPE_CHECKING:
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["gltf_bytes"]
 
-MAX_FILE_BYTES = 2**32 - 1
-"""Largest size of a GLB file."""
 TOLERANCE = 1e-7
 """Largest cosine between the axes of a mesh for which its node has a translation, rotation and scale."""
 
@@ -111,19 +110,7 @@ class _GlbFile:
 
     def to_bytes(self) -> bytes:
         """Returns the file; raises `FormatError` if it would be too large."""
-        if self._binary:
-            self._document["buffers"] = [{"byteLength": len(self._binary)}]
-        text = json.dumps(self._document, separators=(",", ":")).encode()
-        text += b" " * (-len(text) % 4)
-        chunks = struct.pack("<I4s", len(text), b"JSON") + text
-        if self._binary:
-            binary = bytes(self._binary) + bytes(-len(self._binary) % 4)
-            chunks += struct.pack("<I4s", len(binary), b"BIN\0") + binary
-        if 12 + len(chunks) > MAX_FILE_BYTES:
-            raise FormatError(
-                f"GLB: the file would have {12 + len(chunks)} bytes; the maximum is 4 GiB", code="too_large"
-            )
-        return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+        return pack_glb(self._document, bytes(self._binary))
 
     def _add_node(self, name: str, parent_from_node: Floats, parent: int | None = None) -> int:
         node: dict[str, Any] = {"name": name}

@@ -50,10 +50,10 @@ pub(crate) fn world_light_at<'py>(
     let py = world.py();
     let prepared = world.get().prepared(py, settings.threads)?;
     let work = |control: &Control| light_at(&prepared, &places, quantity, &settings, control);
-    parts(py, run_for_work(py, false, None, work)?)
+    to_arrays(py, run_for_work(py, false, None, work)?)
 }
 
-fn parts(py: Python<'_>, PointLight { light, error }: PointLight) -> PyResult<LightParts<'_>> {
+fn to_arrays(py: Python<'_>, PointLight { light, error }: PointLight) -> PyResult<LightParts<'_>> {
     let n = error.len();
     Ok((array(py, light.into_flattened(), &[n, 3])?, array(py, error, &[n])?))
 }
@@ -67,7 +67,7 @@ pub(crate) struct LightRayArguments<'py> {
     pixel: PyReadonlyArrayDyn<'py, i32>,
 }
 
-/// The radiance along rays.
+/// Returns the radiance along rays and its standard error.
 #[pyfunction]
 pub(crate) fn world_radiance_along<'py>(
     world: &Bound<'py, World>,
@@ -83,5 +83,5 @@ pub(crate) fn world_radiance_along<'py>(
     let py = world.py();
     let prepared = world.get().prepared(py, settings.threads)?;
     let work = |control: &Control| radiance_along(&prepared, &rays, &settings, control);
-    parts(py, run_for_work(py, false, None, work)?)
+    to_arrays(py, run_for_work(py, false, None, work)?)
 }

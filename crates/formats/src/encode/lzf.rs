@@ -21,7 +21,7 @@ pub fn compress(data: &[u8]) -> Vec<u8> {
     let mut places = vec![usize::MAX; 1 << HASH_BITS];
     let (mut at, mut literals) = (0, 0);
     while at < data.len() {
-        let copy = earlier(data, at, &mut places);
+        let copy = find_copy(data, at, &mut places);
         let Some((distance, length)) = copy else {
             at += 1;
             continue;
@@ -40,8 +40,8 @@ pub fn compress(data: &[u8]) -> Vec<u8> {
     out
 }
 
-/// Distance and length of a copy for the bytes at `at`, whose place is recorded.
-fn earlier(data: &[u8], at: usize, places: &mut [usize]) -> Option<(usize, usize)> {
+/// Distance and length of earlier output that equals the bytes at `at`, if any; records the position `at`.
+fn find_copy(data: &[u8], at: usize, places: &mut [usize]) -> Option<(usize, usize)> {
     let &[a, b, c] = data.get(at..at + MIN_COPY)? else { return None };
     let hash = (u32::from_le_bytes([a, b, c, 0]).wrapping_mul(2_654_435_761) >> (32 - HASH_BITS)) as usize;
     let from = std::mem::replace(&mut places[hash], at);

@@ -67,8 +67,8 @@ impl PathTracer<'_> {
         MediumRay { origin, direction, begin, end, is_camera_ray: path.is_camera_ray }
     }
 
-    /// Moves a path through the media before its hit, along a ray with its borders. True if it reaches the hit; otherwise a medium scattered it, and
-    /// `continues` is true if its next ray is queued.
+    /// Moves a path through the media before its hit, along a ray that crosses `borders`. Returns true if the path
+    /// reaches the hit; otherwise a medium scattered the path, and `continues` is true if its next ray is queued.
     pub(super) fn cross_media(
         &self,
         media: &MediaMap,

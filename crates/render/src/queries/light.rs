@@ -90,7 +90,7 @@ impl LightRays<'_> {
         let n = self.origins.len();
         if [self.directions.len(), self.pixels.len()] != [n; 2] {
             return Err(RenderError::settings(format!(
-                "{n} origins, {} directions and {} pixels; expected one per ray",
+                "{n} origins, {} directions and {} pixels; expected one of each per ray",
                 self.directions.len(),
                 self.pixels.len()
             )));
@@ -98,7 +98,7 @@ impl LightRays<'_> {
         let is_finite = |[a, b]: [&[f64; 3]; 2]| a.iter().chain(b).all(|x| x.is_finite());
         match self.origins.iter().zip(self.directions).position(|(a, b)| !is_finite([a, b])) {
             None => Ok(()),
-            Some(at) => Err(RenderError::settings(format!("ray {at} is not finite"))),
+            Some(at) => Err(RenderError::settings(format!("ray {at} has an origin or direction that is not finite"))),
         }
     }
 }

@@ -35,16 +35,18 @@ impl MovingPoints<'_> {
         let others = [self.triangles.len(), self.barycentrics.len(), self.times.len()];
         if others != [n; 3] {
             return Err(RenderError::settings(format!(
-                "{n} objects and {others:?} other values; expected one per point"
+                "{n} objects, but {others:?} triangles, barycentrics and times; expected one value per point"
             )));
         }
         match self.times.iter().position(|time| !time.is_finite()) {
             None => Ok(()),
-            Some(at) => Err(RenderError::settings(format!("times[{at}] is {}", self.times[at]))),
+            Some(at) => {
+                Err(RenderError::settings(format!("times[{at}] is {}; expected a finite number", self.times[at])))
+            }
         }
     }
 
-    /// The position of point `at` in its mesh; `None` for a point of no triangle.
+    /// The position of point `at` in its mesh; `None` for a point without a triangle.
     fn in_mesh(&self, at: usize, world: &World, object: &Object) -> Option<DVec3> {
         let mesh = &world.meshes[object.mesh];
         let corners = mesh.triangles.get(usize::try_from(self.triangles[at]).ok()?)?;
@@ -53,7 +55,7 @@ impl MovingPoints<'_> {
     }
 }
 
-/// Velocity of each point in the world, in metres per second; 0 in worlds without a time, and for points of no triangle.
+/// Velocity of each point in the world, in metres per second; 0 in worlds without a time, and for points without a triangle.
 ///
 /// Velocities are differences of exact positions up to 20 microseconds before and after each point's time. Where the
 /// velocity jumps, only positions on one side of the jump are used; at the time of the jump, those after it.

@@ -41,7 +41,7 @@ const SOOT_WAVELENGTH: f32 = 550.0;
 const SOOT_ALBEDO: f32 = 0.25;
 /// Soot consists of aggregates of many spheres, which scatter mostly forwards: about 0.4 to 0.6.
 const SOOT_G: f32 = 0.5;
-/// Soot in the smoke of a fire in g/m³, through which one can see 3 m.
+/// Soot in the smoke of a fire, in g/m³; it results in a visibility of 3 m.
 const SMOKE_DENSITY: f32 = 0.1;
 
 /// The names of all presets.

@@ -118,7 +118,7 @@ impl Video {
         self.seconds
     }
 
-    /// Number of frames: The number of frames: `fps * seconds`, rounded to the nearest integer, but at least one.
+    /// Number of frames: `fps * seconds`, rounded to the nearest integer, but at least one.
     pub fn frame_count(&self) -> usize {
         ((self.fps * self.seconds).round() as usize).max(1)
     }

@@ -30,7 +30,11 @@ Message = tuple[str, str, str]
 def description_messages(plan: Plan) -> list[Message]:
     """Returns the messages with the robots' URDF."""
     return [
-        (f"{_namespace(plan, robot)}{DESCRIPTION_TOPIC}", "std_msgs/msg/String", _text(_urdf(robot)))
+        (
+            f"{_namespace(plan, robot)}{DESCRIPTION_TOPIC}",
+            "std_msgs/msg/String",
+            _text(robot.description.document),
+        )
         for robot in plan.world.robots.values()
         if robot.description.document
     ]
@@ -96,10 +100,6 @@ def _is_world(robot: Robot) -> bool:
     return robot._kinematics.root == WORLD and np.array_equal(robot.world_from_root, np.eye(4))
 
 
-def _urdf(robot: Robot) -> str:
-    return robot.description.document
-
-
 def _text(value: str) -> str:
     return base64.b64encode(Cdr().add_text(value).to_bytes()).decode()
 
@@ -123,9 +123,7 @@ def _poses(robot: Robot, vector: Floats, stamp: int, prefix: str, first: bool) -
     root = robot._kinematics.root
     moving: list[tuple[str, str, Floats]] = []
     fixed: list[tuple[str, str, Floats]] = []
-    if not prefix and _is_world(robot):
-        pass  # the root link is the world's frame
-    else:
+    if prefix or not _is_world(robot):
         fixed.append((WORLD, prefix + root, robot.world_from_root))
     for joint in robot._kinematics.order:
         parent_from_child = robot._kinematics.parent_from_child(joint, vector[None]).reshape(4, 4)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ...annotations.labels import Label
 from ...errors import Notice, SettingsError
 from ..coco import polygons
-from ..keypoint_labels import joined_labels, keypoint_triples
+from ..keypoint_labels import join_object_labels, keypoint_triples
 from ..plan import Format, Index, Made, Plan, Record, Shot
 from .splits import SPLITS, check_splits, split_names
 
@@ -62,7 +62,7 @@ def make(plan: Plan, number: int) -> Made:
     classes = {category: i for i, category in enumerate(_class_categories(plan))}
     robots = plan.options["keypoints"].get("robots", {})
     lines = []
-    for item in joined_labels(shot, shot.labels(frame["instance"]), robots):
+    for item in join_object_labels(shot, shot.labels(frame["instance"]), robots):
         if item.visible_pixels >= least and shot.category(item.object) in classes:
             values = numbers(shot, item)
             text = " ".join(_short(value) for value in values)
