@@ -1,4 +1,4 @@
-"""Labels of objects with keypoints, of categories whose points belong to several objects."""
+"""Labels of objects with keypoints, including categories whose keypoints belong to several objects."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["join_object_labels", "keypoint_triples", "owner_names"]
 def join_object_labels(
     shot: Shot, labels: list[Label], points: Mapping[str, Mapping[str, Any]]
 ) -> list[Label]:
-    """Returns the labels; if the keypoints of a category have "objects", its labels are joined to one.
+    """Returns the labels; if the keypoints of a category have "objects", its labels are joined into one label.
 
     `points` are the keypoints by category.
     """
@@ -31,7 +31,7 @@ def join_object_labels(
 
 
 def owner_names(owners: str | list[str]) -> list[str]:
-    """Returns the objects of a keypoint: the object with which the point moves, and those that do not occlude it."""
+    """Returns the objects of a keypoint: first the object with which it moves, then others that do not occlude it."""
     return [owners] if isinstance(owners, str) else list(owners)
 
 

@@ -32,5 +32,5 @@ def load_rigs(rig: object, path: str | os.PathLike[str]) -> tuple[Mapping[str, R
 
 
 def times_of(cameras: Cameras) -> list[float] | None:
-    """Returns the times of cameras or poses in seconds; None if the file lacks the time of any of them."""
+    """Returns the times of cameras or poses in seconds; None if the time of one or more is missing."""
     return [cameras.times[name] for name in cameras] if len(cameras.times) == len(cameras) else None

@@ -44,12 +44,12 @@ class NewtonScene:
         self.update(state)
         warn_all(notices)
         self.notices = notices
-        """Parts of the model that are not shown or approximated."""
+        """Notices about parts of the model that are approximated or not shown."""
 
     def update(self, state: Any) -> None:
         """Moves the objects to the poses in `state.body_q` of a `newton.State`, or of the model itself.
 
-        No mesh is rebuilt. Raises `WorldError` for the state of a model with another number of bodies, and for poses
+        No mesh is rebuilt. Raises `WorldError` if the state has fewer bodies than the shapes refer to, and for poses
         that are not finite.
         """
         poses = _matrices(_array(state.body_q)) if state.body_q is not None else np.zeros((0, 4, 4))
@@ -67,7 +67,7 @@ class NewtonScene:
             )
 
     def _add_shapes(self, model: Any) -> list[Notice]:
-        """Adds the visible shapes; returns notices about others."""
+        """Adds the visible shapes; returns notices about parts that are approximated or not shown."""
         notices = []
         kinds, flags = _array(model.shape_type), _array(model.shape_flags)
         sizes = _array(model.shape_scale)

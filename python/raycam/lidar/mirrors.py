@@ -1,4 +1,4 @@
-"""Scanners that deflect the beam b with a moving mirror of the unit normal n at each time: d = b - 2 (b · n) n.
+"""Scanners that deflect the beam b with a moving mirror with unit normal n: its direction is then d = b - 2 (b · n) n.
 
 The middle of the scan is the x axis. Source: law of reflection; forms of mirrors: Wehr and Lohr (1999), "Airborne laser
 scanning - an introduction and overview", ISPRS Journal 54, section 4.
@@ -81,7 +81,7 @@ def _check_grid(name: str, value: Any, low: float, high: float) -> list[float]:
 
 
 def frame_rate(table: dict[str, Any]) -> float:
-    """Returns the default number of frames per second: a whole grid per frame of a survey, else 10."""
+    """Returns the default number of frames per second: 10, or one whole grid per frame for a survey."""
     if table["kind"] != "survey":
         return 10.0
     rows, columns = (len(axis) for axis in survey_grid(table))
@@ -121,7 +121,7 @@ def _turned_facets(angles: Floats) -> Floats:
 def _polygon(table: dict[str, Any], rate: float, frame: int) -> Pattern:
     """A rotating polygon: parallel lines in the x-y plane, all in the same direction, from right to left.
 
-    Pulses within the field of view are emitted; rings are lines, counted in each frame.
+    Only pulses within the field of view are emitted. Each line is a ring; rings are counted from 0 in each frame.
     """
     moments, clock = _clock(table, rate, frame)
     phase = clock * table["line_rate"]
@@ -135,7 +135,7 @@ def _polygon(table: dict[str, Any], rate: float, frame: int) -> Pattern:
 
 
 def _oscillating(table: dict[str, Any], rate: float, frame: int) -> Pattern:
-    """A mirror that swings as a sine: a zigzag in the x-y plane, first to the left; rings are half periods."""
+    """A mirror whose angle is a sine of time: a zigzag in the x-y plane, first to the left; a half period is a ring."""
     moments, clock = _clock(table, rate, frame)
     phase = clock * table["frequency"]
     swings = sines((2.0 * math.pi * np.fmod(phase, 1.0)).tolist())

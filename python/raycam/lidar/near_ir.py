@@ -34,7 +34,8 @@ def near_infrared(
     """Returns the red radiance along the axis of the beam of each `pulse` [n], in W/(m² sr), float32 [n].
 
     It is the light of an image (`raycam.render`), with the world's render settings and `near_ir_samples` paths for each
-    pulse. In a moving world, it is computed at the nearest of 64 times of the frame.
+    pulse. In a moving world whose pulses have more than 64 different times, it is computed at the nearest of 64 times
+    of the frame.
     """
     pulses, row = np.unique(pulse, return_inverse=True)
     origins, directions = world_axes(lidar, pattern, frame, pulses)
@@ -49,7 +50,7 @@ def near_infrared(
 def _moments(
     world: World, times: Floats, duration: float
 ) -> list[tuple[float | None, npt.NDArray[np.int64]]]:
-    """Returns times of the world, None for its own, with the rows of `times` whose light is computed then."""
+    """Returns times of the world (None: the world's own time), each with the rows of `times` computed at it."""
     if not world_moves(world):
         return [(None, np.arange(len(times)))]
     nearest = times

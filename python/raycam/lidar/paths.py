@@ -37,7 +37,7 @@ NOTHING = -1
 LEAST_LENGTH = 1e-6
 """Minimum distance in metres: nearer surfaces return as much light as surfaces at this distance."""
 CLEARANCE = 1e-7
-"""Distance in metres after an interface within which hits are ignored: they are neighbours of its triangle."""
+"""Distance in metres behind an interface within which hits, which are on neighbouring triangles, are ignored."""
 
 
 COLUMNS = ("pulse", "ray", "length", "energy", "bounces", "first_instance", "drift", "arrival", "fogged")
@@ -46,7 +46,7 @@ COLUMNS = ("pulse", "ray", "length", "energy", "bounces", "first_instance", "dri
 
 @dataclass
 class Contributions:
-    """The surfaces that return light, in the order of pulse and ray; [m] each."""
+    """The surfaces that return light: arrays with m rows, sorted by pulse and ray."""
 
     pulse: npt.NDArray[np.int64]
     ray: npt.NDArray[np.int64]
@@ -62,11 +62,11 @@ class Contributions:
     arrival: Floats
     """Direction in which the light arrives at the surface, times the refractive index [m, 3]; 0 if nothing moves."""
     fogged: Floats
-    """Half the length of the path in fog, in metres; in glass, the optical length."""
+    """Half the length of the path in fog, in metres; half the optical length if the fog is everywhere."""
     fields: dict[str, npt.NDArray[Any]]
     """The fields of `World.cast_rays` of the surface, and "incidence" in degrees."""
     deflected: npt.NDArray[np.bool_]
-    """True [pulses] for pulses with a path that left the world after a mirror or glass."""
+    """True [pulses] if a path left the world after a mirror or glass, or ended after `max_bounces` interfaces."""
 
     def sorted(self) -> Contributions:
         """Returns the contributions ordered by pulse, ray, length and bounces."""
@@ -145,7 +145,7 @@ def trace_paths(
     `drift` [n, k] is the rate of change of distances along each ray because the sensor moves (default: 0).
     Fog is below the coordinate `fog_top[1]` of the axis `fog_top[0]` (default: everywhere).
     Each ray's path is a tree: at a smooth interface, the share F is reflected and 1 - F is refracted (Fresnel). Each
-    share counts twice, because the light returns along the same path. Both branches are followed, up to `max_bounces`
+    share is squared, because the light returns along the same path. Both branches are followed, up to `max_bounces`
     interfaces; no random numbers are used.
     """
     count, samples = origins.shape[:2]
@@ -326,7 +326,7 @@ def _onward(
 def _add_interface_motion(
     rays: _Rays, interfaces: list[tuple[_Rays, npt.NDArray[Any]]], velocity: Floats, at: npt.NDArray[Any]
 ) -> None:
-    """Adds to the drift of each branch the motion of its mirror or glass, along the bend of the path."""
+    """Adds the rate caused by the motion of each branch's mirror or glass to the branch's drift."""
     for branch, own in interfaces:
         before = rays.index[at[own], None] * rays.directions[at[own]]
         bend = before - branch.index[:, None] * branch.directions

@@ -39,10 +39,10 @@ def radial_velocities(
 ) -> npt.NDArray[np.float32]:
     """Returns the rate of change of the distances of hits with `fields` at `times`, in m/s, float32 [n].
 
-    It is positive if the distance increases. `drift` [n] is the part of the sensor, mirrors and glass, `arrival` [n, 3]
-    the direction of the light at the surface times the refractive index. A point of the surface is followed along its
-    motion, and each mirror and glass face along its own; by Fermat's principle, other changes of the path do not change
-    its length.
+    The rate is positive if the distance increases. `drift` [n] is the rate caused by the motion of the sensor, mirrors
+    and glass; `arrival` [n, 3] is the direction of the light at the surface times the refractive index. Only the motion
+    of the surface's point and of the points on mirrors and glass counts: by Fermat's principle, a shift of the points
+    at which the path meets mirrors and glass does not change the path's length.
     """
     moved = surface_velocities(world, fields, times, threads)
     rate: npt.NDArray[np.float32] = (drift + (moved * arrival).sum(axis=1)).astype(np.float32)

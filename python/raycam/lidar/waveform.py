@@ -22,7 +22,8 @@ BLOCK = 1 << 14
 def waveform_offsets(pulse_length: float) -> Floats:
     """Returns the distances of the samples from the echo's maximum in metres, float64 [65].
 
-    `pulse_length` is the pulse's full width at half maximum in metres of distance; the samples cover four of them.
+    `pulse_length` is the pulse's full width at half maximum in metres of distance. The samples cover four pulse
+    lengths.
     """
     offsets: Floats = (np.arange(SAMPLES, dtype=float) - SAMPLES // 2) * (pulse_length / SAMPLES_PER_PULSE)
     return offsets
@@ -33,8 +34,9 @@ def sample_waveforms(
 ) -> npt.NDArray[np.float32]:
     """Returns the sum of E g(r - L) over the contributions of each echo's pulse, float32 [n, 65].
 
-    `pulse` and `length` [n] are the echoes' pulses and maxima, r = `length` + `waveform_offsets`; g is the pulse with
-    height 1, so that the unit is the energy of a white target at normal incidence at 1 m. `found` is sorted by pulse.
+    `pulse` and `length` [n] are the echoes' pulses and maxima, r = `length` + `waveform_offsets`; E and L are the
+    energy and the length of a contribution; g is the pulse with height 1, so that the unit is the energy of a white
+    target at normal incidence at 1 m. `found` is sorted by pulse.
     """
     sigma, offsets = pulse_length * FWHM_TO_SIGMA, waveform_offsets(pulse_length)
     first = np.searchsorted(found.pulse, pulse, side="left")

@@ -15,7 +15,7 @@ __all__ = ["InstanceGroups"]
 
 
 class InstanceGroups:
-    """Recognises instances that look the same at a time."""
+    """Recognises instances that look the same at the given time."""
 
     def __init__(self, time: Usd.TimeCode) -> None:
         self._time = time

@@ -14,7 +14,7 @@ __all__ = ["Placement", "is_solid"]
 
 
 class Placement:
-    """Objects with the numbers of their prims, whose order is that of the objects.
+    """Objects with the numbers of their prims; the objects are sorted by these numbers.
 
     Raises `MemoryError` beyond the maximum number of objects.
     """

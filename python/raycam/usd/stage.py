@@ -28,7 +28,7 @@ from .visibility import PrimVisibility
 __all__ = ["StageReader", "rate_of"]
 
 INTO_INSTANCES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-"""Defined, active and loaded prims, those of native instances included."""
+"""Defined, active and loaded prims, including the prims of native instances."""
 
 Entry = tuple[Usd.Prim, "Role"]
 """A prim that is read, and its role."""
@@ -42,7 +42,7 @@ class Role(Enum):
     CAMERA = 3
     LIGHT = 4
     UNSUPPORTED = 5
-    """A prim type that other renderers show."""
+    """A prim type that other renderers show, but raycam does not."""
     NONE = 6
     INSTANCE = 7
     """A native instance, whose prims have roles of their own."""
@@ -57,7 +57,7 @@ class ReadOptions:
     merged: bool
     """True if all meshes become one object, without lights and cameras."""
     up: str | None
-    """The up axis to which objects are turned; None for that of the file."""
+    """The up axis to which objects are turned; None for the file's up axis."""
     max_corners: int
 
 
@@ -92,7 +92,7 @@ class StageReader:
 
     @property
     def has_lost(self) -> bool:
-        """True if a supported prim could not be read."""
+        """True if a prim was skipped, or if reading a prim caused a notice other than about ignored properties."""
         return bool(self._meshes.notices or self._own_notices or self._skipped or self._instancers.notices)
 
     @property
@@ -141,7 +141,7 @@ class StageReader:
         self.moves = self.moves or self._skinning.moves or self._instancers.moves
 
     def _entries(self, prims: Usd.PrimRange, inside: Usd.Prim | None = None) -> Iterator[Entry]:
-        """The prims that are read. Native instances are not entered, except for the one that the range is `inside`."""
+        """The prims that are read. Prims in native instances are omitted, except in `inside`, the range's root."""
         walk = iter(prims)
         for prim in walk:
             if inside is None and prim.IsInstance():
@@ -227,7 +227,7 @@ class StageReader:
             self._skipped["invisible prims" if reason == "invisible" else f"prims {reason}"] += count
 
     def _read_instances(self, numbers: Any, instances: list[Usd.Prim], prims: list[Entry]) -> None:
-        """Reads equal native instances; `prims` are those of the first one."""
+        """Reads equal native instances; `prims` are the prims of the first instance."""
         self.moves = self.moves or any(map(is_animated, instances))
         if unused_of_model(instances[0]):
             for instance in instances:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["gltf_bytes"]
 
 TOLERANCE = 1e-7
-"""Largest cosine between the axes of a mesh for which its node has a translation, rotation and scale."""
+"""Maximum cosine of the angle between a transform's axes; with a larger cosine, the transform contains shear."""
 
 
 def gltf_bytes(world: WorldContents) -> tuple[bytes, list[Notice]]:
@@ -45,7 +45,7 @@ def gltf_bytes(world: WorldContents) -> tuple[bytes, list[Notice]]:
 
 
 class _GlbFile:
-    """A GLB file whose flat nodes are moved below the links of robots."""
+    """A GLB file whose nodes of shapes and cameras, which have no parents, are moved below the links of robots."""
 
     def __init__(self, data: bytes) -> None:
         length = struct.unpack("<I", data[12:16])[0]
@@ -122,7 +122,7 @@ class _GlbFile:
         return number
 
     def _attach(self, key: tuple[str, str], link: int, world_from_link: Floats) -> None:
-        """Moves a flat node below a link; a node that would have to shear stays where it is."""
+        """Moves a node below a link, unless its transform relative to the link would contain shear."""
         number = self._flat.get(key)
         if number is None:
             return
@@ -162,7 +162,7 @@ def _matrix(node: dict[str, Any]) -> Floats:
 
 
 def _place(node: dict[str, Any], matrix: Floats) -> bool:
-    """Sets a node's translation, rotation and scale; False for a transform that shears, which changes nothing."""
+    """Sets a node's translation, rotation and scale; returns False without changes if the matrix contains shear."""
     scale = np.linalg.norm(matrix[:3, :3], axis=0)
     axes = matrix[:3, :3] / scale
     if abs(axes.T @ axes - np.eye(3)).max() > TOLERANCE:

@@ -1,5 +1,5 @@
-//! Camera matrices P [3, 4] in pixels, in files without K: `P: [[...], [...], [...]]`, `projection_matrix`, `P1` and `P2`,
-//! or one in the map of each camera.
+//! Camera matrices P [3, 4] in pixels, in files without K: keys such as `P: [[...], [...], [...]]`,
+//! `projection_matrix`, `P1` and `P2`, at the top of the file or in the map of each camera.
 
 use raycam_scene::PixelCenter;
 
@@ -22,7 +22,7 @@ const P: [&str; 9] = [
     "cameraprojectionmatrix",
 ];
 
-/// Minimum focal lengths in pixels; the matrix of a pose has focal lengths of 1.
+/// Minimum focal length in pixels; distinguishes camera matrices from pose matrices, whose focal lengths would be 1.
 const MIN_FOCAL: f64 = 20.0;
 
 /// True if a key is that of a camera matrix, possibly with the number or the side of its camera.
@@ -61,7 +61,7 @@ fn read_map(at: &Cursor<'_>, name: &str, around: Option<[u32; 2]>, calibration: 
         at.entries()?.into_iter().find(|(key, at)| pose::is_part(&view, key) || pose::is_pose_key(&view, key, at));
     if let Some((_, pose)) = pose.filter(|(key, _)| !is_key(key)) {
         return Err(pose.fail(
-            "a pose next to a camera matrix P = K [R | t], which already contains one; remove it, or write K instead of P",
+            "the camera matrix P = K [R | t] already contains a pose; remove this pose, or write K instead of P",
         ));
     }
     let others = at.unread_keys(|key| {

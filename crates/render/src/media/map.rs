@@ -16,7 +16,7 @@ pub(crate) struct MediumPart {
     pub begin: f64,
     pub end: f64,
     pub medium: Medium,
-    /// The media that a path there is in.
+    /// The media that contain a path within this part.
     pub interior: InteriorList,
 }
 
@@ -40,12 +40,13 @@ pub(crate) struct MediaMap<'a> {
 }
 
 impl<'a> MediaMap<'a> {
-    /// The media as described; `None` for a world without media.
+    /// The media of the world, with fog that is not cut at the highest point; `None` for a world without media.
     pub fn new(geometry: &'a Geometry) -> Option<Self> {
         geometry.has_media().then_some(Self { geometry, fog: geometry.fog, covers_camera_rays: false })
     }
 
-    /// The media with fog that light from infinity reaches: fog without a height ends at the world's highest point.
+    /// Returns the media with fog that does not block light from infinity: fog without a height then ends at
+    /// the world's highest point.
     pub fn below_the_sky(self) -> Self {
         let Some(fog) = self.fog.filter(|fog| !fog.has_top()) else {
             return self;
@@ -54,8 +55,8 @@ impl<'a> MediaMap<'a> {
         Self { fog, covers_camera_rays: true, ..self }
     }
 
-    /// Visits the parts of a ray that are in a medium, in order, until `visit` breaks. The path's media at the ray's end
-    /// otherwise. `borders` are those that the ray crosses; later ones may follow.
+    /// Visits the parts of a ray that are in a medium, in order, until `visit` breaks. Otherwise, returns the path's
+    /// media at the ray's end. `borders` are the borders that the ray crosses; borders behind its end are ignored.
     pub fn visit<B>(
         &self,
         interior: InteriorList,
@@ -78,7 +79,7 @@ impl<'a> MediaMap<'a> {
         ControlFlow::Continue(interior)
     }
 
-    /// The borders of media that a ray crosses, by their distances from its begin.
+    /// The borders of media that a ray crosses, sorted by their distances from the ray's begin.
     pub fn borders(&self, ray: &MediumRay) -> Vec<ExactHit> {
         let mut borders = Borders::default();
         borders.find(self, [ray].into_iter());
@@ -126,7 +127,7 @@ impl<'a> MediaMap<'a> {
 pub(crate) struct Borders {
     rays: Vec<ExactRay>,
     counts: Vec<u32>,
-    /// For each ray, the end of its hits; they begin at the end of the ray before.
+    /// For each ray, the end of its range in `hits`; the range begins at the end of the previous ray's range.
     ends: Vec<usize>,
     hits: Vec<ExactHit>,
 }
@@ -155,7 +156,7 @@ impl Borders {
         }));
     }
 
-    /// The borders that a ray of the batch crosses, by their distances from its begin.
+    /// The borders that a ray of the batch crosses, sorted by their distances from the ray's begin.
     pub fn of_ray(&self, index: usize) -> &[ExactHit] {
         let Some(&end) = self.ends.get(index) else { return &[] };
         let begin = index.checked_sub(1).map_or(0, |before| self.ends[before]);
@@ -183,8 +184,8 @@ pub(crate) struct ClosedForm {
 }
 
 impl MediaMap<'_> {
-    /// The light through the media of a ray, each of which sends `air_light` where it is without end (H. Koschmieder,
-    /// 1924).
+    /// The closed form of the light along a ray. `air_light` returns the light that a medium of infinite depth sends
+    /// (H. Koschmieder, 1924).
     pub fn closed_form(
         &self,
         interior: InteriorList,

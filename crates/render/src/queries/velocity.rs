@@ -55,10 +55,12 @@ impl MovingPoints<'_> {
     }
 }
 
-/// Velocity of each point in the world, in metres per second; 0 in worlds without a time, and for points without a triangle.
+/// Velocity of each point in the world, in metres per second; 0 in worlds without a time, and for points
+/// without a triangle.
 ///
-/// Velocities are differences of exact positions up to 20 microseconds before and after each point's time. Where the
-/// velocity jumps, only positions on one side of the jump are used; at the time of the jump, those after it.
+/// Velocities are differences of exact positions up to 20 microseconds before and after each point's time. If the
+/// velocity jumps within this interval, only positions on one side of the jump are used; for a point whose time is the
+/// time of the jump, the positions after it.
 ///
 /// # Errors
 /// [`RenderError::Settings`] for malformed points, [`RenderError::World`] if the world cannot be evaluated at a time,

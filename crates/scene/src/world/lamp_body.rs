@@ -1,7 +1,7 @@
 //! Bodies of lamps: objects in the shape of a light, so that the light occludes and appears in ground truth.
 //!
-//! The radiance stays that of the light; its body is an object that reflects nothing, and whose surface is that of the
-//! light, or inside of it by at most 0.1 % of the radius.
+//! The light's radiance does not change. The body is an object that reflects nothing; its surface is the light's
+//! surface, or is inside the light's surface by at most 0.1 % of the radius.
 
 use std::f64::consts::TAU;
 
@@ -70,7 +70,7 @@ fn disk() -> Mesh {
     Mesh { vertices: [DVec3::ZERO].into_iter().chain(edge).collect(), triangles, ..Mesh::default() }
 }
 
-/// White in `flat`, and black under light.
+/// The material of bodies: white with the integrator `flat`, otherwise black, because it reflects nothing.
 fn body_material() -> Material {
     let model = MaterialModel::Phong { diffuse: 0.0, specular: [0.0; 3], shininess: 32.0 };
     Material { name: "lamp".into(), model, ..Material::default() }
@@ -97,9 +97,12 @@ impl World {
         }
         let remedy = match light {
             Light::Point { .. } | Light::Spot { .. } => "give it a radius",
-            _ => "only area and disk lights, and bulbs and spots with a radius, can have one",
+            _ => "only area and disk lights, and bulbs and spots with a radius, can have a body",
         };
-        Err(SceneError::light(format!("body of a light of type {:?} without a size; {remedy}", light.type_name())))
+        Err(SceneError::light(format!(
+            "a light of type {:?} without a size cannot have a body; {remedy}",
+            light.type_name()
+        )))
     }
 
     /// Adds, changes or removes the body of a light according to its traits.

@@ -1,6 +1,6 @@
 """The robots of a world in a ROS 2 bag: description, joint states, and the poses of the links in the frame tree.
 
-Sources: ROS 2 `sensor_msgs/msg/JointState`, `tf2_msgs` and `robot_state_publisher`, whose topics these are.
+Sources: ROS 2 `sensor_msgs/msg/JointState`, `tf2_msgs` and `robot_state_publisher`, which uses the same topics.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = ["DESCRIPTION_TOPIC", "JOINT_STATE", "description_messages", "robot_no
 JOINT_STATE = "sensor_msgs/msg/JointState"
 """The type of the messages with joint values."""
 DESCRIPTION_TOPIC = "/robot_description"
-"""The end of the topics with descriptions, which late subscribers also receive."""
+"""Last part of the names of topics with descriptions; late subscribers receive their messages too."""
 Message = tuple[str, str, str]
 """Topic, type, and CDR in base64."""
 

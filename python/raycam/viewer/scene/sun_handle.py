@@ -24,8 +24,10 @@ PIECES = 24
 
 
 def center_of_objects(world: World) -> Floats:
-    """Returns the centre [3] of the bounds of a world's objects without the ground, metres; the origin if it is
-    empty."""
+    """Returns the centre [3] of the objects' bounds, without the ground, in metres.
+
+    Returns the origin for a world without such objects.
+    """
     bounds = without_ground(world).bounds
     return np.zeros(3) if bounds is None else np.asarray(bounds, float).mean(axis=0)
 
@@ -44,8 +46,10 @@ def sun_handles(center: Floats, direction: Floats, camera: Camera) -> list[dict[
 def turn_sun(
     center: Floats, direction: Floats, camera: Camera, handle: str, begin: Floats, end: Floats
 ) -> Floats:
-    """Returns the direction [3] of a sun's light after a drag of a circle between two positions, in pixels from the
-    image's top left corner."""
+    """Returns the direction [3] of a sun's light after a circle has been dragged.
+
+    The circle `handle` is dragged from `begin` to `end`, in pixels from the image's top left corner.
+    """
     turned = dragged(_placed(center), np.zeros(3), camera, "turn", handle, begin, end)
     return np.asarray(turned[:3, :3] @ np.asarray(direction, float))
 

@@ -17,17 +17,17 @@ class CameraMessages:
         self._was_sent = False
 
     def reset(self) -> None:
-        """Starts again with a new client."""
+        """Discards the waiting message; called if a new client connects."""
         self._waiting, self._was_sent = None, False
 
     def add(self, message: dict[str, Any], *, is_moving: bool) -> dict[str, Any] | None:
-        """Returns the message if it is to be sent at once; otherwise it replaces the message that waits."""
+        """Returns the message if it is to be sent at once; otherwise stores it in place of the waiting message."""
         waits = is_moving and self._was_sent
         self._waiting, self._was_sent = message if waits else None, True
         return None if waits else message
 
     def take(self) -> dict[str, Any] | None:
-        """Returns the message that waits for the next image, or None; an image follows."""
+        """Returns the message that waits for the next image, or None; called before each image is sent."""
         message, self._waiting = self._waiting, None
         self._was_sent = message is not None
         return message
