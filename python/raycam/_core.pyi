@@ -74,6 +74,7 @@ __all__ = [
     "world_light_at",
     "world_occluded",
     "world_overlaps",
+    "world_points_in_sight",
     "world_radiance_along",
     "world_remove_camera",
     "world_remove_light",
@@ -200,6 +201,9 @@ def world_intersections(
 ) -> dict[str, npt.NDArray[Any]]: ...
 def world_occluded(world: World, query: dict[str, Any]) -> npt.NDArray[np.bool_]: ...
 def world_overlaps(world: World, groups: Sequence[int], limit: float) -> list[tuple[int, int, float]]: ...
+def world_points_in_sight(
+    world: World, camera: Camera, query: dict[str, Any]
+) -> dict[str, npt.NDArray[Any]]: ...
 def world_settle(
     world: World,
     moving: Sequence[int],

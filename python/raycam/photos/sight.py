@@ -8,15 +8,15 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from .._core import world_points_in_sight
 from ..arguments import Bools, Floats
 from ..camera import Camera
+from ..io.fork_guard import no_fork
 from ..world import World
 
-__all__ = ["Facing", "Sight", "find_sight", "footprints"]
+__all__ = ["Facing", "Sight", "find_sight"]
 
 Facing = Literal["front", "both"]
-RELATIVE_STEP = 1e-4
-"""Step of the finite differences of `footprints`, relative to the distance of the camera."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,10 @@ class Sight:
     """Origins of the pixels' rays [k, 3]: the camera's centre (with a rolling shutter, at the time of the pixel's
     line).
     """
+    footprints: Floats
+    """Derivatives of the pixels along two orthonormal surface directions [k, 2, 2], in pixels per metre, by central
+    differences; NaN if the lens cannot project the neighbourhood of a point. Empty unless requested.
+    """
 
 
 def find_sight(
@@ -43,55 +47,26 @@ def find_sight(
     *,
     facing: Facing = "front",
     min_cosine: float = 0.0,
+    footprints: bool = False,
     threads: int | None = None,
 ) -> Sight:
     """Returns which of the points [n, 3] with unit normals [n, 3] are visible from the camera.
 
     A point is visible if it projects through the lens into the image, if its front (with `facing` "both", either
     side) faces the camera at a cosine above `min_cosine`, and if no triangle is between it and the origin of its
-    pixel's ray.
+    pixel's ray. The footprints are computed if `footprints` is True.
     """
-    pixels, ok = camera.project(points)
-    low = camera.corner
-    with np.errstate(invalid="ignore"):
-        ok = ok & (pixels >= low).all(axis=1) & (pixels < np.array(camera.size) + low).all(axis=1)
-    index = np.flatnonzero(ok)
-    pixels = pixels[index]
-    origins, directions = camera.rays(pixels)
-    towards = origins - points[index]
-    length = np.sqrt((towards**2).sum(axis=1))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        cosine = (towards * normals[index]).sum(axis=1) / length
-    if facing == "both":
-        cosine = np.abs(cosine)
-    kept = np.isfinite(directions[:, 0]) & (cosine > min_cosine)
-    index, pixels, origins, cosine = index[kept], pixels[kept], origins[kept], cosine[kept]
-    clear = world.visible(points[index], origins, threads=threads)
-    return Sight(index[clear], pixels[clear], cosine[clear], origins[clear])
-
-
-def footprints(camera: Camera, points: Floats, normals: Floats, distance: Floats) -> Floats:
-    """Returns derivatives [n, 2, 2] of pixels along two surface directions, pixels per metre, by central differences.
-
-    `distance` [n] is the distance to the camera. The result is NaN if the lens cannot project the neighbourhood of a
-    point.
-    """
-    # Orthonormal basis after Duff et al., Building an orthonormal basis, revisited, 2017.
-    x, y, z = normals.T
-    sign = np.where(z >= 0, 1.0, -1.0)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    tangents = (
-        np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1),
-        np.stack([b, sign + y * y * a, -y], axis=1),
-    )
-    step = RELATIVE_STEP * distance[:, None]
-    found = np.empty((len(points), 2, 2))
-    for axis, tangent in enumerate(tangents):
-        ahead, _ = camera.project(points + step * tangent)
-        behind, _ = camera.project(points - step * tangent)
-        found[:, :, axis] = (ahead - behind) / (2 * step)
-    return found
+    query = {
+        "positions": np.ascontiguousarray(points, np.float64),
+        "normals": np.ascontiguousarray(normals, np.float64),
+        "both_sides": facing == "both",
+        "min_cosine": min_cosine,
+        "footprints": footprints,
+        "threads": threads,
+    }
+    with no_fork():
+        world._core.prepare(threads)
+    return Sight(**world_points_in_sight(world._core, camera._core, query))
 
 
 def in_morton_order(points: Floats) -> npt.NDArray[np.int64]:

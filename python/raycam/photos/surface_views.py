@@ -16,7 +16,7 @@ from ..world.face_geometry import face_areas, face_normals
 from ..world.object_mesh import ObjectMesh
 from .depth_edges import DepthEdges
 from .images import Pyramid
-from .sight import Facing, find_sight, footprints
+from .sight import Facing, find_sight
 
 __all__ = ["BORDER_WIDTH_PX", "MIN_COSINE", "PartView", "SurfacePart", "TexturedSurface", "view_part"]
 
@@ -96,14 +96,20 @@ def view_part(
     from 0 at the image's edge and, if `edges` are given, at jumps of depth. Transparent pixels have no colour.
     """
     sight = find_sight(
-        world, camera, part.points, part.normals, facing=facing, min_cosine=MIN_COSINE, threads=threads
+        world,
+        camera,
+        part.points,
+        part.normals,
+        facing=facing,
+        min_cosine=MIN_COSINE,
+        footprints=True,
+        threads=threads,
     )
     index = sight.index
     if not len(index):
         none = np.zeros(0, np.float32)
         return PartView(index, np.zeros((0, 2)), np.zeros((0, 3), np.float32), none, none)
-    distance = np.sqrt(((sight.origins - part.points[index]) ** 2).sum(axis=1))
-    jacobian = footprints(camera, part.points[index], part.normals[index], distance)
+    jacobian = sight.footprints
     area = np.nan_to_num(np.abs(np.linalg.det(jacobian)))
     places = sight.pixels - camera.corner
     border = np.minimum(places, np.array(camera.size) - places).min(axis=1)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Floats, one_of, thread_count, whole
+from ..arguments import Bools, Floats, one_of, thread_count, whole
 from ..camera import Camera
 from ..errors import Notice, WorldError
 from ..lidar import Lidar
@@ -21,7 +21,7 @@ from ..world.face_geometry import face_areas, face_normals
 from .face_samples import MAX_SAMPLES, MIN_SAMPLES, sample_pattern
 from .lidar_points import POINTS_PER_SAMPLE, FacePoints, points_on_faces
 from .placement import GRID_SIDE, pixel_grid, placement_notices
-from .sight import Facing, find_sight, footprints, in_morton_order, meets_front
+from .sight import Facing, Sight, find_sight, in_morton_order, meets_front
 from .truth import named_viewpoints
 
 __all__ = ["FacePairs", "SurfaceVisibility", "surface_visibility"]
@@ -243,26 +243,63 @@ class _Totals:
         """Adds the faces of a chunk, with their corners [k, 3, 3], for cameras and points of lidars."""
         faces, owner, weights = chunk
         points = np.einsum("nk,nkj->nj", weights, corners[owner])
-        normals = face_normals(corners)[owner]
+        normals = face_normals(corners)
         total = np.bincount(owner, minlength=len(faces))
+        first = np.cumsum(total) - total
         seen = np.zeros(len(owner), bool)
-        for number, camera in enumerate(viewpoints):
-            if isinstance(camera, FacePoints):
-                seen[self._add_points(number, camera, chunk, corners, total)] = True
+        for number, viewpoint in enumerate(viewpoints):
+            if isinstance(viewpoint, FacePoints):
+                seen[self._add_points(number, viewpoint, chunk, corners, total)] = True
                 continue
-            sight = find_sight(world, camera, points, normals, facing=facing, threads=threads)
-            if not len(sight.index):
-                continue
-            seen[sight.index] = True
-            own = owner[sight.index]
-            some = self._count(number, faces, np.bincount(own, minlength=len(faces)), total)
-            # The first visible sample of a face represents it.
-            _, first = np.unique(own, return_index=True)
-            index = sight.index[first]
-            distance = np.sqrt(((sight.origins[first] - points[index]) ** 2).sum(axis=1))
-            jacobian = footprints(camera, points[index], normals[index], distance)
-            self._keep_best(number, faces[some], smaller_singular_value(jacobian), sight.cosine[first])
+
+            def sight_of(samples: npt.NDArray[np.int64], camera: Camera = viewpoint) -> Sight:
+                return find_sight(
+                    world,
+                    camera,
+                    points[samples],
+                    normals[owner[samples]],
+                    facing=facing,
+                    footprints=True,
+                    threads=threads,
+                )
+
+            self._add_camera(number, sight_of, faces, owner, first, seen)
         self.fraction[faces] = np.bincount(owner, weights=seen, minlength=len(faces)) / total
+
+    def _add_camera(
+        self,
+        number: int,
+        sight_of: Callable[[npt.NDArray[np.int64]], Sight],
+        faces: npt.NDArray[np.int64],
+        owner: npt.NDArray[np.int64],
+        first: npt.NDArray[np.int64],
+        seen: Bools,
+    ) -> None:
+        """Adds a chunk's faces that are visible to a camera, and marks their visible samples in `seen`.
+
+        The first visible sample of a face represents it. After the first sample of each face, only those samples are
+        tested that can change the result: the samples of faces that are not visible so far, and those that no earlier
+        camera shows; with `pairs`, all samples.
+        """
+        is_visible = np.zeros(len(faces), bool)
+        is_first = np.zeros(len(owner), bool)
+        is_first[first] = True
+        hits = np.zeros(len(faces), np.int64)
+        for chosen in (lambda: is_first, lambda: ~is_first & (self.pairs | ~is_visible[owner] | ~seen)):
+            samples = np.flatnonzero(chosen())
+            sight = sight_of(samples)
+            visible = samples[sight.index]
+            seen[visible] = True
+            own = owner[visible]
+            hits += np.bincount(own, minlength=len(faces))
+            represented, at = np.unique(own, return_index=True)
+            new = ~is_visible[represented]
+            represented, at = represented[new], at[new]
+            is_visible[represented] = True
+            resolution = smaller_singular_value(sight.footprints[at])
+            self._keep_best(number, faces[represented], resolution, sight.cosine[at])
+        total = np.diff(first, append=len(owner))
+        self._count(number, faces, hits, total)
 
     def _add_points(
         self,

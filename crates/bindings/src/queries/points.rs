@@ -4,6 +4,7 @@
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use raycam_render::queries::camera_sight::{self, SurfacePoints};
 use raycam_render::queries::points::{self, PointArrays};
 use raycam_render::queries::selection::Selection;
 use raycam_render::queries::signed_distance::{self, Sign};
@@ -13,6 +14,7 @@ use raycam_render::queries::{inside, winding};
 use raycam_scene::mesh::surface::SurfaceTopology;
 
 use crate::arrays::{ArrayResult, DictResult, Floats, NewArray, array, rows};
+use crate::camera::Camera;
 use crate::error::settings_error;
 use crate::interruptible::run_for_work;
 use crate::queries::rays::{flat, mask, surface};
@@ -134,6 +136,46 @@ pub(crate) fn world_visible<'py>(
     answer_array(world, threads, points::is_brief(pairs.from.len()), |prepared, control| {
         visible::visible(prepared, &pairs, threads, control)
     })
+}
+
+/// A dict of surface points [n, 3] with unit normals [n, 3], and the conditions under which a camera shows them.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SurfacePointArguments<'py> {
+    positions: Floats<'py>,
+    normals: Floats<'py>,
+    both_sides: bool,
+    min_cosine: f64,
+    footprints: bool,
+    threads: Option<usize>,
+}
+
+/// Returns the surface points that a camera shows, with the names of `Sight`.
+#[pyfunction]
+pub(crate) fn world_points_in_sight<'py>(
+    world: &Bound<'py, World>,
+    camera: &Camera,
+    query: SurfacePointArguments<'py>,
+) -> DictResult<'py> {
+    let points = SurfacePoints {
+        positions: rows(&query.positions, "positions")?,
+        normals: rows(&query.normals, "normals")?,
+        both_sides: query.both_sides,
+        min_cosine: query.min_cosine,
+    };
+    let (camera, threads) = (&camera.inner, query.threads);
+    let found = answer(world, threads, points::is_brief(points.positions.len()), |prepared, control| {
+        camera_sight::points_in_sight(prepared, camera, &points, query.footprints, threads, control)
+    })?;
+    let (py, n) = (world.py(), found.index.len());
+    let dict = PyDict::new(py);
+    dict.set_item("index", array(py, found.index, &[n])?)?;
+    dict.set_item("pixels", array(py, found.pixels.into_flattened(), &[n, 2])?)?;
+    dict.set_item("cosine", array(py, found.cosines, &[n])?)?;
+    dict.set_item("origins", array(py, found.origins.into_flattened(), &[n, 3])?)?;
+    let footprints = found.footprints.len();
+    dict.set_item("footprints", array(py, found.footprints.into_flattened(), &[footprints, 2, 2])?)?;
+    Ok(dict)
 }
 
 /// A dict of points [n]: their objects, triangles, weights of corners, and times in seconds after the world's time.

@@ -51,17 +51,29 @@ pub fn visible(
     let mut found = Vec::with_capacity(n);
     let work = |range: Range<usize>| {
         let ends: Vec<_> = range.clone().map(|i| [pairs.from[i], pairs.to[i]]).collect();
-        let rays: Vec<ExactRay> = ends.iter().map(|ends| segment(*ends)).collect();
-        let selection = pairs.selection.filter(geometry, &rays, (range.start, None));
-        let selects = !pairs.selection.is_everything();
-        let filter = SightFilter { geometry, ends: &ends, margin: pairs.margin, selection, selects };
-        let mut occluded = vec![false; rays.len()];
-        geometry.exact_scene().occluded_exact(&rays, geometry, Some(&filter), &mut occluded);
-        let is_finite = |ends: &[[f64; 3]; 2]| ends.as_flattened().iter().all(|x| x.is_finite());
-        ends.iter().zip(occluded).map(|(ends, occluded)| !occluded && is_finite(ends)).collect::<Vec<bool>>()
+        let margins = vec![pairs.margin; ends.len()];
+        clear_pairs(geometry, &ends, &margins, &pairs.selection, range.start)
     };
     in_tasks((n, NS_PER_RAY), threads, control, work, |mut more| found.append(&mut more))?;
     Ok(found)
+}
+
+/// True for each pair of points without a selected triangle between them. Triangles within a pair's margin of either
+/// point do not count; `first` is the selection's index of the first pair.
+pub(super) fn clear_pairs(
+    geometry: &Geometry,
+    ends: &[[[f64; 3]; 2]],
+    margins: &[f64],
+    chosen: &Selection,
+    first: usize,
+) -> Vec<bool> {
+    let rays: Vec<ExactRay> = ends.iter().map(|ends| segment(*ends)).collect();
+    let selection = chosen.filter(geometry, &rays, (first, None));
+    let filter = SightFilter { geometry, ends, margins, selection, selects: !chosen.is_everything() };
+    let mut occluded = vec![false; rays.len()];
+    geometry.exact_scene().occluded_exact(&rays, geometry, Some(&filter), &mut occluded);
+    let is_finite = |ends: &[[f64; 3]; 2]| ends.as_flattened().iter().all(|x| x.is_finite());
+    ends.iter().zip(occluded).map(|(ends, occluded)| !occluded && is_finite(ends)).collect()
 }
 
 /// The ray between two points. It starts at the point with the smaller coordinates, so that the result is symmetric.
@@ -74,7 +86,7 @@ fn segment([a, b]: [[f64; 3]; 2]) -> ExactRay {
 struct SightFilter<'a> {
     geometry: &'a Geometry,
     ends: &'a [[[f64; 3]; 2]],
-    margin: f64,
+    margins: &'a [f64],
     selection: SelectionFilter<'a>,
     selects: bool,
 }
@@ -86,7 +98,7 @@ impl HitFilter for SightFilter<'_> {
 
     fn accepts(&self, ray: usize, hit: &ExactHit) -> bool {
         let corners = ExactTriangles::corners(self.geometry, hit.instance, hit.triangle);
-        let is_away = |end: &[f64; 3]| squared_distance_to_triangle(*end, corners).sqrt() > self.margin;
+        let is_away = |end: &[f64; 3]| squared_distance_to_triangle(*end, corners).sqrt() > self.margins[ray];
         self.ends[ray].iter().all(is_away) && (!self.selects || self.selection.accepts(ray, hit))
     }
 }

@@ -60,6 +60,11 @@ impl Camera {
         })
     }
 
+    /// Returns the origin of all rays through the middle of the aperture; `None` if it depends on the pixel.
+    pub fn static_center(&self) -> Option<DVec3> {
+        (self.center == Center::Point && self.motion.is_none()).then_some(self.c)
+    }
+
     /// Returns the pixel coordinates of a world point, and true if the camera sees the point there.
     ///
     /// A pinhole sees points in front of it (depth > 0). For a point behind it, the pixel is where the line through the
