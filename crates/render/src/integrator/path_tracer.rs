@@ -259,6 +259,7 @@ impl PathTracer<'_> {
 
     /// Adds the light that an escaped ray finds. `lookup` is the radiance of an environment that has already been
     /// looked up.
+    #[inline]
     pub fn handle_escaped_ray(&self, path: &PathState, lookup: Option<EnvironmentLookup>, out: &mut Vec3) {
         self.add_intersected_lights(path, f64::INFINITY, out);
         if !(path.is_camera_ray && self.settings.hide_environment || self.skips_light(path)) {
@@ -272,6 +273,7 @@ impl PathTracer<'_> {
 
     /// Adds lights without a mesh that the ray crosses before `distance`, except those in front of a thin wall that it
     /// passed.
+    #[inline]
     pub fn add_intersected_lights(&self, path: &PathState, distance: f64, out: &mut Vec3) {
         if path.is_camera_ray && self.settings.catchers == Catchers::Only {
             return;
@@ -308,6 +310,7 @@ impl PathTracer<'_> {
     }
 
     /// Light of the environment along the ray of a path.
+    #[inline]
     pub fn environment_light(&self, path: &PathState, lookup: Option<EnvironmentLookup>) -> Vec3 {
         let direction = path.direction;
         let (radiance, pdf) = if path.specular_bounce {

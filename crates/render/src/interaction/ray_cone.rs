@@ -86,7 +86,7 @@ impl<'a> PixelCones<'a> {
     pub fn of_pixels(&self, pixels: impl Iterator<Item = [u32; 2]>, cones: &mut Vec<RayCone>) {
         cones.clear();
         let Some(camera) = self.camera else {
-            cones.extend(pixels.map(|_| RayCone::default()));
+            cones.resize(pixels.count(), RayCone::default());
             return;
         };
         let mut last = None;

@@ -5,6 +5,8 @@
 //! nodes and rays at leaves are processed in separate loops, because the kind of a ray's next step is unpredictable.
 //! Ready rays are bit masks by next step; a queue in memory would add a store-to-load dependency per step.
 
+use std::mem::MaybeUninit;
+
 use crate::node::NodeRef;
 use crate::scene::Scene;
 use crate::simd::Isa;
@@ -121,7 +123,13 @@ fn traverse_states<'a, I: Isa, R: RayInFlight<'a>, const STATES: usize>(
     idle: impl Fn() -> R,
     source: &mut impl RaySource<R>,
 ) {
-    let mut states: [R; STATES] = std::array::from_fn(|_| idle());
+    let mut memory: [MaybeUninit<R>; STATES] = [const { MaybeUninit::uninit() }; STATES];
+    // `std::array::from_fn` would copy each state, which takes kilobytes.
+    for state in &mut memory {
+        state.write(idle());
+    }
+    // SAFETY: all states have been written, and `MaybeUninit<R>` has the layout of `R`.
+    let states = unsafe { &mut *std::ptr::from_mut(&mut memory).cast::<[R; STATES]>() };
     let mut ready = ReadyMasks::default();
     for (i, state) in states.iter_mut().enumerate() {
         if !source.start(state) {
