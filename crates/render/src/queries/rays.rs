@@ -37,8 +37,7 @@ pub struct RayArrays<'a> {
 pub enum Kernel {
     /// Exact signs for the given float64 numbers.
     Exact,
-    /// float32, relative to the centre of the world: several times as fast for incoherent rays. Rays start at
-    /// t = 0.
+    /// float32, relative to the centre of the world: faster for coherent rays. Rays start at t = 0.
     Float32 {
         /// True if neighbouring rays are similar; `None` lets the query detect this. The value affects only the speed.
         coherent: Option<bool>,
@@ -89,7 +88,7 @@ impl RayArrays<'_> {
     }
 }
 
-/// Rays that are traced at once: their hits stay in the cache until they are written.
+/// Exact rays that are traced at once: their hits stay in the cache until they are written.
 const BLOCK_RAYS: usize = 1024;
 
 /// Returns fields of the nearest hit of each ray `origin + t * direction` with `t_min <= t <= t_max`, in world
@@ -150,8 +149,9 @@ fn write_hits(geometry: &Geometry, rays: &RayArrays, fields: &[Field], range: Ra
     } else {
         HitDetail::Triangle
     };
-    for (block, some) in local.chunks(BLOCK_RAYS).enumerate() {
-        let first = block * BLOCK_RAYS;
+    let block_rays = if rays.kernel == Kernel::Exact { BLOCK_RAYS } else { PER_TASK };
+    for (block, some) in local.chunks(block_rays).enumerate() {
+        let first = block * block_rays;
         let order = order.as_ref().map(|order| &order[first..first + some.len()]);
         let start = if order.is_some() { range.start } else { range.start + first };
         let hits = closest_hits(geometry, some, rays, (start, order), detail);

@@ -134,22 +134,8 @@ impl LaneHits {
             let sure = <I::F32x16 as Vector>::or(above.le(least), greatest.le(zero.sub(above)));
             let scale = load::<I>(&packet.shear[2], group);
             let (ta, tb, tc) = (za.mul(scale), zb.mul(scale), zc.mul(scale));
-            let (first, last) = (ta.min(tb).min(tc), ta.max(tb).max(tc));
-            let (mut t_least, mut t_greatest) = (first, last);
-            // As in `leaf::t_range`.
-            let wide = last.abs().mul(I::F32x16::splat(MAX_T_WIDTH)).le(last.sub(first));
-            let wide = <I::F32x16 as Vector>::and(sure, wide);
-            if <I::F32x16 as Vector>::to_bitmask(wide) & near != 0 {
-                let reciprocal = I::F32x16::splat(1.0).div(u.add(v).add(w));
-                let t = u.mul(ta).add(v.mul(tb)).add(w.mul(tc)).mul(reciprocal);
-                let error = slack.mul(I::F32x16::splat(6.0)).mul(reciprocal.abs()).mul(last.sub(first));
-                let error = error.add(first.abs().max(last.abs()).mul(I::F32x16::splat(16.0 * MACHINE_EPSILON)));
-                t_least = I::F32x16::select(wide, t.sub(error).max(first), first);
-                t_greatest = I::F32x16::select(wide, t.add(error).min(last), last);
-            }
-            let pad = scale.abs().mul(I::F32x16::splat(2.0 * off));
-            let t_least = t_least.sub(t_least.abs().mul(I::F32x16::splat(T_ERROR))).sub(pad);
-            let t_greatest = t_greatest.add(t_greatest.abs().mul(I::F32x16::splat(T_ERROR))).add(pad);
+            let [t_least, t_greatest] =
+                t_range_lanes::<I>([u, v, w], [ta, tb, tc], slack, (sure, near), (off, scale.abs()));
             let tie = t_least.abs().max(t_greatest.abs()).mul(I::F32x16::splat(self.tie[0]));
             let tie = tie.add(I::F32x16::splat(self.tie[1]));
             let (known_least, known_greatest) = (load::<I>(&self.t[0], group), load::<I>(&self.t[1], group));
@@ -183,6 +169,33 @@ impl LaneHits {
         self.pending |= decisions.accepted;
         decisions
     }
+}
+
+/// [`crate::traverse::exact::leaf::t_range`] of sixteen rays and one triangle, from its edge functions and the t of its
+/// corners. The lanes of `sure` certainly pass the triangle; the bounds are needed in the lanes of `near`.
+#[inline(always)]
+fn t_range_lanes<I: Isa>(
+    [u, v, w]: [I::F32x16; 3],
+    [ta, tb, tc]: [I::F32x16; 3],
+    slack: I::F32x16,
+    (sure, near): (<I::F32x16 as Vector>::Mask, u32),
+    (off, scale): (f32, I::F32x16),
+) -> [I::F32x16; 2] {
+    let (first, last) = (ta.min(tb).min(tc), ta.max(tb).max(tc));
+    let (mut least, mut greatest) = (first, last);
+    let wide = last.abs().mul(I::F32x16::splat(MAX_T_WIDTH)).le(last.sub(first));
+    let wide = <I::F32x16 as Vector>::and(sure, wide);
+    if <I::F32x16 as Vector>::to_bitmask(wide) & near != 0 {
+        let reciprocal = I::F32x16::splat(1.0).div(u.add(v).add(w));
+        let t = u.mul(ta).add(v.mul(tb)).add(w.mul(tc)).mul(reciprocal);
+        let error = slack.mul(I::F32x16::splat(6.0)).mul(reciprocal.abs()).mul(last.sub(first));
+        let error = error.add(first.abs().max(last.abs()).mul(I::F32x16::splat(16.0 * MACHINE_EPSILON)));
+        least = I::F32x16::select(wide, t.sub(error).max(first), first);
+        greatest = I::F32x16::select(wide, t.add(error).min(last), last);
+    }
+    let pad = scale.mul(I::F32x16::splat(2.0 * off));
+    let least = least.sub(least.abs().mul(I::F32x16::splat(T_ERROR))).sub(pad);
+    [least, greatest.add(greatest.abs().mul(I::F32x16::splat(T_ERROR))).add(pad)]
 }
 
 /// Bit i: neither lane is NaN.
