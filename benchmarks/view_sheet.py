@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import base64
-import contextlib
 import functools
 import http.server
 import io
@@ -31,7 +30,7 @@ from raycam.viewer.viewer import Viewer
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from bench_viewer import SOFTWARE
 from support.chromium import Tab, chromium
-from viewer_in_turn import MODEL_VIEWER, VISER, free_port, is_open
+from viewer_in_turn import LONGEST_S, MODEL_VIEWER, VISER, free_port, is_open, shows_model
 
 HEIGHTS = {1280: 800, 390: 844}
 THUMBNAIL = 480
@@ -40,8 +39,8 @@ SAMPLES = 16
 F3D = """
 import sys, f3d
 f3d.Engine.autoload_plugins()
-engine = f3d.Engine.create(True)
-engine.options.update({"render.grid.enable": True, "render.effect.antialiasing.enable": True})
+engine = f3d.Engine.create_egl()
+engine.options.update({"render.grid.enable": True})
 engine.scene.add(sys.argv[1])
 engine.window.size = int(sys.argv[3]), int(sys.argv[4])
 engine.window.camera.reset_to_bounds()
@@ -54,10 +53,10 @@ def screenshot(tab: Tab) -> Image.Image:
     return Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB")
 
 
-def in_raycam(tab: Tab, model: Path, _: argparse.Namespace) -> Image.Image:
+def in_raycam(tab: Tab, model: Path, options: argparse.Namespace) -> Image.Image:
     with Viewer(raycam.load(model), port=0, samples=SAMPLES, title=model.name) as viewer:
         tab.open(viewer.url)
-        end = time.monotonic() + 60
+        end = time.monotonic() + options.seconds
         done = f"document.getElementById('status').textContent.includes('{SAMPLES} samples')"
         while not tab.evaluate(done) and time.monotonic() < end:
             time.sleep(0.3)
@@ -76,11 +75,10 @@ def in_model_viewer(tab: Tab, model: Path, options: argparse.Namespace) -> Image
         handler.log_message = lambda *words: None  # type: ignore[attr-defined]
         threading.Thread(target=server.serve_forever, daemon=True).start()
         tab.call("Page.navigate", url=f"http://127.0.0.1:{server.server_port}/")
-        with contextlib.suppress(AssertionError):
-            tab.evaluate(
-                "new Promise((done) => { setTimeout(done, 40000);"
-                " document.querySelector('model-viewer').addEventListener('load', () => setTimeout(done, 3000)); })"
-            )
+        end = time.monotonic() + LONGEST_S
+        while time.monotonic() < end and not shows_model(tab):
+            time.sleep(1)
+        time.sleep(2)
         found = screenshot(tab)
         server.shutdown()
         return found
@@ -115,6 +113,8 @@ def main() -> None:
     parser.add_argument("models", nargs="+", type=Path)
     parser.add_argument("--model-viewer", metavar="FILE", help="the script model-viewer.min.js")
     parser.add_argument("--rivals", metavar="PYTHON", help="interpreter that has viser and f3d")
+    parser.add_argument("--seconds", type=float, default=60, help="longest time for an image of raycam")
+    parser.add_argument("--viewers", nargs="+", help="only these, in this order")
     parser.add_argument("--widths", type=int, nargs="+", default=[1280, 390], choices=HEIGHTS)
     parser.add_argument("--schemes", nargs="+", default=["light", "dark"], choices=["light", "dark"])
     options = parser.parse_args()
@@ -123,6 +123,7 @@ def main() -> None:
         viewers["model-viewer"] = in_model_viewer
     if options.rivals:
         viewers |= {"viser": in_viser, "f3d": in_f3d}
+    viewers = {name: viewers[name] for name in options.viewers or viewers}
     options.folder.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as place, chromium(Path(place), *SOFTWARE) as tab:
         for width in options.widths:
