@@ -130,8 +130,10 @@ def main() -> None:
             for scheme in options.schemes:
                 options.size = (width, HEIGHTS[width])
                 tab.show(*options.size, scheme)
-                rows = [shots(tab, model, viewers, options) for model in options.models]
-                sheet(rows, list(viewers)).save(options.folder / f"{scheme}-{width}.png")
+                rows: list[list[Image.Image]] = []
+                for model in options.models:
+                    rows.append(shots(tab, model, viewers, options))
+                    sheet(rows, list(viewers)).save(options.folder / f"{scheme}-{width}.png")
 
 
 def shots(
