@@ -6,12 +6,8 @@ use crate::node::cross;
 use crate::ray::{ExactHit, INVALID_ID};
 use crate::scene::ExactTriangles;
 
-/// The error of a sheared edge function, as a fraction of the squared largest coordinate relative to the origin:
-/// sheared coordinates are at most 2 and off by 8 units, so products are off by 64 units, and rounded by 24 more.
-pub const EDGE_ERROR: f64 = 128.0 * (f64::EPSILON / 2.0);
-
-/// The same error for corners near the ray: a fraction of the largest coordinate times the sum of all sheared
-/// coordinates, plus the product of two errors.
+/// The error of a sheared edge function: a fraction of the largest coordinate times the sum of all sheared coordinates,
+/// plus the product of two errors.
 const NEAR_EDGE_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
 const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
 
@@ -19,7 +15,7 @@ const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
 const MAX_RELATIVE_ERROR: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// The axis after each axis.
-pub const NEXT_AXES: [usize; 3] = [1, 2, 0];
+const NEXT_AXES: [usize; 3] = [1, 2, 0];
 
 /// A ray with its shear along the main axis, that of the largest component of its direction.
 #[derive(Clone, Copy)]
@@ -278,7 +274,7 @@ impl ShearedRay {
 
 /// True if edge functions that are off by an error may have one sign.
 #[inline(always)]
-pub fn same_sign(u: f64, v: f64, w: f64, error: f64) -> bool {
+fn same_sign(u: f64, v: f64, w: f64, error: f64) -> bool {
     ((u >= -error) & (v >= -error) & (w >= -error)) | ((u <= error) & (v <= error) & (w <= error))
 }
 
