@@ -71,7 +71,7 @@ EXTRAS = {
 
 
 def wheel() -> str:
-    """Returns the tags of the installed wheel, or a note that raycam was built from source in this folder."""
+    """Returns the tags of the installed wheel, or a note that raycam runs from source."""
     try:
         installed = metadata.distribution("raycam")
         about = installed.read_text("WHEEL") or ""

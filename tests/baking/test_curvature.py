@@ -14,7 +14,7 @@ def corners(mesh: trimesh.Trimesh) -> np.ndarray:
 
 
 @pytest.mark.parametrize("radius", [0.25, 3.0])
-def test_curvature_of_a_ball_is_one_by_its_radius(radius: float) -> None:
+def test_curvature_of_a_ball_is_one_divided_by_its_radius(radius: float) -> None:
     ball = corners(trimesh.creation.icosphere(subdivisions=3, radius=radius))
     np.testing.assert_allclose(corner_curvatures(ball), 1 / radius, rtol=0.01)
     np.testing.assert_allclose(corner_curvatures(ball[:, ::-1]), -1 / radius, rtol=0.01)

@@ -67,7 +67,7 @@ def test_tables_named_fisheye_set_the_lens_model(tmp_path: Path) -> None:
     assert camera.size == (640, 480)
 
 
-def test_lens_model_of_a_camera_overrides_that_of_the_file(tmp_path: Path) -> None:
+def test_lens_model_of_a_camera_overrides_the_lens_model_of_the_file(tmp_path: Path) -> None:
     cameras = read(tmp_path, {"model": "fisheye", "a": CAMERA, "b": {**CAMERA, "model": "opencv"}})
     assert [camera.model for camera in cameras.values()] == ["fisheye", "opencv"]
 

@@ -99,7 +99,7 @@ def test_file_colon_name_selects_one_camera(folder: Path) -> None:
     np.testing.assert_allclose(camera.K, K2, atol=1e-12)
 
 
-def test_folder_opens_with_the_calibration_that_it_contains(
+def test_only_calibration_in_a_folder_is_read_and_several_are_refused(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (folder / "session").mkdir()

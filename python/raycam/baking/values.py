@@ -40,7 +40,7 @@ class FacePoints:
 
 
 class BakedObject:
-    """An object of a world whose maps are computed, and a detailed source or None."""
+    """An object whose maps are baked, its world, and the detailed source (None if not used)."""
 
     def __init__(
         self,

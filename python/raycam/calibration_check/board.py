@@ -105,9 +105,11 @@ class Board:
         return world
 
     def cameras(self, camera: Camera, count: int) -> list[Camera]:
-        """`camera` at `count` poses, so that the board covers all parts of the image, tilted up to 40 degrees.
+        """Returns `camera` at `count` poses.
 
-        The poses depend only on the arguments. Raises `SettingsError` if no pose shows the board.
+        In all images together, the board covers all parts of the image. The board is tilted by up to 40 degrees. The
+        poses depend only on the arguments. Raises `SettingsError` if fewer than `count` of the tried poses show the
+        board.
         """
         if camera.is_parallel:
             raise SettingsError(

@@ -1,4 +1,4 @@
-"""What an inertial measurement unit measures on a body that moves through given poses."""
+"""Measurements of an inertial measurement unit on a body that moves through given poses."""
 
 from __future__ import annotations
 

@@ -41,7 +41,10 @@ def token(*parts: object) -> str:
 
 
 def check(plan: Plan) -> None:
-    """Raises an error unless all views are of rigs with a lidar, and the cameras are pinholes."""
+    """Raises an error for a world, views or cameras that nuScenes does not support.
+
+    The world must be z up, all views must belong to rigs with a lidar, and the cameras must be pinholes.
+    """
     if not plan.rigs or sum(len(frame) for frame in plan.rigs) != len(plan.shots):
         raise SettingsError(
             "nuscenes requires a rig with a lidar, such as "

@@ -261,7 +261,7 @@ class Shot:
 
     @property
     def background_name(self) -> str | None:
-        """The name of the image that the recipe draws for the view, in its folder; None if there is none."""
+        """The file name of the background image that the recipe draws for the view, or None."""
         recipe, world = self.plan.recipe, self.view.world
         return None if recipe is None or world is None else recipe.background_name(world, self.background_key)
 
@@ -324,7 +324,7 @@ def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: 
 
 
 def check_poses(plan: Plan, format: str) -> None:
-    """Raises `CameraError` for cameras with parallel rays, and for cameras that move during the exposure."""
+    """Raises `CameraError` for parallel rays, and for moving cameras with a rolling shutter."""
     for number, view in enumerate(plan.shots):
         if view.camera.is_parallel:
             raise CameraError(

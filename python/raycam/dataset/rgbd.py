@@ -90,7 +90,10 @@ def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def make_scannet(plan: Plan, number: int) -> Made:
-    """Makes colour, depth in steps of `depth_scale`, and the pose (camera to world)."""
+    """Makes colour, depth, pose (camera to world), instance and label files.
+
+    Depth is in steps of `depth_scale`.
+    """
     shot = plan.shot(number)
     frame = shot.render(["color", "depth", "instance", "category"])
     depth, _, loss = depth_units(frame["depth"], plan.options["depth_scale"])
@@ -127,8 +130,9 @@ def four_by_four(matrix: Floats) -> str:
 
 
 def quaternion(rotation: Floats) -> Floats:
-    """Returns the quaternion (w, x, y, z) of a rotation, w >= 0. Source: Shepperd, Quaternion from rotation matrix,
-    1978.
+    """Returns the quaternion (w, x, y, z) of a rotation, w >= 0.
+
+    Source: Shepperd, Quaternion from rotation matrix, 1978.
     """
     r = rotation
     squares = np.array([r[0, 0] + r[1, 1] + r[2, 2], r[0, 0], r[1, 1], r[2, 2]])

@@ -171,7 +171,7 @@ def write(
       represent its depth), `model_ids` ({category or object name: obj_id}). Objects with equal meshes share one model.
       Without `model_ids`, the obj_id is the category if that is a whole number, or else an unused number in the order
       of the categories' names
-    * "kitti": `baseline` in metres adds a right camera with its images (image_3) and disparity; so do a rig's first two
+    * "kitti": `baseline` in metres adds a right camera with its images (image_3) and disparity; so does a rig of two
       cameras, which must be a rectified pair; `flow` (False) adds optical flow to the next view
     * "semantickitti": scans of a rig's lidar, with labels of points, calibration, poses and times; the first camera's
       images. `lidar` (default: the only one), `sequence` ("00"), `labels` ({category: id}, default: the ids of the
@@ -228,8 +228,8 @@ def write(
     cameras, which must have the same names in all worlds, or all with `cameras`. `categories` lists the categories of
     all worlds; by default, they are those of a list's worlds, or else of the first world. The worlds are created in
     this process and rendered on all threads; `shard` divides them among several processes. A resumed call does not
-    request the worlds of finished views again. An exception are the index files of "bop" and of formats with one data
-    set per world; these formats therefore require a list or a function.
+    request the worlds of finished views again. However, the index files of "bop" and of formats with one data set per
+    world require all worlds again; these formats therefore require a list or a function.
 
     The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted
     one and keeps its finished views; `resume=False` starts again. `workers` and `shard` (i, n) are as in `make_pool`

@@ -1,4 +1,7 @@
-"""Visibility of surface points from a camera: pixel, incidence, occlusion, and resolution on the surface."""
+"""Visibility of surface points from a camera.
+
+Results are the pixel, the incidence, the occlusion, and the resolution on the surface.
+"""
 
 from __future__ import annotations
 
@@ -47,9 +50,9 @@ def find_sight(
 ) -> Sight:
     """Returns which of the points [n, 3] with unit normals [n, 3] are visible from the camera.
 
-    A point is visible if it projects through the lens into the image, if its front (with `facing` "both", either
-    side) faces the camera at a cosine above `min_cosine`, and if no triangle is between it and the origin of its
-    pixel's ray.
+    A point is visible if three conditions hold. It projects through the lens into the image. Its front (with `facing`
+    "both", either side) faces the camera at a cosine above `min_cosine`. No triangle is between the point and the
+    origin of its pixel's ray.
     """
     pixels, ok = camera.project(points)
     low = camera.corner
@@ -71,10 +74,10 @@ def find_sight(
 
 
 def footprints(camera: Camera, points: Floats, normals: Floats, distance: Floats) -> Floats:
-    """Returns derivatives [n, 2, 2] of pixels along two surface directions, pixels per metre, by central differences.
+    """Returns derivatives [n, 2, 2] of pixels along two surface directions, in pixels per metre.
 
-    `distance` [n] is the distance to the camera. The result is NaN if the lens cannot project the neighbourhood of a
-    point.
+    They are computed by central differences. `distance` [n] is the distance to the camera. The result is NaN if the
+    lens cannot project the neighbourhood of a point.
     """
     # Orthonormal basis after Duff et al., Building an orthonormal basis, revisited, 2017.
     x, y, z = normals.T
@@ -95,7 +98,10 @@ def footprints(camera: Camera, points: Floats, normals: Floats, distance: Floats
 
 
 def in_morton_order(points: Floats) -> npt.NDArray[np.int64]:
-    """Returns the order [n] of points along a Morton curve, so that neighbours are traced together."""
+    """Returns the order [n] of points along a Morton curve.
+
+    Rays to neighbouring points are then traced together.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     extent = max(float((high - low).max()), 1e-300)
     cells = np.clip((points - low) / extent * 1023, 0, 1023).astype(np.uint64)
@@ -108,8 +114,9 @@ def in_morton_order(points: Floats) -> npt.NDArray[np.int64]:
 
 
 def meets_front(world: World, camera: Camera, grid: Floats, threads: int | None = None) -> Bools:
-    """Returns, for each ray through pixels `grid` [n, 2] that hits the world, True if the first surface faces the
-    camera.
+    """Returns True for each ray whose first surface faces the camera, False for other hits.
+
+    The rays pass through the pixels `grid` [n, 2]; rays that miss the world are omitted.
     """
     found = world.cast_rays(*camera.rays(grid), fields=("t", "front"), threads=threads)
     front: Bools = found["front"][np.isfinite(found["t"])]

@@ -20,8 +20,8 @@ MAX_SECONDS = 60.0
 class Drop:
     """The target of a dropped object, and its physical properties.
 
-    `drop` has `into` or `on`, the name of an object, and `seconds` (5). Raises `WorldError` with a message that begins
-    with `what`.
+    `drop` contains one of the keys `into` and `on`, whose value is the name of an object, and optionally `seconds` (5).
+    Raises `WorldError` with a message that begins with `what`.
     """
 
     def __init__(self, drop: Any, physics: Any, what: str) -> None:
@@ -49,10 +49,11 @@ def settle_drops(
     fixed: Mapping[str, Mapping[str, Any]],
     draw: RandomStream,
 ) -> None:
-    """Lets objects fall: all objects with the same target together, one target after another in order of appearance.
+    """Lets objects fall until they are at rest.
 
-    `fixed` are the properties of objects that do not move. Raises `RejectedSample` if they do not settle, and the other
-    errors of `raycam.settle`.
+    All objects with the same target fall together; targets are processed in order of appearance. `fixed` are the
+    properties of objects that do not move. Raises `RejectedSample` if objects do not settle, and the other errors of
+    `raycam.settle`.
     """
     for target in dict.fromkeys(drop.target for _, drop in dropped):
         key, name, seconds = target

@@ -76,9 +76,9 @@ class Recipe:
       `{ integer = [low, high] }` (both included) or `{ choice = [...] }`, whose items may contain draws.
     * `one_of = [{...}, {...}]` in a table merges one of the tables, chosen at random, into it.
     * `count` repeats an object, a light or a camera, each with its own draws; names get numbers.
-    * `on` places an object on another one, by name: at a random position, with a random rotation about the up axis, its
-      lowest point on a level surface, at least `gap` (0.001 m) from all other objects. `on = ""` means any object.
-      Objects with `on` are placed only on objects without `on`.
+    * `on` places an object on another object, given by name. The position and the rotation about the up axis are
+      random; the lowest point is on a level surface, at least `gap` (0.001 m) from all other objects. `on = ""` means
+      any object. Objects with `on` are placed only on objects without `on`.
     * `drop = { into = "bin" }` or `{ on = "table" }` throws an object from above another one, with a random pose; all
       of them come to rest as with `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of any
       object has the properties that `raycam.settle` accepts.
@@ -202,7 +202,10 @@ class Recipe:
 
     @cached_property
     def categories(self) -> dict[int, str]:
-        """The categories that may occur in the worlds, by id; a whole number is its own id, names get unused ids."""
+        """The categories that may occur in the worlds, by id.
+
+        A whole number is its own id; names get unused ids.
+        """
         found = dict(self._base.categories) if self._base is not None else {}
         names = [str(value) for value in _values(self.description["object"], "category")]
         for name in names:
@@ -215,7 +218,10 @@ class Recipe:
 
     @property
     def files(self) -> dict[str, str]:
-        """The SHA-256 of each file that the recipe uses, including the files of its meshes and worlds."""
+        """The SHA-256 of each file that the recipe uses.
+
+        The files of its meshes and worlds are included.
+        """
         found: dict[str, str] = {}
         for key in ("mesh", "texture", "textures", "image", "profile", "world", "calibration"):
             for name in _values(self.description, key):

@@ -32,7 +32,7 @@ def studio_options(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def is_unlit(world: World, camera: Camera, options: Mapping[str, Any]) -> bool:
-    """True if the integrator shows light, and the world has neither lights nor surfaces that emit light."""
+    """True if the integrator shows light, but neither lights nor surfaces of the world emit any."""
     if world.lights or options.get("integrator", "path") not in LIT_INTEGRATORS:
         return False
     world.prepare()

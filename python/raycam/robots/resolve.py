@@ -1,4 +1,7 @@
-"""Location of files that a robot description names (`package://`, `model://`, `file://`, relative), in root folders."""
+"""Search for the files that a robot description names, in root folders.
+
+Files are named by `package://`, `model://`, `file://` or a relative path.
+"""
 
 from __future__ import annotations
 

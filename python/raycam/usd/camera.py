@@ -14,7 +14,10 @@ COLUMNS = 960
 
 
 def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd.TimeCode) -> dict[str, Any]:
-    """Returns a camera description whose image is the film; for an orthographic camera, the film size is its extent."""
+    """Returns the description of a USD camera for a world file.
+
+    The image covers the film. For an orthographic camera, the size of the film is the extent of the view.
+    """
 
     def value(attribute: Usd.Attribute) -> Any:
         return attribute.Get(time)

@@ -46,7 +46,10 @@ class Skinning:
         return prim.GetPath() in self._bound
 
     def points(self, prim: Usd.Prim, points: Any) -> Any:
-        """The deformed points [n, 3] of a prim, in its own coordinates; raises `ValueError` for invalid weights."""
+        """The deformed points [n, 3] of a prim, in its own coordinates.
+
+        Raises `ValueError` for invalid weights.
+        """
         skeleton, target, bones = self._bound[prim.GetPath()]
         moved = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points, np.float32))
         animation = skeleton.GetAnimQuery()

@@ -38,7 +38,10 @@ def beside(name: str, source: str) -> str:
 
 @functools.cache
 def modules(entry: str = "main.js") -> tuple[str, ...]:
-    """The module `entry` and all its imports, each after its own imports. Raises `ValueError` for an import cycle."""
+    """Returns the module `entry` and all its imports, each after its own imports.
+
+    Raises `ValueError` for an import cycle.
+    """
     ordered: list[str] = []
     entered: list[str] = []
 
@@ -59,7 +62,10 @@ def modules(entry: str = "main.js") -> tuple[str, ...]:
 
 @functools.cache
 def bundle(entry: str = "main.js") -> str:
-    """Returns the module `entry` and its imports as one classic script; raises `ValueError` for unsupported syntax."""
+    """Returns the module `entry` and its imports as one classic script.
+
+    Raises `ValueError` for unsupported syntax.
+    """
     owner: dict[str, str] = {}
     parts = []
     for name in modules(entry):

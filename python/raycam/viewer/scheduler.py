@@ -1,4 +1,6 @@
-"""The render thread: images during motion first, then still images; outdated images are cancelled.
+"""The render thread: images during motion first, then still images.
+
+Outdated images are cancelled.
 
 The first available task is done next: a moving image of the session with the oldest change; the shown channel of a
 session without changes; a slice of additional samples. A session with followers comes first; attached followers share

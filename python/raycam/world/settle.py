@@ -50,7 +50,9 @@ def settle(
     gravity: float = 9.81,
     physics: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> Settled:
-    """Lets `objects` of a world fall until they are at rest, and moves them there; returns the figures.
+    """Lets `objects` of a world fall until they are at rest, and moves them there.
+
+    Returns how the objects came to rest.
 
     With `into` (a bin) or `on` (a table), the objects are thrown from above these objects, one every 0.1 s, with random
     poses that depend on `seed` and their names. Without both, they fall from where they are. Objects are given by name
@@ -58,17 +60,18 @@ def settle(
     visible objects do not move. Gravity points against the world's up axis.
 
     `seconds` limits the simulated time after the last throw, `gravity` is in m/s². `physics` has a table for each
-    object by name: `density` (1,000 kg/m³), `friction` (0.5) and `restitution` (0.1), which are averaged over two
-    surfaces, and `parts` (32), the greatest number of convex parts that represent the mesh; 1 means its convex hull.
+    object by name, with the keys `density` (1,000 kg/m³), `friction` (0.5), `restitution` (0.1) and `parts` (32).
+    Friction and restitution are averaged over two surfaces. `parts` is the greatest number of convex parts that
+    represent the mesh; 1 means its convex hull.
 
-    Convex parts of the meshes (V-HACD) move in rapier's solver in steps of 1/240 s. Then the real meshes are checked:
-    none penetrates another by more than 0.2 mm (0.2 % of the size for objects below 0.1 m), each touches something if
-    it is lowered by 0.5 mm (2 % of the size for objects of several parts), none moves by more than 0.1 mm in another
-    second, and each is within its target: completely for `into`, with its centre for `on`. Penetrating objects are
-    lifted and fall again. Objects that fail another check, for example because they fell next to the bin, are thrown
-    again while the others stay; after 10 attempts, all objects are thrown again, and after 20 attempts, settling fails.
-    The poses become matrices of the objects. The same arguments return the same bytes on any number of threads. A
-    notice reports robots that overlap other objects.
+    Convex parts of the meshes (V-HACD) move in rapier's solver in steps of 1/240 s. Then the real meshes are checked.
+    No mesh penetrates another by more than 0.2 mm (0.2 % of the size for objects below 0.1 m). Each object touches
+    something if it is lowered by 0.5 mm (2 % of the size for objects of several parts). No object moves by more than
+    0.1 mm in another second. Each object is within its target: completely for `into`, with its centre for `on`.
+    Penetrating objects are lifted and fall again. Objects that fail another check, for example because they fell next
+    to the bin, are thrown again while the others stay. After 10 attempts, all objects are thrown again, and after 20
+    attempts, settling fails. The poses become matrices of the objects. The same arguments return the same bytes on any
+    number of threads. A notice reports robots that overlap other objects.
 
     Raises `WorldError` with the code "not_settled" and the check that failed if no attempt succeeds (the world is then
     unchanged), "no_volume" for a flat object, "unknown_name", and "conflicting_values" for links of robots.

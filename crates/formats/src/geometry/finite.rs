@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn removed_triangles_take_their_attributes_with_them() {
+    fn face_attributes_of_removed_triangles_are_removed() {
         let mut mesh = Mesh {
             vertices: vec![DVec3::NAN, DVec3::X, DVec3::Y, DVec3::Z, DVec3::splat(f64::INFINITY)],
             triangles: vec![[1, 2, 3], [0, 1, 2], [3, 2, 1], [2, 3, 4]],

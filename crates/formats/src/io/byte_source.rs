@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_return_their_bytes() {
+    fn reading_a_range_returns_its_bytes() {
         both("parts", |bytes, expected| {
             assert_eq!(bytes.len(), expected.len());
             let part = bytes.borrowed().part(100..30_000);

@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn guided_lanes_equal_single_points() {
+    fn guided_lanes_equal_scalar_evaluation() {
         let world = floor();
         let whole = places::<LANES>(&world, 0);
         let thrown = thrown();

@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn length_inside_below_a_height_equals_the_plane_formula() {
+    fn ray_length_in_fog_below_a_height_equals_the_plane_formula() {
         let fog = fog(Some(2.0));
         let from = |z: f64| DVec3::new(3.0, -1.0, z);
         let up = DVec3::new(0.6, 0.0, 0.8);

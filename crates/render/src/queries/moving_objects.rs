@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn bundle_meets_boxes_in_front_of_it_and_no_others() {
+    fn bounded_ray_bundle_meets_only_boxes_in_front_of_it() {
         let forward = bundle([[0.0; 3]; 2], [[1.0, -0.1, -0.1], [1.0, 0.1, 0.1]]);
         let cube = |x: f64, y: f64| [DVec3::new(x, y, 0.0) - 0.5, DVec3::new(x, y, 0.0) + 0.5];
         assert!(forward.meets(cube(0.0, 0.0)));

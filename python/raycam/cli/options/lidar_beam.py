@@ -13,7 +13,7 @@ __all__ = ["add_lidar_beam", "explain_lidar_beam"]
 
 
 def add_lidar_beam(command: argparse.ArgumentParser) -> None:
-    """Adds `--lidar`, `--firing`, and the time and the pose of the lidar."""
+    """Adds `--lidar`, `--firing`, `--frame`, `--beam-samples`, `--at`, and the lidar's pose."""
     lidar = command.add_argument_group("lidar")
     lidar.add_argument(
         "--lidar",

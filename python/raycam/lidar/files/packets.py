@@ -1,7 +1,7 @@
 """Velodyne's data packets, as a capture file (PCAP) of UDP.
 
 Sources: VLP-16 User Manual 63-9243, section 9.3; VLP-32C User Manual 63-9325, section 9.3; HDL-64E S2 User's Manual,
-appendix E. The order of blocks with two returns is that which velodyne-decoder 3.1 expects.
+appendix E. With two returns, the blocks are in the order that velodyne-decoder 3.1 expects.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Edits of lights in a view: strength, colour, position, direction, and lights that are added or removed."""
+"""Edits of lights in a view.
+
+Strength, colour, position and direction can be changed; lights can be added and removed.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ AREA_SHARE = 0.4
 
 
 def describe_light(light: dict[str, Any], number: int) -> dict[str, Any]:
-    """The light's name and the values that the client can change; None for values that its type does not have."""
+    """The light's name and the values that the client can change.
+
+    A value is None if the type of the light does not have it.
+    """
     key = _strength_key(light)
     strength = None if key is None else np.broadcast_to(np.asarray(light[key], float), 3)
     color, level = (None, None) if strength is None else _color_and_level(strength)

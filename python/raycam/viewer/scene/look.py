@@ -125,8 +125,9 @@ class Look:
 
     @property
     def first_samples(self) -> int:
-        """The samples per pixel of the first still image. An image with fewer samples would be noisier than the
-        preceding moving image.
+        """The samples per pixel of the first still image.
+
+        An image with fewer samples would be noisier than the preceding moving image.
         """
         return 8 if self.light == "studio" else 4 if self.light == "sky" else 1
 

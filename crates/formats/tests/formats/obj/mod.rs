@@ -325,7 +325,7 @@ fn attributes_that_are_not_finite_are_ignored() {
 }
 
 #[test]
-fn vertex_colours_of_other_ranges_are_read_or_clamped() {
+fn vertex_colours_as_fractions_bytes_or_hexadecimal_are_read_or_clamped() {
     let colors = |rows: [&str; 3]| {
         let [a, b, c] = rows;
         let model = model("a.obj", format!("v 0 0 0 {a}\nv 1 0 0 {b}\nv 0 1 0 {c}\nf 1 2 3\n"));

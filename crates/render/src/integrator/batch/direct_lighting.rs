@@ -236,7 +236,7 @@ mod tests {
     use crate::prepare::world::PreparedWorld;
 
     #[test]
-    fn batched_direct_lighting_equals_single_points() {
+    fn batched_direct_lighting_equals_scalar_evaluation() {
         let mut lit = 0;
         let world = PreparedWorld::new(&World::default(), None, None, &Control::new()).unwrap();
         for first in (0..320).step_by(LANES) {

@@ -167,7 +167,7 @@ fn light_samples_follow_their_density() {
 }
 
 #[test]
-fn single_lights_are_sampled_like_one_of_several() {
+fn single_environments_are_sampled_like_environments_next_to_a_black_one() {
     let alone = lights(&[hard_environment()]);
     assert!(alone.is_single_infinite(LightSampling::Importance) && !alone.is_single_infinite(LightSampling::Uniform));
     // A second, black environment.
