@@ -214,7 +214,7 @@ def _measure(
     normal = hits["normal"][met].astype(np.float64)
     starts = _to_float32(hits["position"][met] + RAY_OFFSET * np.ptp(scene.vertices, 0).max() * normal)
     yield row("shadow", starts, _to_float32(np.asarray(scene.light) - starts), 1.0)
-    # A point on the unit sphere around the tip of the normal: cosine-weighted about it.
+    # Random points on the unit sphere around the normal's tip give cosine-weighted directions.
     rng = np.random.default_rng(seed)
     ball = rng.normal(size=starts.shape)
     ways = _to_float32(normal + ball / np.linalg.norm(ball, axis=1)[:, None])

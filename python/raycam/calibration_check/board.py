@@ -98,7 +98,7 @@ class Board:
         one = np.column_stack([first, first + columns + 1, first + columns + 2])
         two = np.column_stack([first, first + columns + 2, first + 1])
         faces = np.stack([one, two], axis=1).reshape(-1, 3)
-        # Like print: paper is not quite white, ink not quite black.
+        # As in print, paper is not quite white, and ink is not quite black.
         shades = np.where(cells.ravel(), 0.9, 0.02).repeat(2)
         world = World()
         world.add_mesh(vertices, faces, name="board", face_colors=np.repeat(shades[:, None], 3, axis=1))

@@ -405,7 +405,7 @@ def make_plan(
         ):
             raise SettingsError(
                 "the given cameras have no pose (they are at the origin) and would replace the recipe's cameras, whose "
-                'poses are drawn by the key see; omit cameras, and write calibration = "FILE" into [[camera]] '
+                'random poses come from the key "see"; omit cameras, and write calibration = "FILE" into [[camera]] '
                 "instead of size, fov or K",
                 code="conflicting_values",
             )
@@ -423,7 +423,7 @@ def late_times(plan: Plan) -> list[Notice]:
     ends = [animation.duration for animation in plan.world.animations]
     ends.extend([video.frames / video.fps] if video is not None else [])
     times = [view.time for view in plan.shots if view.time is not None]
-    # Up to one frame later is allowed, because the last frame lasts that long.
+    # Times up to one frame after the end are allowed, because the last frame lasts that long.
     end = max(ends, default=0.0) + (1 / video.fps if video is not None else 0.0)
     out = [time for time in times if not 0 <= time <= end]
     if plan.recipe is not None or not ends or not out:

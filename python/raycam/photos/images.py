@@ -67,7 +67,7 @@ class PhotoSource:
             place = "the mapping's paths" if isinstance(photos, Mapping) else os.fspath(photos)
             raise with_code(
                 FileNotFoundError(
-                    f"{place}: {_counted(lost, wanted)} missing; remove their cameras, or correct the folder"
+                    f"{place}: {_counted(lost, wanted)} missing; remove their cameras, or correct the paths"
                 )
             )
 

@@ -136,7 +136,7 @@ def filtered(pyramid: Pyramid, places: Floats, footprint: Floats) -> Single:
     """
     footprint = np.nan_to_num(footprint)
     a, b, c, d = (footprint[:, i, j] for i in (0, 1) for j in (0, 1))
-    # Singular values, and the angle of the longer axis, of a matrix 2 x 2.
+    # Singular values of a 2 x 2 matrix, and the angle of the longer axis.
     p, q, r = a * a + b * b, c * c + d * d, a * c + b * d
     middle, off = (p + q) / 2, np.hypot((p - q) / 2, r)
     longer, shorter = np.sqrt(middle + off), np.sqrt(np.maximum(middle - off, 0))

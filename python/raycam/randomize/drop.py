@@ -31,10 +31,13 @@ class Drop:
         check_known_keys(f"drop of {what}", drop, DROP_KEYS)
         where = [key for key in ("into", "on") if key in drop]
         if len(where) != 1:
-            raise WorldError(f"{what}: drop requires one of the keys into and on", code="missing_value")
+            raise WorldError(
+                f'{what}: drop requires exactly one of the keys "into" and "on"', code="missing_value"
+            )
         if not isinstance(drop[where[0]], str):
             raise WorldError(
-                f"{what}: {where[0]} must be the name of an object, not {drop[where[0]]!r}", code="wrong_type"
+                f'{what}: "{where[0]}" must be the name of an object, not {drop[where[0]]!r}',
+                code="wrong_type",
             )
         seconds = real(f"{what}: seconds", drop.get("seconds", 5.0), 0.1, MAX_SECONDS, what="seconds")
         self.target = (where[0], str(drop[where[0]]), seconds)

@@ -242,7 +242,7 @@ class Recipe:
                 raise WorldError(
                     f"camera[{number}]: all worlds of a data set must have the same cameras; count must be a number, "
                     "and "
-                    f"{ONE_OF} is only supported within see",
+                    f'{ONE_OF} is only supported within "see"',
                     code="conflicting_values",
                 )
 
@@ -291,7 +291,7 @@ class Recipe:
             if "drop" in how:
                 if how.keys() & {"on", "gap"} or item.keys() & {"location", "instance_of"}:
                     raise WorldError(
-                        f"{what}: on, gap, location and instance_of cannot be used with drop",
+                        f'{what}: the keys "on", "gap", "location" and "instance_of" cannot be used with "drop"',
                         code="conflicting_values",
                     )
                 dropped.append((item, Drop(how["drop"], how.get("physics", {}), what)))
@@ -302,7 +302,7 @@ class Recipe:
                 placed.append((item, how, place))
             elif how:
                 raise WorldError(
-                    f"object {item.get('name', '')!r}: gap requires the key on",
+                    f'{what}: the key "gap" requires the key "on"',
                     code="missing_value",
                 )
             else:
@@ -431,7 +431,7 @@ class Recipe:
         wanted = row.pop("see", None)
         name = row.get("name", "camera")
         if wanted is not None and not isinstance(wanted, Mapping):
-            raise WorldError(f"camera {name!r}: see must be a table, not {wanted!r}", code="wrong_type")
+            raise WorldError(f'camera {name!r}: "see" must be a table, not {wanted!r}', code="wrong_type")
         if "calibration" in row:
             path = self._inside(str(row["calibration"]))
             if path is None:
@@ -475,7 +475,7 @@ def _checked_gap(item: Mapping[str, Any], how: Mapping[str, Any], what: str) -> 
     """The gap of an object that is placed at random; raises `WorldError` for keys that do not fit."""
     if "location" in item or "instance_of" in item:
         raise WorldError(
-            f"{what}: location and instance_of cannot be used with the key on, which sets the position",
+            f'{what}: the keys "location" and "instance_of" cannot be used with "on", which sets the position',
             code="conflicting_values",
         )
     gap = how.get("gap", MIN_GAP)
@@ -484,7 +484,9 @@ def _checked_gap(item: Mapping[str, Any], how: Mapping[str, Any], what: str) -> 
             f"{what}: gap must be a distance in metres of at least 0, got {gap!r}", code="out_of_range"
         )
     if not isinstance(how["on"], str):
-        raise WorldError(f"{what}: on must be the name of an object, not {how['on']!r}", code="wrong_type")
+        raise WorldError(
+            f"{what}: the key 'on' must be the name of an object, not {how['on']!r}", code="wrong_type"
+        )
     return float(gap)
 
 

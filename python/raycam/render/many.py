@@ -339,9 +339,7 @@ def _arrays(
                 f"out[{name!r}] is {what}: expected an array of {dtype} {list(wanted)}", code="wrong_shape"
             )
         elif not (array.flags.c_contiguous and array.flags.writeable):
-            raise SettingsError(
-                f"out[{name!r}]: expected a C-contiguous array that may be written to", code="wrong_type"
-            )
+            raise SettingsError(f"out[{name!r}]: expected a writable, C-contiguous array", code="wrong_type")
         arrays[name] = array
     if given:
         raise SettingsError(

@@ -69,7 +69,7 @@ class Progressive:
         for name in ("noise_threshold", "time_limit"):
             if name in given:
                 raise SettingsError(
-                    f"{name} is not supported by Progressive; stop when the image is good enough",
+                    f"{name} is not supported by Progressive; stop adding samples when the image is good enough",
                     code="conflicting_values",
                 )
         if given.get("integrator") == "reference":

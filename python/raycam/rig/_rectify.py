@@ -73,7 +73,7 @@ def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) ->
         x, y, z = product(R, direction)
         if not z > 0.0:
             raise CameraError(
-                "the two cameras' viewing directions cannot be rectified automatically; pass K",
+                "K cannot be computed, because the centre of an original image is behind the rectified cameras; pass K",
                 code="unsupported_camera",
             )
         seen.append([focal * x / z, focal * y / z])

@@ -120,7 +120,7 @@ class _Files:
             return  # MuJoCo reports missing files
         if not real.is_relative_to(os.path.realpath(self._root)):
             raise FormatError(
-                f"{at}: file {name!r} is outside {self._root}; allow a wider folder with folder=",
+                f"{at}: file {name!r} is outside {self._root}; pass a folder= that contains it",
                 code="outside_root",
             )
         if not real.is_file():

@@ -190,7 +190,7 @@ def cylinder_light(
     if fault:
         raise ValueError(f"ignored: {fault}")
     turns = np.linspace(0, 2 * np.pi, CYLINDER_SIDES, endpoint=False)
-    # The prism's area is that of the cylinder.
+    # The prism's area equals the cylinder's area.
     sides = np.pi / (CYLINDER_SIDES * np.sin(np.pi / CYLINDER_SIDES))
     circle = np.column_stack([np.cos(turns), np.sin(turns)]) * radius * sides
     ends = [np.column_stack([np.full(CYLINDER_SIDES, x), circle]) for x in (-length / 2, length / 2)]

@@ -102,7 +102,7 @@ class StageReader:
     def notices(self) -> list[StageNotice]:
         """All notices, grouped by their source."""
         left_out = [
-            StageNotice("ignored_element", f"{what} are not shown: {count}")
+            StageNotice("ignored_element", f"{what} are not shown (number: {count})")
             for what, count in sorted(self._skipped.items())
         ]
         return [

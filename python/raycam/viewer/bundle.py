@@ -47,7 +47,9 @@ def modules(entry: str = "main.js") -> tuple[str, ...]:
 
     def enter(name: str) -> None:
         if name in entered:
-            raise ValueError(f"{' -> '.join([*entered, name])}: modules of the client import in a circle")
+            raise ValueError(
+                f"{' -> '.join([*entered, name])}: modules of the client import each other in a circle"
+            )
         entered.append(name)
         for _, source in IMPORT.findall(client_file(name)):
             imported = beside(name, source)

@@ -271,7 +271,7 @@ class Scheduler(threading.Thread):
         seconds: float,
     ) -> None:
         """Sends an image to a client and its followers."""
-        if session.role.is_attached:  # since the image was started
+        if session.role.is_attached:  # the session was attached after the image was started
             return
         width, height = view.size
         message = {

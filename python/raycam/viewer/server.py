@@ -276,7 +276,7 @@ class Server:
             with contextlib.suppress(RuntimeError):  # the event loop has ended
                 loop.call_soon_threadsafe(_put, outgoing, data)
 
-        # Sent before the welcome message, whose camera may depend on the window's shape.
+        # The window's size is processed before the welcome message, whose camera may depend on the window's shape.
         session.receive(Size(hello.width, hello.height, hello.ratio))
         session.connection.open(send)
         self.emptied = None

@@ -133,7 +133,7 @@ def _open(what: Any, watch: bool) -> tuple[World, dict[str, Any]]:
     if not given or not all(isinstance(each, str | os.PathLike) for each in given):
         if watch:
             raise SettingsError(
-                "watch requires the path of a world, instead of a loaded world", code="conflicting_values"
+                "watch requires the path of a world, got a loaded world", code="conflicting_values"
             )
         return world_of(what), {}
     with tempfile.TemporaryDirectory(prefix="raycam-archive-") as unpacked:

@@ -85,13 +85,13 @@ def settle(
             code="conflicting_values",
         )
     if into is not None and on is not None:
-        raise SettingsError("into and on cannot be used together", code="conflicting_values")
+        raise SettingsError("into and on cannot be combined; use only one of them", code="conflicting_values")
     target = None
     if into is not None or on is not None:
         which = "on" if into is None else "into"
         found = _numbers(world, which, on if into is None else into)
         if set(found) & set(moving):
-            raise WorldError(f"{which}: an object cannot fall into itself", code="conflicting_values")
+            raise WorldError(f"{which}: an object cannot fall {which} itself", code="conflicting_values")
         target = found, into is not None
     settled, fault = _core.world_settle(
         world._core,
@@ -110,7 +110,7 @@ def settle(
         world.set_object(number, matrix=np.array(matrix))
     warn_all(
         Notice(
-            f"the robot overlaps this object by {1e3 * depth:.1f} mm",
+            f"these objects overlap by {1e3 * depth:.1f} mm",
             "overlapping_objects",
             [f"{a!r} and {b!r}"],
         )

@@ -42,11 +42,11 @@ pub struct Video {
     pub(crate) up: Up,
     pub(crate) orbit: Option<Orbit>,
     pub(crate) camera: KeyframedMotion,
-    /// By object id.
+    /// Motions of objects, by object id.
     pub(crate) objects: Vec<(usize, KeyframedMotion)>,
-    /// By the index of the rig.
+    /// Motions of rigs, by the index of the rig.
     pub(crate) rigs: Vec<(usize, KeyframedMotion)>,
-    /// By the index of the camera.
+    /// Motions of cameras, by the index of the camera.
     pub(crate) cameras: Vec<(usize, KeyframedMotion)>,
 }
 

@@ -67,7 +67,7 @@ impl World {
         Ok(moved)
     }
 
-    /// Returns the index of the world's camera at the pose of `base` that the video moves by its own keyframes.
+    /// Returns the index of the world's camera that has the pose of `base` and keyframes of its own in the video.
     pub fn keyframed_camera(&self, base: &Camera) -> Option<usize> {
         let mut moving = self.video.iter().flat_map(|video| &video.cameras).map(|(id, _)| *id);
         moving.find(|id| {

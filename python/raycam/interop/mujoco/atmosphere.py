@@ -82,7 +82,8 @@ class Atmosphere:
         below = slope / np.maximum(elevation + slope * narrowing, 1e-30)
         reached = radius * np.hypot(1 - narrowing * below, elevation * below)
         shown = (slope > 0) & (below <= 1) & (reached <= distances)
-        # The densest height divides the cone where it is seen at 45 degrees from the edge of the sky.
+        # The haze is densest where the cone meets a line that rises inwards at 45 degrees from the plane, below the
+        # sky's edge.
         angle = np.arctan2(1, narrowing)
         densest = np.sqrt(0.5) * narrowing * np.sin(angle) / np.sin(0.75 * np.pi - angle)
         rise = 1 - below[shown]

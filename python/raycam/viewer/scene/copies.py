@@ -56,7 +56,7 @@ def render_command(file: Path | str, camera: Camera | str | None, options: Mappi
     given = {**options, "camera": name}
     words = ["raycam", "render", file, "-o", "picture.png"]
     for name, value in given.items():
-        # Joined to one word if a value begins with a minus sign, because argparse would read it as an
+        # A value that begins with a minus sign is joined to its option by =, because argparse would read it as an
         # option.
         if isinstance(value, tuple):
             words += [f"--{name}", *map(str, value)]

@@ -66,7 +66,9 @@ def edit_light(world: World, number: int, key: str, value: Any) -> World:
         return changed
     lights = world.lights
     if number >= len(lights):
-        raise WorldError(f"light {number}: the world has {len(lights)} lights", code="index_out_of_range")
+        raise WorldError(
+            f"light {number} does not exist; the world has {len(lights)} lights", code="index_out_of_range"
+        )
     light = lights[number]
     if key == "remove" and value is True:
         changed.remove_light(number)
@@ -156,7 +158,7 @@ def _new_light(world: World, kind: Any) -> dict[str, Any]:
     """A light above the world's objects that lights their centre with `IRRADIANCE`. Raises `SettingsError`."""
     if kind not in NEW_LIGHTS:
         raise SettingsError(
-            f"a new light is one of {', '.join(NEW_LIGHTS)}, not {kind!r}", code="unknown_name"
+            f"a new light must be one of {', '.join(NEW_LIGHTS)}, not {kind!r}", code="unknown_name"
         )
     bounds = without_ground(world).bounds
     low, high = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds

@@ -44,7 +44,9 @@ class Following:
         self._may_lead = {leader.connection.id}
         self._held: tuple[int, int] | None = None
         leader.role.on_show = self._mirror
-        leader.show(leader.view)  # starts its images, which followers show before the leader has connected
+        leader.show(
+            leader.view
+        )  # starts the leader's images, which followers show even before the leader connects
 
     def may_lead(self, session: Session) -> bool:
         """True if the session's client may take the lead and change the world."""

@@ -249,7 +249,7 @@ class Session:
     def rebase(self) -> None:
         """Shows the world after an edit, or another world from a script."""
         with self._changes:
-            if not self.role.is_attached:  # the leader's view follows
+            if not self.role.is_attached:  # an attached follower shows the leader's view
                 self.show(self.view.rebased())
         self._send_contents()
         self.send_history()

@@ -177,7 +177,7 @@ class View:
         )
         return replace(view, camera=view.camera_of(name)) if name else view
 
-    # What follows from the state --------------------------------------------------------------------------
+    # Values derived from the state ------------------------------------------------------------------------
 
     @property
     def base(self) -> World:

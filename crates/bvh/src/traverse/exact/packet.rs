@@ -28,7 +28,7 @@ const MAX_ORIGIN_DISTANCE: f64 = 8.0;
 /// Minimum number of rays for packets, because their memory is cleared for each batch.
 const MIN_RAYS: usize = 8;
 
-/// Candidates per ray from which each triangle of a leaf is tested against all rays at once.
+/// Minimum number of candidates per ray for testing each triangle of a leaf against all rays at once.
 const TRANSPOSE_THRESHOLD: u32 = 2;
 
 #[inline(always)]
@@ -92,7 +92,7 @@ fn closest_exact_chunk<I: Isa>(
         return alone;
     }
     let (some, indices) = near.all();
-    // No indices if every ray is in its own lane.
+    // The indices are omitted if every ray is in its own lane.
     let indices = indices.filter(|_| some.len() < rays.len());
     let mut query = ExactQuery { scene, triangles, rays: exact, hits, origin_error, distance, alone };
     packets.trace::<I, _>(&mut query, scene, some, indices);

@@ -35,7 +35,7 @@ pub struct RaySoa64 {
     origin_class: [u8; PACKET_SIZE],
     /// Main axis, if it is the same for all rays.
     shared_major_axis: Option<usize>,
-    /// True if any hit is sufficient; a ray with one is done.
+    /// True if any hit is sufficient; a ray that has a hit is done.
     pub any_hit: bool,
     /// Bit i: ray i may have hit two surfaces at equal distances.
     pub contested: u64,
@@ -227,7 +227,7 @@ impl RaySoa64 {
         *hit = ray.best;
     }
 
-    /// Writes the t of the hit in lengths of the given direction; that of a miss is infinite.
+    /// Writes the t of the hit, in units of the given direction's length; the t of a miss is infinite.
     #[inline(always)]
     pub fn to_hit(&self, i: usize, hit: &mut ExactHit) {
         let i = i & (PACKET_SIZE - 1);
@@ -312,7 +312,7 @@ impl RaySoa64 {
             }
         }
         largest += self.spread;
-        // Twice: the sum is rounded.
+        // The factor 2 covers the rounding error of the sum.
         let error = 2.0 * EDGE_ERROR * largest * largest;
         let mut inside = [0u8; PACKET_SIZE];
         for i in 0..PACKET_SIZE {

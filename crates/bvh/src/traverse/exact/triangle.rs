@@ -6,8 +6,9 @@ use crate::node::cross;
 use crate::ray::{ExactHit, INVALID_ID};
 use crate::scene::ExactTriangles;
 
-/// The error of a sheared edge function, as a fraction of the squared largest coordinate relative to the origin:
-/// sheared coordinates are at most 2 and off by 8 units, so products are off by 64 units, and rounded by 24 more.
+/// The error of a sheared edge function, as a fraction of the squared largest coordinate relative to the origin.
+/// Sheared coordinates are at most 2 with an error of 8 units; the products have an error of 64 units, and rounding
+/// adds 24 units.
 pub const EDGE_ERROR: f64 = 128.0 * (f64::EPSILON / 2.0);
 
 /// The same error for corners near the ray: a fraction of the largest coordinate times the sum of all sheared
@@ -21,7 +22,7 @@ const MAX_RELATIVE_ERROR: f64 = 1.0 / (1u64 << 24) as f64;
 /// The axis after each axis.
 pub const NEXT_AXES: [usize; 3] = [1, 2, 0];
 
-/// A ray with its shear along the main axis, that of the largest component of its direction.
+/// A ray with its shear along the main axis, the axis of the direction's largest component.
 #[derive(Clone, Copy)]
 pub struct ShearedRay {
     pub origin: [f64; 3],
@@ -73,7 +74,8 @@ impl HitSoFar {
     }
 }
 
-/// Sheared edge functions of a triangle, the t of its corners along the main axis, and the error bound of the former.
+/// Sheared edge functions of a triangle with their error bound, and the t of the triangle's corners along the main
+/// axis.
 struct EdgeFunctions {
     values: [f64; 3],
     depths: [f64; 3],
@@ -111,8 +113,8 @@ impl ShearedRay {
         RayPredicates { origin: self.origin, direction: self.direction }
     }
 
-    /// A corner sheared so that the ray is the axis `z`, with its t along it; and its largest coordinate from the
-    /// origin.
+    /// A corner, sheared so that the ray is the axis `z`, with the corner's t along the ray; and the corner's largest
+    /// absolute coordinate relative to the ray's origin.
     #[inline(always)]
     fn sheared(&self, p: [f64; 3], z: usize) -> ([f64; 3], f64) {
         let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
@@ -166,7 +168,7 @@ impl ShearedRay {
         self.predicates().crossing_side(corners)
     }
 
-    /// The intersection of the line with the plane of a triangle that it passes.
+    /// The intersection of the line with the plane of a triangle through which the line passes.
     #[inline(always)]
     fn intersect_plane(&self, edges: &EdgeFunctions, corners: [[f64; 3]; 3], side: i32) -> Intersection {
         let ([u, v, w], [za, zb, zc]) = (edges.values, edges.depths);
@@ -276,7 +278,7 @@ impl ShearedRay {
     }
 }
 
-/// True if edge functions that are off by an error may have one sign.
+/// True if edge functions with errors of up to `error` may all have the same sign.
 #[inline(always)]
 pub fn same_sign(u: f64, v: f64, w: f64, error: f64) -> bool {
     ((u >= -error) & (v >= -error) & (w >= -error)) | ((u <= error) & (v <= error) & (w <= error))

@@ -82,7 +82,7 @@ impl ReadyMasks {
     }
 }
 
-/// Removes the lowest bit; its index.
+/// Removes the lowest bit; returns its index.
 #[inline(always)]
 fn pop_lowest_bit(bits: &mut u32) -> u32 {
     let i = bits.trailing_zeros();
@@ -155,7 +155,7 @@ fn traverse_states<'a, I: Isa, R: RayInFlight<'a>, const STATES: usize>(
             with_candidates |= u32::from(state.step_leaf::<I>()) << i;
             ready.add(i, state);
         }
-        // Their nodes have not changed.
+        // The nodes of these rays have not changed.
         ready.leaves &= !with_candidates;
         let mut left = with_candidates;
         while left != 0 {

@@ -93,7 +93,7 @@ struct Counts {
     lit: [usize; 2],
 }
 
-/// Compares samples and values of a model with those of single points in empty space.
+/// Compares the samples and values of a model with the samples and values of single points in empty space.
 fn compare<M: LayeredBatchModel>(world: &PreparedWorld, object: impl Fn(usize) -> usize) -> Counts {
     let mut counts = Counts::default();
     let mut batch = BsdfBatch::<M>::default();

@@ -82,7 +82,7 @@ impl DirectLightingBatch {
         }
         self.count = 0;
         for i in tracer.light_sample_indices() {
-            // Indices in between have no samples.
+            // Indices that are skipped have no samples.
             for shadow_rays in &mut self.shadow_rays[self.count..i] {
                 shadow_rays.is_active = [false; LANES];
             }

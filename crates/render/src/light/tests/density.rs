@@ -40,7 +40,7 @@ fn cap(axis: DVec3, low: f64) -> Chart {
     }
 }
 
-/// Parallelogram through `corner` with edges u and v, or the disk in it.
+/// Parallelogram at `corner` with the edges u and v; if `round`, the disk around `corner` with the half axes u and v.
 fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
     let normal = u.cross(v);
     let place = move |p: DVec2| {
@@ -67,7 +67,7 @@ fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
     }
 }
 
-/// Zenith angle and azimuth, as the environment's distribution with its yaw of 30 degrees.
+/// Zenith angle and azimuth in the frame of the environment, which has a yaw of 30 degrees.
 fn panorama() -> Chart {
     let frame = crate::light::environment::equirect::EquirectFrame::new(Up::Z, 30.0);
     Chart {

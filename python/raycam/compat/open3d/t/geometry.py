@@ -199,7 +199,7 @@ def _rays(rays: Any) -> tuple[Array, Array]:
 
 def _odd(nsamples: int) -> None:
     if int(nsamples) < 1 or int(nsamples) % 2 == 0:
-        raise RaycastingError(f"nsamples is {nsamples}, expected an odd number")
+        raise RaycastingError(f"nsamples is {nsamples}, expected an odd number of at least 1")
 
 
 def __getattr__(name: str) -> Any:
