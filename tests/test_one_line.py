@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
-from raycam.one_line import one_line
+from raycam.one_line import counted, one_line
 
 SQUARE = np.zeros((64, 64, 3), np.uint8)
 
@@ -76,3 +76,7 @@ def test_one_line_shortens_all_kinds_of_values() -> None:
     assert "\n" not in repr(holder)
     assert "same" not in repr(holder)
     assert "hidden" not in repr(holder)
+
+
+def test_counted_nouns_have_a_plural_except_for_one() -> None:
+    assert [counted(number, "camera") for number in (0, 1, 2)] == ["0 cameras", "1 camera", "2 cameras"]

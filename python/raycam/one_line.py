@@ -1,4 +1,4 @@
-"""One-line reprs of objects that contain arrays."""
+"""Short texts: one-line reprs of objects that contain arrays, and counted nouns."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-__all__ = ["one_line"]
+__all__ = ["counted", "one_line"]
 
 T = TypeVar("T", bound=type)
 MAX_NUMBERS = 4
@@ -24,6 +24,11 @@ def one_line(cls: T) -> T:
     """
     cls.__repr__ = _describe  # type: ignore[assignment]
     return cls
+
+
+def counted(number: int, noun: str) -> str:
+    """The number and its noun, such as "1 camera" or "0 cameras"; plurals end with s."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _describe(holder: Any) -> str:

@@ -337,7 +337,7 @@ def test_contact_sheet_shows_every_label(tmp_path: Path) -> None:
     data = json.loads((tmp_path / "coco/annotations/instances.json").read_text())
     page = contact_sheet(tmp_path / "coco").read_text()
     assert page.count("<rect") == len(data["annotations"])
-    assert "1 cameras and their fields of view from above" in page
+    assert "fields of view of 1 camera from above" in page
     instance = truth(camera)
     names = {item.name: item.id for item in table().objects}
     for one in data["annotations"]:
@@ -373,7 +373,7 @@ def test_contact_sheet_shows_every_labelled_format(tmp_path: Path, format: str) 
     cameras = ring(2)
     write(table(), tmp_path, format, cameras=cameras, samples=1)
     page = contact_sheet(tmp_path).read_text()
-    assert ("2 cameras and their fields of view from above" in page) == (
+    assert ("fields of view of 2 cameras from above" in page) == (
         format in ("bop", "kitti", "replicator", "coco")
     )
     pictures = pictures_of(tmp_path)

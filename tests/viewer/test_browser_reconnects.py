@@ -25,7 +25,7 @@ SHOWN = """new Promise((done) => requestAnimationFrame(() => requestAnimationFra
 
 def served(world: raycam.World | Edits, camera: raycam.Camera, token: str = "") -> Server:
     made = Server(lambda: Session(world, camera, samples=16, title="small"), port=0)
-    made.token = token or made.token
+    made._tokens.own = token or made.token
     return made
 
 
@@ -67,7 +67,9 @@ def test_interrupted_connection_restores_view_and_edits(tab: Tab, server: Server
     tab.wait("document.getElementById('status').textContent.startsWith('direct, 1 sample,')")
     choose(tab, "channel", "color")
     tab.wait(DONE)
+    tab.evaluate("document.getElementById('status').textContent = ''")
     choose(tab, "exposure", "1")
+    tab.wait(DONE)
     before, world, id = tab.evaluate(SHOWN), session.view.world, session.connection.id
 
     relay.cut(None)
@@ -85,10 +87,10 @@ def test_interrupted_connection_restores_view_and_edits(tab: Tab, server: Server
     assert tab.evaluate("document.getElementById('exposure').value") == "2"
     assert session.view.exposure == 2
     tab.evaluate("document.getElementById('undo').click()")
-    tab.wait("document.getElementById('undo').disabled")
+    tab.wait("!document.getElementById('redo').disabled")
     tab.wait(DONE)
-    assert session.view.world is not world
-    assert not tab.evaluate("document.getElementById('redo').disabled")
+    assert session.view.world is not world, "the edit is the newest step"
+    assert session.view.camera_name == "side", "an earlier step"
 
 
 def test_page_reconnects_until_it_succeeds(tab: Tab, server: Server, relay: Relay) -> None:

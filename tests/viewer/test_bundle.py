@@ -12,7 +12,7 @@ from support.raises import raises
 
 CLIENT = Path(raycam.__file__).parent / "viewer" / "client"
 LONGEST_FILE = 400
-ENTRIES = ["main.js", "lecture/main.js", "explanation/main.js", "recording/main.js"]
+ENTRIES = ["main.js", "start.js", "lecture/main.js", "explanation/main.js", "recording/main.js"]
 
 
 @pytest.fixture

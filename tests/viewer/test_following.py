@@ -74,9 +74,9 @@ def test_thirty_followers_show_the_images_that_are_rendered_once(
     class_server: Server, join: Join, monkeypatch: pytest.MonkeyPatch, small_world: raycam.World
 ) -> None:
     rendered: list[tuple[Any, ...]] = []
-    render = scheduling.render
+    render = scheduling.moving_frame
     monkeypatch.setattr(
-        scheduling, "render", lambda *values, **options: rendered.append(values) or render(*values, **options)
+        scheduling, "moving_frame", lambda *values: rendered.append(values) or render(*values)
     )
     leader = join(leads=True)
     leader.hear("picture", samples=SAMPLES)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import re
+
 import pytest
 from raycam.viewer import gate
 
@@ -36,7 +40,7 @@ def status(path: str, headers: Request, allowed: tuple[str, ...] = ()) -> int:
     return 101 if answer is None else answer.status
 
 
-@pytest.mark.parametrize("path", ["/", "/client.js", "/style.css"])
+@pytest.mark.parametrize("path", ["/", "/client.js"])
 @pytest.mark.parametrize(
     "host", [OWN, "localhost", "localhost:9000", "LOCALHOST:1", "[::1]:7421", "127.0.0.1"]
 )
@@ -190,6 +194,19 @@ def test_page_loads_only_its_own_files() -> None:
     answer = gate.answer_to("/", page(), ACCEPTS)
     assert answer is not None
     assert TOKEN not in answer.text
-    assert '<script src="client.js">' in answer.text
-    assert "<style" not in answer.text
-    assert "unsafe" not in gate.HEADERS["Content-Security-Policy"]
+    assert '<link rel="preload" href="client.js" as="script">' in answer.text
+    policy = gate.response_headers()["Content-Security-Policy"]
+    assert "unsafe" not in policy
+    for kind in ("script", "style"):
+        (inline,) = re.findall(f"<{kind}>(.*?)</{kind}>", answer.text, re.S)
+        digest = base64.b64encode(hashlib.sha256(inline.encode()).digest()).decode()
+        (allowed,) = re.findall(f"{kind}-src ([^;]*);", policy)
+        assert allowed.removeprefix("'self' ") == f"'sha256-{digest}'"
+
+
+def test_page_and_script_are_assembled_once() -> None:
+    gate.prepare_page()
+    answers = [gate.answer_to("/client.js", page(), ACCEPTS) for _ in range(2)]
+    assert answers[0] is not None
+    assert answers[1] is not None
+    assert answers[0].text is answers[1].text

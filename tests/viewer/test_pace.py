@@ -31,6 +31,15 @@ def test_size_recovers_after_one_slow_image() -> None:
     assert pace.size(STILL) == STILL
 
 
+def test_new_view_begins_with_the_measurements_of_another() -> None:
+    first, second = Pace(), Pace()
+    first.measured(STILL, 100 * TARGET)
+    second.begin_like(first)
+    assert second.size(STILL) == (160, 120)
+    second.measured(STILL, 0.0)
+    assert first.size(STILL) == (160, 120)
+
+
 def test_images_with_many_bytes_are_smaller() -> None:
     pace = Pace()
     pace.measured(STILL, 0.1 * TARGET, 3 * MAX_BYTES, "depth")

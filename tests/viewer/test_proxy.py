@@ -53,7 +53,7 @@ def socket_at(address: str, token: str) -> ClientConnection:
 @pytest.mark.parametrize("kind", PROXIES)
 def test_page_and_socket_work_under_a_path(proxied: Server, kind: str) -> None:
     proxy = PrefixProxy(proxied.address, PREFIX, **PROXIES[kind])
-    for name in ("", "client.js", "style.css"):
+    for name in ("", "client.js"):
         with urllib.request.urlopen(f"http://{proxy.address}{PREFIX}{name}", timeout=PATIENCE) as answer:
             assert answer.status == 200
             text = answer.read().decode()

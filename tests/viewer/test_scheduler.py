@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 
 import pytest
@@ -10,7 +11,7 @@ from raycam.render.channel_picture import encode_jpeg
 from raycam.viewer.scheduler import REST_S, Scheduler
 from raycam.viewer.session import Session
 from raycam.viewer.session.connection import MAX_UNACKNOWLEDGED
-from support.patience import PATIENCE
+from support.patience import PATIENCE, until
 from support.raises import warns
 from support.session_messages import receive
 
@@ -42,6 +43,38 @@ def test_moving_views_are_rendered_first_in_order_of_age(small_world: raycam.Wor
     late.images.touched = early.images.touched + 1e-3
     scheduler = Scheduler(lambda: [rests, late, early])
     assert [step(scheduler) for _ in range(2)] == [early, late]
+
+
+def test_preparation_runs_without_clients_and_ends_when_one_connects() -> None:
+    begun, ended = threading.Event(), threading.Event()
+
+    def prepare(cancel: raycam.Cancel) -> None:
+        begun.set()
+        until(lambda: cancel.is_cancelled)
+        ended.set()
+        raise raycam.Cancelled
+
+    scheduler = Scheduler(list, prepare)
+    scheduler.start()
+    assert begun.wait(PATIENCE)
+    scheduler.wake()
+    assert ended.wait(PATIENCE)
+    scheduler.end()
+    scheduler.join(PATIENCE)
+    assert not scheduler.is_alive()
+
+
+def test_failed_preparation_does_not_prevent_images(small_world: raycam.World) -> None:
+    def prepare(cancel: raycam.Cancel) -> None:
+        raise raycam.WorldError("no memory", code="too_large")
+
+    session, sent = ready(small_world), threading.Event()
+    session.connection.open(lambda message, buffers: sent.set() if message["type"] == "picture" else None)
+    scheduler = Scheduler(lambda: [session], prepare)
+    scheduler.start()
+    assert sent.wait(PATIENCE)
+    scheduler.end()
+    scheduler.join(PATIENCE)
 
 
 def test_refinement_starts_after_a_pause(small_world: raycam.World) -> None:

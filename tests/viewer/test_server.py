@@ -66,13 +66,13 @@ def get(server: Server, path: str, host: str = "127.0.0.1") -> tuple[int, dict[s
 
 
 @pytest.mark.parametrize(
-    ("path", "status"), [("/", 200), ("/client.js", 200), ("/style.css", 200), ("/x", 404)]
+    ("path", "status"), [("/", 200), ("/client.js", 200), ("/style.css", 404), ("/x", 404)]
 )
 def test_every_response_has_the_security_headers(server: Server, path: str, status: int) -> None:
     got, headers, body = get(server, path)
     assert got == status
     assert body
-    assert serving.gate.HEADERS.items() <= headers.items()
+    assert serving.gate.response_headers().items() <= headers.items()
     assert "server" not in {name.lower() for name in headers}
     assert server.token.encode() not in body
 
@@ -536,7 +536,7 @@ def test_internal_error_is_sent_and_the_view_continues(
     monkeypatch.undo()
     client.say("copy", format="python")
     assert "raycam.Camera" in client.hear("copied")[0]["text"]
-    monkeypatch.setattr(scheduling, "render", fail)
+    monkeypatch.setattr(scheduling, "moving_frame", fail)
     session.images.restart()
     server.scheduler.wake()
     assert "ZeroDivisionError: oh" in client.hear("error")[0]["text"]

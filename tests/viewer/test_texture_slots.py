@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from raycam.viewer.answers import answer
 from raycam.viewer.scene.edits import Edits
 from raycam.viewer.scene.texture_slots import set_texture, texture_slots, thumbnail
 from raycam.viewer.session import Session
+from support.bending_plate import bending_plate
 from support.raises import raises
 
 PAINT = np.zeros((8, 8, 3), np.uint8)
@@ -52,6 +54,13 @@ def test_slots_of_a_principled_material_are_listed(painted: raycam.World) -> Non
     used = {each["slot"]: each["used"] for each in texture_slots(painted, 1)}
     assert used == {"color": True, "normal": True, "roughness": False, "metallic": False, "emission": False}
     assert [each["slot"] for each in texture_slots(painted, 0)] == ["color"]
+
+
+def test_thumbnail_of_a_deforming_object_gives_no_notice(tmp_path: Path) -> None:
+    world = bending_plate(tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert thumbnail(world, 0, "color") is not None
 
 
 @pytest.mark.parametrize(("slot", "image"), [("color", PAINT), ("normal", BUMPS)])

@@ -221,6 +221,9 @@ def test_t_min_and_t_max_are_inclusive_limits() -> None:
     ]
     assert first(0, 1) == 1
     assert first(0, np.nextafter(1, 0)) == np.inf
+    ends = np.array([1, np.nextafter(1, 0), 1 - 1e-6, 1 - 2e-5])
+    assert world.occluded([origin] * 4, up, ends).tolist() == [True, False, False, False]
+    assert world.count_intersections([origin] * 4, up, t_max=ends).tolist() == [1, 0, 0, 0]
     above = [0.1, 0.2, 10.0]
     whole = world.cast_rays(above, up, t_min=-np.inf)
     assert whole["t"] == -9

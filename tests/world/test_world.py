@@ -32,6 +32,8 @@ def test_add_mesh_and_add_object_create_objects_and_instances() -> None:
     assert world.counts["mesh_triangles"] == 12
     np.testing.assert_allclose(world.bounds, [[-0.5, -1, -1], [4, 1, 1]])
     assert "2 objects, 24 triangles" in repr(world)
+    world.add_light(type="sky", radiance=1)
+    assert repr(world).endswith(": 2 objects, 24 triangles, 1 light, 0 cameras")
     assert repr(first) == "Object 0 'box', category 'furniture': 12 triangles of mesh 0 at (0, 0, 0)"
     world.set_object(1, visible=False)
     assert repr(world.objects[1]).endswith("12 triangles of mesh 0 at (3, 0, 0), invisible")

@@ -59,7 +59,7 @@ pub use crate::limits::MAX_TRIANGLES;
 pub use crate::platform::dispatch::{InstructionSet, WithSimd, dispatch_simd};
 pub use crate::platform::huge_page_vec::zeroed_huge;
 pub use error::BuildError;
-pub use ray::{ClosestPoint, Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Tie};
+pub use ray::{ClosestPoint, Coherence, ExactHit, ExactRay, Hit, HitDetail, HitFilter, INVALID_ID, Ray, Tie};
 pub use scene::build::TlasLeaves;
 pub use scene::query::squared_distance_to_triangle;
 pub use scene::{ExactTriangles, Instance, Scene};

@@ -92,6 +92,19 @@ pub struct ExactHit {
     pub side: i32,
 }
 
+/// Fields of an [`ExactHit`] that a query computes; the others are unspecified.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HitDetail {
+    /// Instance and triangle.
+    Triangle,
+    /// Also the triangle's normal and the side.
+    Side,
+    /// All, with t and weights in float64.
+    Intersection,
+    /// All, with t and weights accurate to one unit in the last place.
+    Refined,
+}
+
 /// A ray that hits several instances at the same distance, up to rounding to float32.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tie {

@@ -7,14 +7,24 @@ machine. A page of another origin has neither the token nor this Origin. A name 
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple, Protocol
 
 from .bundle import bundle, style_sheet
-from .web.document import filled
+from .web.document import filled, source_hash
 
-__all__ = ["HEADERS", "PROTOCOL", "SOCKET", "Answer", "Headers", "answer_to", "token_of"]
+__all__ = [
+    "PROTOCOL",
+    "SOCKET",
+    "Answer",
+    "Headers",
+    "answer_to",
+    "prepare_page",
+    "response_headers",
+    "token_of",
+]
 
 PROTOCOL = "raycam.view.1"
 """The subprotocol of the WebSocket; another number is another set of messages."""
@@ -22,16 +32,8 @@ SOCKET = "/socket"
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 HOST = re.compile(r"(\[[0-9a-f:]+\]|[a-z0-9.-]+)(?::\d{1,5})?", re.I)
 
-HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cache-Control": "no-store",
-    "Cross-Origin-Opener-Policy": "same-origin",
-    "Cross-Origin-Resource-Policy": "same-origin",
-}
-"""The headers of every answer."""
+CLIENT = "client.js"
+"""The page's script, which the inline start script runs after it has connected."""
 
 
 class Headers(Protocol):
@@ -76,9 +78,8 @@ def answer_to(
     if headers.get_all("Upgrade"):
         return _refusal_of_socket(path, headers, hosts[0], accepts)
     pages: dict[str, tuple[str, Callable[[], str]]] = {
-        "/": ("text/html", _shell),
-        "/client.js": ("text/javascript", bundle),
-        "/style.css": ("text/css", style_sheet),
+        "/": ("text/html", _page),
+        f"/{CLIENT}": ("text/javascript", bundle),
     }
     if path not in pages:
         return _refused(404, "Not found.")
@@ -125,14 +126,37 @@ def _refused(status: int, text: str) -> Answer:
     return Answer(status, "text/plain; charset=utf-8", f"{text}\n")
 
 
-def _shell() -> str:
+@functools.cache
+def response_headers() -> dict[str, str]:
+    """The headers of every answer. The policy allows the page's own inline start script and style."""
+    script, style = source_hash(bundle("start.js")), source_hash(style_sheet())
+    return {
+        "Content-Security-Policy": f"default-src 'none'; script-src 'self' '{script}'; style-src '{style}'; "
+        "img-src 'self' blob: data:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+        "X-Content-Type-Options": "nosniff",
+        "Referrer-Policy": "no-referrer",
+        "Cache-Control": "no-store",
+        "Cross-Origin-Opener-Policy": "same-origin",
+        "Cross-Origin-Resource-Policy": "same-origin",
+    }
+
+
+def prepare_page() -> None:
+    """Assembles the page and its script, so that the first request does not wait for them."""
+    response_headers()
+    _page()
+    bundle()
+
+
+@functools.cache
+def _page() -> str:
     """The page of the live view."""
     return filled(
         {
-            "policy": "",
+            "policy": f'<link rel="preload" href="{CLIENT}" as="script">',
             "title": "raycam",
-            "style": '<link rel="stylesheet" href="style.css">',
+            "style": f"<style>{style_sheet()}</style>",
             "data": "",
-            "script": '<script src="client.js"></script>',
+            "script": f"<script>{bundle('start.js')}</script>",
         }
     )

@@ -9,17 +9,19 @@ its images. A change of the session that is being rendered cancels its image.
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 import traceback
 from collections.abc import Callable
 from typing import Any
 
+from .._core import Cancel
 from ..errors import Cancelled, Error
 from ..notices import collected
-from ..render import render
 from ..render.channel_picture import encode_jpeg
 from ..render.frame import Frame
+from .moving import moving_frame
 from .session import Pane, Session, View
 from .stills import SAMPLED, Refinement, truth
 from .wire import pack, reduced
@@ -48,25 +50,36 @@ def failure(error: Exception) -> str:
 class Scheduler(threading.Thread):
     """Renders for all sessions, one image at a time."""
 
-    def __init__(self, sessions: Callable[[], list[Session]]) -> None:
+    def __init__(
+        self, sessions: Callable[[], list[Session]], prepare: Callable[[Cancel], None] | None = None
+    ) -> None:
+        """`prepare` is called first, on the scheduler's thread, and cancelled when a client connects."""
         super().__init__(name="raycam viewer", daemon=True)
         self._sessions = sessions
+        self._prepare = prepare
+        self._preparation = Cancel()
         self._wake = threading.Event()
         self._ends = False
 
     def wake(self) -> None:
         """Makes the thread look for work immediately."""
+        self._preparation.cancel()
         self._wake.set()
 
     def end(self) -> None:
         """Ends the thread and cancels its image."""
         self._ends = True
+        self._preparation.cancel()
         for session in self._sessions():
             session.images.cancel.cancel()
         self._wake.set()
 
     def run(self) -> None:
         """Renders until `end`."""
+        if self._prepare is not None:
+            # A client's first image reports the same errors.
+            with contextlib.suppress(Error, Cancelled, MemoryError), collected():
+                self._prepare(self._preparation)
         while not self._ends:
             chosen = self._next()
             if chosen is None:
@@ -136,17 +149,7 @@ class Scheduler(threading.Thread):
         view, version = session.snapshot()
         images = session.images
         started = time.perf_counter()
-        common: dict[str, Any] = {"ambient_occlusion": False, "threads": images.threads}
-        if view.channel == "color":
-            common |= view.look.behind
-        frame = render(
-            view.preview,
-            view.camera.resized(size),
-            integrator="direct" if view.channel in ("color", "error") else "flat",
-            samples=2 if view.channel == "error" else 1,
-            channels=view.channel,
-            **common,
-        )
+        frame = moving_frame(view, size, images.threads)
         seconds = time.perf_counter() - started
         if view.channel == "color":
             fields: dict[str, Any] = {"encoding": "jpeg"}

@@ -15,6 +15,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from http import HTTPStatus
 from typing import Any
 
+from .._core import Cancel
 from ..arguments import whole
 from ..errors import Error, NetworkError
 from . import gate
@@ -58,8 +59,12 @@ class Server:
         allow_hosts: Collection[str] = (),
         proxies: Collection[str] = (),
         follow: bool = False,
+        prepare: Callable[[Cancel], None] | None = None,
     ) -> None:
-        """Listens on `host`. Requests from the addresses `proxies` may name their host in X-Forwarded-Host."""
+        """Listens on `host`. Requests from the addresses `proxies` may name their host in X-Forwarded-Host.
+
+        `prepare` is called in the background before the first client connects, see `Scheduler`.
+        """
         self._proxies = frozenset(proxies)
         self._tokens = Tokens(allows_followers=follow)
         self._most_connections = MOST_CONNECTIONS + (CONNECTIONS_OF_FOLLOWERS if follow else 0)
@@ -81,7 +86,7 @@ class Server:
         self._ending: asyncio.Event | None = None
         self._started = threading.Event()
         self._ended = threading.Event()
-        self.scheduler = Scheduler(lambda: list(self.sessions.values()))
+        self.scheduler = Scheduler(lambda: list(self.sessions.values()), prepare)
         self.answers = Answers()
         self._failure: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="raycam server", daemon=True)
@@ -218,7 +223,7 @@ class Server:
         body = answer.text.encode()
         headers = Headers(
             {
-                **gate.HEADERS,
+                **gate.response_headers(),
                 "Content-Type": answer.media,
                 "Content-Length": str(len(body)),
                 "Connection": "close",

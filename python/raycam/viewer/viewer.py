@@ -14,6 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .._core import Cancel
 from ..arguments import one_of, size_of, thread_count, whole
 from ..camera import Camera, check_camera
 from ..errors import Error, SettingsError
@@ -25,7 +26,9 @@ from .controls import Control, Controls, Folder
 from .files.browser_folder import browser_folder
 from .files.photographs import Photographs
 from .files.watch import Watcher
+from .gate import prepare_page
 from .joint_sliders import JointSliders
+from .moving import prepare
 from .recording import Recording
 from .scene.edits import Edits
 from .scene.look import Look
@@ -130,7 +133,9 @@ class Viewer:
             self._show_in_cell(title, height)
         else:
             names = {"allow_hosts": allow_hosts, "proxies": proxies}
-            self._server = Server(self._session, host=host, port=port, follow=follow, **names)
+            self._server = Server(
+                self._session, host=host, port=port, follow=follow, prepare=self._prepare, **names
+            )
         if self._watcher is not None:
             self._watcher.start()
 
@@ -143,7 +148,14 @@ class Viewer:
             weakref.finalize(self, self._watcher.end)
 
     def _session(self) -> Session:
-        return Session(self._edits, self._camera, **self._options)
+        made = Session(self._edits, self._camera, **self._options)
+        made.images.pace.begin_like(self._first.images.pace)
+        return made
+
+    def _prepare(self, cancel: Cancel) -> None:
+        """Assembles the page and prepares the world for the first client."""
+        prepare_page()
+        prepare(self._first.view, self._first.images.pace, self._options["threads"], cancel)
 
     @property
     def world(self) -> World:

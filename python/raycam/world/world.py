@@ -17,6 +17,7 @@ from ..io.atomic_files import write
 from ..io.html_form import html_table
 from ..io.other_names import no_attribute
 from ..notices import warn_all
+from ..one_line import counted
 from ..robots import Robot
 from .building import WorldBuilding
 from .culling import cull_faces
@@ -220,10 +221,8 @@ class World(WorldBuilding, RayQueries, PointQueries):
     def __repr__(self) -> str:
         """The counts as text."""
         counts = self.counts
-        return (
-            f'World(up="{self.up}"): {counts["objects"]} objects, {counts["triangles"]} triangles, '
-            f"{counts['lights']} lights, {counts['cameras']} cameras"
-        )
+        nouns = ("object", "triangle", "light", "camera")
+        return f'World(up="{self.up}"): {", ".join(counted(counts[f"{each}s"], each) for each in nouns)}'
 
 
 def _from_pickle(

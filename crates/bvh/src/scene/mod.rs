@@ -38,6 +38,12 @@ pub trait ExactTriangles {
     /// The three corners of a triangle of an instance.
     fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3];
 
+    /// Prefetches the indices of a triangle's corners.
+    fn prefetch_indices(&self, _instance: u32, _triangle: u32) {}
+
+    /// Prefetches the corners of a triangle, whose indices are in the cache.
+    fn prefetch_corners(&self, _instance: u32, _triangle: u32) {}
+
     /// True if the instance is mirrored: seen from outside, the corners of its triangles are clockwise.
     fn is_mirrored(&self, _instance: u32) -> bool {
         false

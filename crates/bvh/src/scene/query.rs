@@ -1,7 +1,7 @@
 //! Queries of a scene: closest hit and any hit, in float32 and float64; crossings and closest points.
 
 use crate::exact::closest_point::closest_point;
-use crate::ray::{ClosestPoint, Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Tie};
+use crate::ray::{ClosestPoint, Coherence, ExactHit, ExactRay, Hit, HitDetail, HitFilter, INVALID_ID, Ray, Tie};
 use crate::scene::instance_ranges::InstanceRanges;
 use crate::scene::{ExactTriangles, Scene};
 use crate::traverse;
@@ -38,7 +38,7 @@ impl Scene {
         triangles: &T,
         hits: &mut [ExactHit],
     ) -> Vec<Tie> {
-        self.trace_exact(rays, triangles, None, false, hits)
+        self.closest_exact_with(rays, triangles, None, HitDetail::Intersection, hits)
     }
 
     /// Same as [`Scene::closest_exact`] for hits that a filter accepts.
@@ -49,7 +49,26 @@ impl Scene {
         filter: &dyn HitFilter,
         hits: &mut [ExactHit],
     ) -> Vec<Tie> {
-        self.trace_exact(rays, triangles, Some(filter), false, hits)
+        self.closest_exact_with(rays, triangles, Some(filter), HitDetail::Intersection, hits)
+    }
+
+    /// Same as [`Scene::closest_exact`], with these fields of the hits, of hits that a filter accepts.
+    pub fn closest_exact_with<T: ExactTriangles>(
+        &self,
+        rays: &[ExactRay],
+        triangles: &T,
+        filter: Option<&dyn HitFilter>,
+        detail: HitDetail,
+        hits: &mut [ExactHit],
+    ) -> Vec<Tie> {
+        let ties = self.trace_exact(rays, triangles, filter, false, hits);
+        match detail {
+            HitDetail::Triangle => {}
+            HitDetail::Side => traverse::orient(self.dispatch, rays, triangles, hits),
+            HitDetail::Intersection => traverse::intersect(self.dispatch, rays, triangles, hits),
+            HitDetail::Refined => traverse::refine(self.dispatch, rays, triangles, hits),
+        }
+        ties
     }
 
     /// True for every ray that hits anything that a filter accepts, decided in the same way as by
@@ -69,6 +88,7 @@ impl Scene {
         }
     }
 
+    /// Closest or any hits. Closest hits that float32 determines consist only of their ids.
     fn trace_exact<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],
@@ -91,6 +111,9 @@ impl Scene {
                 );
             }
             if let Some(filter) = filter {
+                if !any_hit {
+                    traverse::intersect(self.dispatch, rays, triangles, hits);
+                }
                 traverse::filter_exact(
                     self.dispatch,
                     self,
@@ -103,6 +126,10 @@ impl Scene {
             }
             if any_hit || marked.is_empty() {
                 return vec![];
+            }
+            for &ray in &marked {
+                let at = ray as usize..ray as usize + 1;
+                traverse::intersect(self.dispatch, &rays[at.clone()], triangles, &mut hits[at]);
             }
             self.settle_ties(rays, triangles, filter, marked, hits)
         };

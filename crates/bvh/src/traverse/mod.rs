@@ -35,7 +35,7 @@ use crate::scene::{ExactTriangles, Scene};
 use crate::traverse::closest::closest as closest_packets;
 use crate::traverse::exact::crossings::{Crossings, crossings_batch};
 use crate::traverse::exact::packet::closest_exact_batch;
-use crate::traverse::exact::refine::refine_each;
+use crate::traverse::exact::refine::{intersect_each, orient_each, refine_each};
 use crate::traverse::exact::single::filter_hits;
 use crate::traverse::exact::ties::MarkedHits;
 use crate::traverse::occluded::occluded as occluded_packets;
@@ -52,7 +52,7 @@ kernel! {
     fn occluded(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) = occluded_packets
 }
 kernel! {
-    /// The closest or any hits in float64.
+    /// The closest or any hits in float64. Closest hits that float32 determines consist only of their ids.
     fn closest_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, any_hit: bool, answers: MarkedHits,
     ) = closest_exact_batch
@@ -64,6 +64,14 @@ kernel! {
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, filter: &dyn HitFilter, any_hit: bool,
         answers: MarkedHits,
     ) = filter_hits
+}
+kernel! {
+    /// Computes the intersections of hits whose triangles are known.
+    fn intersect(rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit]) = intersect_each
+}
+kernel! {
+    /// Computes the normals and sides of hits whose triangles are known.
+    fn orient(rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit]) = orient_each
 }
 kernel! {
     /// Refines hits to an accuracy of one unit in the last place.

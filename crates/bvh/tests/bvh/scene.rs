@@ -1,7 +1,7 @@
 //! These tests compare queries with float64 brute force and with each other.
 
 use crate::support::*;
-use raycam_bvh::{Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, Ray, Scene};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, ExactTriangles, Hit, HitDetail, INVALID_ID, Instance, Ray, Scene};
 
 fn closest(scene: &Scene, rays: &[Ray]) -> Vec<Hit> {
     let mut hits = vec![Hit::MISS; rays.len()];
@@ -130,6 +130,65 @@ fn exact_hits_match_brute_force_far_from_the_origin() {
             if next - t > 1e-9 * t {
                 assert_eq!(hit.triangle, triangle, "{ray:?} {hit:?} {t} {next}");
             }
+        }
+    }
+}
+
+/// Rays that end just before their hit, in packets and individually: float32 cannot separate the hit from the end.
+#[test]
+fn surfaces_just_behind_the_end_of_a_ray_are_neither_hit_nor_counted() {
+    let mut rng = Rng(21);
+    let mesh = sphere(12, &mut rng);
+    let (world, scene) = (World::of(&mesh), mesh.scene());
+    let aimed: Vec<ExactRay> = (0..600)
+        .map(|i| {
+            let target = rng.vector().map(|x| 0.3 * f64::from(x));
+            let spread = if i < 300 { 0.01 } else { 1.0 };
+            let origin = rng.vector().map(|x| 2.0 + spread * f64::from(x));
+            let direction = std::array::from_fn(|a| target[a] - origin[a]);
+            ExactRay { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
+        })
+        .collect();
+    let mut hits = vec![ExactHit::MISS; aimed.len()];
+    scene.closest_exact_with(&aimed, &world, None, HitDetail::Refined, &mut hits);
+    for (relative, expected) in [(1e-12, false), (1e-9, false), (1e-6, false), (2e-5, false), (-1e-12, true)] {
+        let end = |(ray, hit): (&ExactRay, &ExactHit)| ExactRay { t_max: hit.t * (1.0 - relative), ..*ray };
+        let rays: Vec<ExactRay> = aimed.iter().zip(&hits).map(end).collect();
+        for batch in [1, 3, 64, 600] {
+            for rays in rays.chunks(batch) {
+                let (mut occluded, mut counts) = (vec![false; rays.len()], vec![0; rays.len()]);
+                scene.occluded_exact(rays, &world, None, &mut occluded);
+                scene.count_crossings(rays, &world, None, false, &mut counts);
+                let hit = exact_hits(&scene, rays, &world);
+                for i in 0..rays.len() {
+                    let found = (occluded[i], counts[i] > 0, hit[i].triangle != INVALID_ID);
+                    assert_eq!(found, (expected, expected, expected), "{:?} at {relative}", rays[i]);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn fields_of_exact_hits_do_not_depend_on_the_requested_detail() {
+    let mut rng = Rng(22);
+    let meshes = [soup(400, 0.3, &mut rng), sphere(10, &mut rng)];
+    for mesh in meshes {
+        let (world, scene) = (World::of(&mesh), mesh.scene());
+        let rays: Vec<ExactRay> = rays(2000, 1.2, &mut rng).iter().map(exact).collect();
+        let with = |detail: HitDetail| {
+            let mut hits = vec![ExactHit::MISS; rays.len()];
+            scene.closest_exact_with(&rays, &world, None, detail, &mut hits);
+            hits
+        };
+        let plain = with(HitDetail::Intersection);
+        let mut refined = plain.clone();
+        scene.refine(&rays, &world, &mut refined);
+        assert_eq!(with(HitDetail::Refined), refined);
+        let (ids, sides) = (with(HitDetail::Triangle), with(HitDetail::Side));
+        for (i, hit) in plain.iter().enumerate() {
+            assert_eq!((ids[i].instance, ids[i].triangle), (hit.instance, hit.triangle));
+            assert_eq!((sides[i].normal, sides[i].side), (hit.normal, hit.side));
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
-use raycam_bvh::{BuildError, ExactTriangles, Instance, Ray, Scene, TlasLeaves};
+use raycam_bvh::{BuildError, ExactTriangles, Instance, Ray, Scene, TlasLeaves, prefetch};
 use raycam_scene::world::RayVisibility;
 use raycam_scene::{Camera, MaterialModel, Object, TextureCache, World};
 
@@ -251,6 +251,17 @@ impl Geometry {
 impl ExactTriangles for Geometry {
     fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3] {
         self.corners(instance, triangle).map(|corner| corner.to_array())
+    }
+
+    fn prefetch_indices(&self, instance: u32, triangle: u32) {
+        prefetch(&raw const self.instances[instance as usize].mesh.mesh.triangles[triangle as usize]);
+    }
+
+    fn prefetch_corners(&self, instance: u32, triangle: u32) {
+        let mesh = &*self.instances[instance as usize].mesh.mesh;
+        for vertex in mesh.triangles[triangle as usize] {
+            prefetch(&raw const mesh.vertices[vertex as usize]);
+        }
     }
 
     fn is_mirrored(&self, instance: u32) -> bool {

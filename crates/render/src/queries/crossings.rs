@@ -39,7 +39,7 @@ pub fn intersections(
 ) -> Result<Crossings, RenderError> {
     rays.check(world)?;
     let n = rays.origins.len();
-    let mut found = Crossings { offsets: Vec::with_capacity(n + 1), rays: vec![], columns: Columns::empty(fields) };
+    let mut found = Crossings { offsets: Vec::with_capacity(n + 1), rays: vec![], columns: Columns::zeros(fields, 0) };
     found.offsets.push(0);
     let geometry = &world.geometry;
     geometry.note_rays(n as u64);

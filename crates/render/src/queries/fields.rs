@@ -101,6 +101,16 @@ impl Column {
         }
     }
 
+    /// The values in parts of `length` values each; the last part may be shorter.
+    fn parts(&mut self, length: usize) -> Vec<ColumnPart<'_>> {
+        match self {
+            Column::Float64(values) => values.chunks_mut(length).map(ColumnPart::Float64).collect(),
+            Column::Float32(values) => values.chunks_mut(length).map(ColumnPart::Float32).collect(),
+            Column::Int32(values) => values.chunks_mut(length).map(ColumnPart::Int32).collect(),
+            Column::Bool(values) => values.chunks_mut(length).map(ColumnPart::Bool).collect(),
+        }
+    }
+
     /// Appends a column of the same type.
     pub(super) fn append(&mut self, other: Column) {
         match (self, other) {
@@ -113,13 +123,67 @@ impl Column {
     }
 }
 
+/// Consecutive values of a column.
+enum ColumnPart<'a> {
+    Float64(&'a mut [f64]),
+    Float32(&'a mut [f32]),
+    Int32(&'a mut [i32]),
+    Bool(&'a mut [bool]),
+}
+
+/// The values of consecutive hits, in columns of several fields.
+pub(super) struct ColumnsPart<'a>(Vec<(Field, ColumnPart<'a>)>);
+
+impl ColumnsPart<'_> {
+    /// Writes the fields of hits. The values of hit i are written to position `order[i]`, or to position `first + i`.
+    pub(super) fn write<'h>(
+        &mut self,
+        geometry: &Geometry,
+        first: usize,
+        hits: impl Iterator<Item = RayHit<'h>> + Clone,
+        order: Option<&[usize]>,
+    ) {
+        for (field, part) in &mut self.0 {
+            let start = if order.is_some() { 0 } else { first * field.width() };
+            match part {
+                ColumnPart::Float64(values) => {
+                    write_float64(&mut values[start..], geometry, *field, hits.clone(), order)
+                }
+                ColumnPart::Float32(values) => {
+                    write_float32(&mut values[start..], geometry, *field, hits.clone(), order)
+                }
+                ColumnPart::Int32(values) => write_int32(&mut values[start..], geometry, *field, hits.clone(), order),
+                ColumnPart::Bool(values) => {
+                    let value = |(_, hit): RayHit| [is_hit(hit) && is_front(geometry, hit)];
+                    write_rows(&mut values[start..], hits.clone(), order, value);
+                }
+            }
+        }
+    }
+}
+
 /// The columns of several fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns(pub Vec<(Field, Column)>);
 
 impl Columns {
-    pub(super) fn empty(fields: &[Field]) -> Self {
-        Self(fields.iter().map(|&field| (field, field.empty())).collect())
+    /// Columns of `hits` hits, filled with zeros.
+    pub(super) fn zeros(fields: &[Field], hits: usize) -> Self {
+        Self(fields.iter().map(|&field| (field, field.zeros(hits))).collect())
+    }
+
+    /// The values in parts of `hits` hits each; the last part may be shorter.
+    pub(super) fn parts(&mut self, hits: usize) -> Vec<ColumnsPart<'_>> {
+        let mut parts = vec![];
+        for (field, column) in &mut self.0 {
+            for (i, part) in column.parts(hits * field.width()).into_iter().enumerate() {
+                if i == parts.len() {
+                    parts.push(ColumnsPart(vec![]));
+                }
+                parts[i].0.push((*field, part));
+            }
+        }
+        parts
     }
 
     pub(super) fn append(&mut self, other: Columns) {
@@ -169,12 +233,18 @@ impl Field {
         )
     }
 
-    fn empty(self) -> Column {
+    /// True if the value depends on the triangle's normal, or on the side from which the ray hits it.
+    pub(super) fn needs_side(self) -> bool {
+        self.needs_intersection() || matches!(self, Field::Normal | Field::Front)
+    }
+
+    fn zeros(self, hits: usize) -> Column {
+        let n = hits * self.width();
         match self {
-            Field::Instance | Field::Triangle | Field::Material | Field::Category => Column::Int32(vec![]),
-            Field::Front => Column::Bool(vec![]),
-            Field::Albedo | Field::Roughness | Field::Metallic | Field::Emission => Column::Float32(vec![]),
-            _ => Column::Float64(vec![]),
+            Field::Instance | Field::Triangle | Field::Material | Field::Category => Column::Int32(vec![0; n]),
+            Field::Front => Column::Bool(vec![false; n]),
+            Field::Albedo | Field::Roughness | Field::Metallic | Field::Emission => Column::Float32(vec![0.0; n]),
+            _ => Column::Float64(vec![0.0; n]),
         }
     }
 }
@@ -193,43 +263,103 @@ pub(super) type RayHit<'a> = (&'a ExactRay, &'a ExactHit);
 pub(super) fn columns<'a>(
     geometry: &Geometry,
     fields: &[Field],
-    hits: impl Iterator<Item = RayHit<'a>> + Clone,
+    hits: impl ExactSizeIterator<Item = RayHit<'a>> + Clone,
 ) -> Columns {
-    let column = |&field| (field, column(geometry, field, hits.clone()));
-    Columns(fields.iter().map(column).collect())
+    let mut found = Columns::zeros(fields, hits.len());
+    for mut whole in found.parts(hits.len().max(1)) {
+        whole.write(geometry, 0, hits.clone(), None);
+    }
+    found
 }
 
-fn column<'a>(geometry: &Geometry, field: Field, hits: impl Iterator<Item = RayHit<'a>>) -> Column {
-    let id = |hit: &ExactHit, id: &dyn Fn() -> i32| if is_hit(hit) { id() } else { -1 };
+fn write_float64<'a>(
+    values: &mut [f64],
+    geometry: &Geometry,
+    field: Field,
+    hits: impl Iterator<Item = RayHit<'a>>,
+    order: Option<&[usize]>,
+) {
     match field {
-        Field::T => Column::Float64(hits.map(|(_, hit)| hit.t).collect()),
-        Field::Instance => Column::Int32(hits.map(|(_, hit)| signed_id(hit.instance)).collect()),
-        Field::Triangle => Column::Int32(hits.map(|(_, hit)| signed_id(hit.triangle)).collect()),
-        Field::Barycentric => vectors(hits, 0.0, |_, hit| weights(hit)),
-        Field::Normal => vectors(hits, 0.0, |_, hit| facing_normal(geometry, hit).to_array()),
-        Field::Position => vectors(hits, f64::NAN, |_, hit| position(geometry, hit)),
-        Field::Front => Column::Bool(hits.map(|(_, hit)| is_hit(hit) && is_front(geometry, hit)).collect()),
-        Field::Distance => Column::Float64(hits.map(|(ray, hit)| distance(ray, hit)).collect()),
-        Field::ShadingNormal => vectors(hits, 0.0, |_, hit| shading_normal(geometry, hit).to_array()),
-        Field::Uv => vectors(hits, f64::NAN, |_, hit| {
-            let found = geometry.uv(hit.instance, hit.triangle, 0, [hit.u, hit.v]);
-            found.map_or([f64::NAN; 2], |uv| uv.map(f64::from))
-        }),
+        Field::T => write_rows(values, hits, order, |(_, hit)| [hit.t]),
+        Field::Distance => write_rows(values, hits, order, |(ray, hit)| [distance(ray, hit)]),
+        Field::Barycentric => write_rows(values, hits, order, or_miss(0.0, |_, hit| weights(hit))),
+        Field::Normal => {
+            write_rows(values, hits, order, or_miss(0.0, |_, hit| facing_normal(geometry, hit).to_array()));
+        }
+        Field::Position => write_rows(values, hits, order, or_miss(f64::NAN, |_, hit| position(geometry, hit))),
+        Field::ShadingNormal => {
+            write_rows(values, hits, order, or_miss(0.0, |_, hit| shading_normal(geometry, hit).to_array()));
+        }
+        Field::Uv => {
+            let uv = |_: &ExactRay, hit: &ExactHit| {
+                let found = geometry.uv(hit.instance, hit.triangle, 0, [hit.u, hit.v]);
+                found.map_or([f64::NAN; 2], |uv| uv.map(f64::from))
+            };
+            write_rows(values, hits, order, or_miss(f64::NAN, uv));
+        }
+        _ => unreachable!("not a field of float64"),
+    }
+}
+
+fn write_float32<'a>(
+    values: &mut [f32],
+    geometry: &Geometry,
+    field: Field,
+    hits: impl Iterator<Item = RayHit<'a>>,
+    order: Option<&[usize]>,
+) {
+    match field {
+        Field::Albedo => {
+            let color = |_: &ExactRay, hit: &Hit| geometry.base_color(hit, &Footprint::default()).to_array();
+            write_rows(values, hits, order, or_black(color));
+        }
+        Field::Roughness => write_rows(values, hits, order, or_black(|_, hit| [geometry.roughness(hit)])),
+        Field::Metallic => write_rows(values, hits, order, or_black(|_, hit| [geometry.metallic(hit)])),
+        Field::Emission => {
+            let radiance = |ray: &ExactRay, hit: &Hit| {
+                let direction = DVec3::from(ray.direction).as_vec3();
+                geometry.emission(hit, direction, &Footprint::default()).to_array()
+            };
+            write_rows(values, hits, order, or_black(radiance));
+        }
+        _ => unreachable!("not a field of float32"),
+    }
+}
+
+fn write_int32<'a>(
+    values: &mut [i32],
+    geometry: &Geometry,
+    field: Field,
+    hits: impl Iterator<Item = RayHit<'a>>,
+    order: Option<&[usize]>,
+) {
+    match field {
+        Field::Instance => write_rows(values, hits, order, |(_, hit)| [signed_id(hit.instance)]),
+        Field::Triangle => write_rows(values, hits, order, |(_, hit)| [signed_id(hit.triangle)]),
         Field::Material => {
             let number = |hit: &ExactHit| geometry.material_index(hit.instance, hit.triangle) as i32;
-            Column::Int32(hits.map(|(_, hit)| id(hit, &|| number(hit))).collect())
+            write_rows(values, hits, order, |(_, hit)| [if is_hit(hit) { number(hit) } else { -1 }]);
         }
         Field::Category => {
             let number = |hit: &ExactHit| geometry.instances[hit.instance as usize].category;
-            Column::Int32(hits.map(|(_, hit)| id(hit, &|| number(hit))).collect())
+            write_rows(values, hits, order, |(_, hit)| [if is_hit(hit) { number(hit) } else { -1 }]);
         }
-        Field::Albedo => singles(hits, |_, hit| geometry.base_color(hit, &Footprint::default()).to_array()),
-        Field::Roughness => singles(hits, |_, hit| [geometry.roughness(hit)]),
-        Field::Metallic => singles(hits, |_, hit| [geometry.metallic(hit)]),
-        Field::Emission => singles(hits, |ray, hit| {
-            let direction = DVec3::from(ray.direction).as_vec3();
-            geometry.emission(hit, direction, &Footprint::default()).to_array()
-        }),
+        _ => unreachable!("not a field of int32"),
+    }
+}
+
+/// Writes N values per hit: those of hit i to row `order[i]`, or to row i.
+#[inline(always)]
+fn write_rows<'a, T: Copy, const N: usize>(
+    values: &mut [T],
+    hits: impl Iterator<Item = RayHit<'a>>,
+    order: Option<&[usize]>,
+    value: impl Fn(RayHit<'a>) -> [T; N],
+) {
+    let rows = values.as_chunks_mut::<N>().0;
+    match order {
+        None => rows.iter_mut().zip(hits).for_each(|(row, hit)| *row = value(hit)),
+        Some(order) => order.iter().zip(hits).for_each(|(&at, hit)| rows[at] = value(hit)),
     }
 }
 
@@ -237,23 +367,19 @@ fn is_hit(hit: &ExactHit) -> bool {
     hit.instance != INVALID_ID
 }
 
-fn vectors<'a, const N: usize>(
-    hits: impl Iterator<Item = RayHit<'a>>,
+/// The value of a hit, or `miss`.
+#[inline(always)]
+fn or_miss<'a, const N: usize>(
     miss: f64,
     value: impl Fn(&ExactRay, &ExactHit) -> [f64; N],
-) -> Column {
-    let mut values = Vec::with_capacity(N * hits.size_hint().0);
-    hits.for_each(|(ray, hit)| values.extend(if is_hit(hit) { value(ray, hit) } else { [miss; N] }));
-    Column::Float64(values)
+) -> impl Fn(RayHit<'a>) -> [f64; N] {
+    move |(ray, hit)| if is_hit(hit) { value(ray, hit) } else { [miss; N] }
 }
 
-/// float32 values of hits, 0 for a miss.
-fn singles<'a, const N: usize>(
-    hits: impl Iterator<Item = RayHit<'a>>,
-    value: impl Fn(&ExactRay, &Hit) -> [f32; N],
-) -> Column {
-    let of_hit = |(ray, hit): RayHit| if is_hit(hit) { value(ray, &to_float_hit(hit)) } else { [0.0; N] };
-    Column::Float32(hits.flat_map(of_hit).collect())
+/// The value of a float32 hit, or 0 for a miss.
+#[inline(always)]
+fn or_black<'a, const N: usize>(value: impl Fn(&ExactRay, &Hit) -> [f32; N]) -> impl Fn(RayHit<'a>) -> [f32; N] {
+    move |(ray, hit)| if is_hit(hit) { value(ray, &to_float_hit(hit)) } else { [0.0; N] }
 }
 
 /// Weights of the corners, each at least 0.

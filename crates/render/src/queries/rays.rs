@@ -3,17 +3,17 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitDetail, HitFilter, INVALID_ID, Ray};
 
 use crate::control::Control;
 use crate::error::RenderError;
 use crate::memory::check_memory;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
-use crate::queries::fields::{Columns, Field, columns};
+use crate::queries::fields::{Columns, ColumnsPart, Field};
 use crate::queries::ray_order::narrow_order;
 use crate::queries::selection::Selection;
-use crate::queries::tasks::{self, NS_PER_RAY, in_tasks};
+use crate::queries::tasks::{self, NS_PER_RAY, PER_TASK, fill_in_tasks, in_tasks};
 
 /// Rays of a query, in world coordinates; directions need not be normalised.
 #[derive(Clone, Copy, Debug)]
@@ -37,8 +37,7 @@ pub struct RayArrays<'a> {
 pub enum Kernel {
     /// Exact signs for the given float64 numbers.
     Exact,
-    /// float32, relative to the centre of the world: several times as fast for incoherent rays. Rays start at
-    /// t = 0.
+    /// float32, relative to the centre of the world: faster for coherent rays. Rays start at t = 0.
     Float32 {
         /// True if neighbouring rays are similar; `None` lets the query detect this. The value affects only the speed.
         coherent: Option<bool>,
@@ -89,6 +88,9 @@ impl RayArrays<'_> {
     }
 }
 
+/// Exact rays that are traced at once: their hits stay in the cache until they are written.
+const BLOCK_RAYS: usize = 1024;
+
 /// Returns fields of the nearest hit of each ray `origin + t * direction` with `t_min <= t <= t_max`, in world
 /// coordinates.
 ///
@@ -111,10 +113,12 @@ pub fn cast_rays(
     let n = rays.origins.len();
     check_hit_memory(n, fields)?;
     world.geometry.note_rays(n as u64);
-    let mut found = Columns::empty(fields);
-    let work = |range: Range<usize>| hit_columns(&world.geometry, rays, fields, range);
+    let mut found = Columns::zeros(fields, n);
+    let work = |range: Range<usize>, mut part: ColumnsPart| {
+        write_hits(&world.geometry, rays, fields, range, &mut part);
+    };
     world.geometry.note_exact_rays(n as u64);
-    in_tasks((n, NS_PER_RAY), threads, control, work, |more| found.append(more))?;
+    fill_in_tasks((n, NS_PER_RAY), threads, control, found.parts(PER_TASK), work)?;
     Ok(found)
 }
 
@@ -126,18 +130,33 @@ pub(super) fn check_hit_memory(n: usize, fields: &[Field]) -> Result<(), RenderE
 
 /// Fields of the nearest hits of a range of checked rays.
 pub(super) fn hit_columns(geometry: &Geometry, rays: &RayArrays, fields: &[Field], range: Range<usize>) -> Columns {
+    let mut found = Columns::zeros(fields, range.len());
+    for mut whole in found.parts(range.len().max(1)) {
+        write_hits(geometry, rays, fields, range.clone(), &mut whole);
+    }
+    found
+}
+
+/// Writes the fields of the nearest hits of a range of checked rays.
+fn write_hits(geometry: &Geometry, rays: &RayArrays, fields: &[Field], range: Range<usize>, part: &mut ColumnsPart) {
     let local = rays.slice(range.clone());
     let order = if rays.kernel == Kernel::Exact { narrow_order(&local, geometry.radius) } else { None };
     let local = in_order(local, order.as_deref());
-    let mut hits = closest_hits(geometry, &local, rays, (range.start, order.as_deref()));
-    if rays.kernel == Kernel::Exact && fields.iter().any(|field| field.needs_intersection()) {
-        geometry.two_level().refine(&local, geometry, &mut hits);
+    let detail = if fields.iter().any(|field| field.needs_intersection()) {
+        HitDetail::Refined
+    } else if fields.iter().any(|field| field.needs_side()) {
+        HitDetail::Side
+    } else {
+        HitDetail::Triangle
+    };
+    let block_rays = if rays.kernel == Kernel::Exact { BLOCK_RAYS } else { PER_TASK };
+    for (block, some) in local.chunks(block_rays).enumerate() {
+        let first = block * block_rays;
+        let order = order.as_ref().map(|order| &order[first..first + some.len()]);
+        let start = if order.is_some() { range.start } else { range.start + first };
+        let hits = closest_hits(geometry, some, rays, (start, order), detail);
+        part.write(geometry, first, some.iter().zip(&hits), order);
     }
-    let mut found = columns(geometry, fields, local.iter().zip(&hits));
-    if let Some(order) = order {
-        found.scatter(&order);
-    }
-    found
 }
 
 fn in_order(rays: Vec<ExactRay>, order: Option<&[usize]>) -> Vec<ExactRay> {
@@ -195,22 +214,20 @@ pub fn is_brief(rays: usize) -> bool {
     tasks::is_brief(rays, NS_PER_RAY)
 }
 
-/// Nearest hits. Ray i is ray `first + order[i]` of the query, or ray `first + i` without an order.
+/// Nearest hits with these details. Ray i is ray `first + order[i]` of the query, or ray `first + i` without an order.
 fn closest_hits(
     geometry: &Geometry,
     rays: &[ExactRay],
     query: &RayArrays,
     numbers: (usize, Option<&[usize]>),
+    detail: HitDetail,
 ) -> Vec<ExactHit> {
     let mut hits = vec![ExactHit::MISS; rays.len()];
     match query.kernel {
         Kernel::Exact => {
-            if query.selection.is_everything() {
-                geometry.closest_exact(rays, &mut hits);
-            } else {
-                let filter = query.selection.filter(geometry, rays, numbers);
-                geometry.exact_scene().closest_exact_of(rays, geometry, &filter, &mut hits);
-            }
+            let filter = query.selection.filter(geometry, rays, numbers);
+            let filter = (!query.selection.is_everything()).then_some(&filter as &dyn HitFilter);
+            geometry.exact_scene().closest_exact_with(rays, geometry, filter, detail, &mut hits);
         }
         Kernel::Float32 { coherent } => {
             let mut found = vec![Hit::MISS; rays.len()];

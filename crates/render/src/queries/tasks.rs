@@ -9,7 +9,7 @@ use crate::error::RenderError;
 use crate::thread_pool::{MAX_WORK_HERE, Workers};
 
 /// Rays or points per task.
-const PER_TASK: usize = 4096;
+pub(super) const PER_TASK: usize = 4096;
 /// Rays or points per task; limits the memory used in addition to the results.
 const PER_BLOCK: usize = 1 << 18;
 
@@ -53,5 +53,29 @@ pub(super) fn in_tasks<T: Send>(
             answers?.into_iter().for_each(&mut append);
         }
         Ok(())
+    })
+}
+
+/// Same as [`in_tasks`], except that each range has [`PER_TASK`] rays or points and `work` receives the range's part of
+/// the answers, which it writes.
+pub(super) fn fill_in_tasks<P: Send>(
+    (n, each): (usize, f64),
+    threads: Option<usize>,
+    control: &Control,
+    parts: Vec<P>,
+    work: impl Fn(Range<usize>, P) + Sync,
+) -> Result<(), RenderError> {
+    let workers = &Workers::for_work(threads, each * n as f64, each.is_finite())?;
+    control.start(parts.len());
+    let task = |(i, part): (usize, P)| {
+        control.check()?;
+        let first = i * PER_TASK;
+        work(first..n.min(first + PER_TASK), part);
+        control.advance();
+        Ok(())
+    };
+    workers.run(|| match workers {
+        Workers::Here => parts.into_iter().enumerate().try_for_each(task),
+        Workers::Pool(..) => parts.into_par_iter().enumerate().try_for_each(task),
     })
 }

@@ -68,7 +68,7 @@ pub fn cast_rays_at(
     let trace = |geometry: &Geometry, sorted: &RayArrays, range| hit_columns(geometry, sorted, fields, range);
     let rename = |objects: &ReachableObjects, part: &mut Columns| part.rename_instances(|at| objects.id(at));
     let (order, parts) = in_order_of_time(moving, rays, times, threads, control, (trace, rename))?;
-    let mut found = Columns::empty(fields);
+    let mut found = Columns::zeros(fields, 0);
     parts.into_iter().for_each(|part| found.append(part));
     if let Some(order) = order {
         found.scatter(&order);

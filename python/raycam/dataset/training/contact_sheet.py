@@ -12,6 +12,7 @@ from ...calibration import load_cameras
 from ...camera import Camera
 from ...errors import FormatError, SettingsError
 from ...io.atomic_files import write
+from ...one_line import counted
 from .marks import LabelledPicture, Mark, pictures_of
 
 __all__ = ["contact_sheet"]
@@ -99,7 +100,8 @@ def _plan_of(cameras: list[Camera]) -> str:
         )
         fans += f'<path d="M{x:.1f} {320 - y:.1f}{corners}z"/>'
         lines += f'<circle cx="{x:.2f}" cy="{320 - y:.2f}" r="2"/><path d="M{x:.2f} {320 - y:.2f}l{u:.2f} {-v:.2f}"/>'
-    caption = f"{len(cameras)} cameras and their fields of view from above: x to the right, y up, {reach:.3g} m across"
+    whose = counted(len(cameras), "camera")
+    caption = f"fields of view of {whose} from above: x to the right, y up, {reach:.3g} m across"
     fill = f'<g fill="#4363d8" fill-opacity="{max(0.3 / len(cameras) ** 0.5, 0.02):.3f}" stroke="none">{fans}</g>'
     drawn = f'<svg width="320" height="320">{fill}<g stroke="#333">{lines}</g></svg>'
     return f"<figure>{drawn}<figcaption>{caption}</figcaption></figure>"

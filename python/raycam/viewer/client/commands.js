@@ -2,6 +2,7 @@
 
 import { byId, element } from "./dom.js";
 import { KEYS, commandOf, keyLabel } from "./keys.js";
+import { foldPanels } from "./layout.js";
 import { Palette } from "./palette.js";
 import { listenToPointers } from "./pointer.js";
 
@@ -140,10 +141,7 @@ export function bindCommands(client, live) {
     dragGrabbed: (at) => client.divideAt(at),
     ...live.pointers,
   }, self !== top);
-  if (matchMedia("(max-width: 760px)").matches) {
-    perform("panel");
-    if (client.transport.live) perform("tree");
-  }
+  foldPanels(client.transport.live);
   byId("mouse-help", HTMLElement).textContent = live.mouse;
   fillKeys(client.transport.live, perform);
 }

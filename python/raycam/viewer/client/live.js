@@ -4,6 +4,7 @@ import { byId, fillSelect } from "./dom.js";
 import { Flying } from "./flying.js";
 import { grouped } from "./image/numbers.js";
 import { Gizmo } from "./gizmo.js";
+import { spaceOf } from "./layout.js";
 import { DOLLY_STEP, Navigator } from "./navigator.js";
 import { showAbout } from "./panel/about.js";
 import { LensControls } from "./panel/lens.js";
@@ -220,9 +221,7 @@ export class LiveView {
 
   /** @returns {{ width: number, height: number, ratio: number }} the space for the picture */
   size() {
-    const { width, height } = this.client.picture.canvas.getBoundingClientRect();
-    const whole = (/** @type {number} */ side) => Math.min(Math.max(Math.round(side), 1), 10000);
-    return { width: whole(width), height: whole(height), ratio: Math.min(Math.max(devicePixelRatio || 1, 0.1), 10) };
+    return spaceOf(this.client.picture.canvas);
   }
 
   /**

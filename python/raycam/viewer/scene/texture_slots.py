@@ -101,10 +101,11 @@ def thumbnail(world: World, number: int, slot: str) -> npt.NDArray[np.uint8] | N
     None if the file cannot be shown.
     """
     square = world.copy()
-    for other in reversed(range(square._core.object_count)):
-        if other != number:
-            square.remove_object(other)
-    square.set_object(0, plane={"size": [1, 1]}, matrix=np.eye(4), visible=True)
+    with collected():  # notices about the world's animations do not concern its copy
+        for other in reversed(range(square._core.object_count)):
+            if other != number:
+                square.remove_object(other)
+        square.set_object(0, plane={"size": [1, 1]}, matrix=np.eye(4), visible=True)
     try:
         if slot == "color":
             square.set_object(0, color=[1.0, 1.0, 1.0])

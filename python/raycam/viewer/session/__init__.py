@@ -3,6 +3,7 @@
 from .connection import Connection
 from .following import MOST_FOLLOWERS, MOST_FREE, Following
 from .images import DEFAULT_SAMPLES, Images
+from .pace import Pace
 from .panes import Pane
 from .session import Session
 from .view import MAX_STILL_SIZE, Opened, View, lens_of, pose_of, world_at
@@ -16,6 +17,7 @@ __all__ = [
     "Following",
     "Images",
     "Opened",
+    "Pace",
     "Pane",
     "Session",
     "View",

@@ -21,6 +21,11 @@ class Pace:
         self._seconds_per_pixel: float | None = None
         self._bytes_per_pixel: dict[str, float] = {}
 
+    def begin_like(self, other: Pace) -> None:
+        """Copies the measurements of another view of the same world."""
+        self._seconds_per_pixel = other._seconds_per_pixel
+        self._bytes_per_pixel = dict(other._bytes_per_pixel)
+
     def size(self, still: tuple[int, int], channel: str = "color") -> tuple[int, int]:
         """Width and height for a still image of this size: full, a half or a quarter of its sides."""
         sizes = [tuple(max(1, round(side / divisor)) for side in still) for divisor in DIVISORS]

@@ -17,7 +17,7 @@ from ..bundle import bundle, client_file, style_sheet
 if TYPE_CHECKING:
     from ...render.frame import Frame
 
-__all__ = ["assembled", "filled", "json_text", "still_image", "title_text"]
+__all__ = ["assembled", "filled", "json_text", "source_hash", "still_image", "title_text"]
 
 
 def assembled(
@@ -29,7 +29,7 @@ def assembled(
     """
     script, style = f"\n{bundle(f'{folder}main.js')}", f"\n{style_sheet(folder)}"
     policy = (
-        f"default-src 'none'; script-src '{_hash(script)}'{scripts}; style-src '{_hash(style)}'; "
+        f"default-src 'none'; script-src '{source_hash(script)}'{scripts}; style-src '{source_hash(style)}'; "
         f"img-src blob: data:; {workers}base-uri 'none'; form-action 'none'"
     )
     parts = {
@@ -76,5 +76,6 @@ def json_text(document: dict[str, Any]) -> str:
     return json.dumps(document, allow_nan=False).replace("<", "\\u003c")
 
 
-def _hash(text: str) -> str:
+def source_hash(text: str) -> str:
+    """The text of a script or style element as a source of a content security policy."""
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"

@@ -9,10 +9,13 @@ use crate::node::NodeRef;
 use crate::ray::{ExactHit, ExactRay};
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::traverse::exact::ties::TieWindow;
-use crate::traverse::exact::triangle::{HitSoFar, ShearedRay};
+use crate::traverse::exact::triangle::{HitSoFar, Intersection, ShearedRay, max_f64};
 
 /// The relative error of a few float64 roundings.
 pub const F64_ERROR: f64 = 1.0 / (1u64 << 50) as f64;
+
+/// Exceeds the rounding of a float64 to float32 and of a sum.
+const ROUNDED_UP: f32 = 1.0 + 16.0 * MACHINE_EPSILON;
 
 /// t of a ray that requires no more hits.
 pub const DONE: f64 = f64::NEG_INFINITY;
@@ -119,26 +122,47 @@ impl ClippedRay {
         ExactHit { t: self.best.t / self.direction_scale, ..self.best }
     }
 
-    /// Intersects a triangle in float64; keeps the hit if it is accepted and the closest so far.
+    /// Bounds of the t of the closest hit so far, or of the end of the ray, counted from `t_offset`.
     #[inline(always)]
-    pub fn intersect_exact(
+    pub fn best_t_f32(&self) -> [f32; 2] {
+        let error = self.t_error + F64_ERROR * self.t_offset.abs();
+        let t = self.best.t - self.t_offset;
+        [((t - error) as f32).next_down(), ((t + error) as f32).next_up()]
+    }
+
+    /// Width of the range around a hit, at a t within bounds counted from `t_offset`, in which other hits may tie with it.
+    #[inline(always)]
+    pub fn tie_width_f32(&self, [least, greatest]: [f32; 2]) -> f32 {
+        if !self.ties.may_exist {
+            return 0.0;
+        }
+        let t = max_f64((f64::from(least) + self.t_offset).abs(), (f64::from(greatest) + self.t_offset).abs());
+        (self.ties.width(t) * 2.0) as f32 * ROUNDED_UP
+    }
+
+    /// Keeps an intersection with a triangle if it is accepted and the closest so far; true if it is kept.
+    #[inline(always)]
+    pub fn keep_closer(
         &mut self,
+        found: &Intersection,
         (instance, triangle): (u32, u32),
         corners: [[f64; 3]; 3],
         triangles: &dyn ExactTriangles,
         accepts: impl Fn(&ExactHit) -> bool,
-    ) {
-        let Some(found) = self.ray.intersect(corners) else { return };
+    ) -> bool {
         let so_far = HitSoFar::new(self.t_min, self.best.t, self.t_error, &self.best);
         self.contested |= self.ties.may_tie((found.t, (instance, triangle)), (so_far.t, &self.best));
-        if self.ray.precedes(&found, corners, (instance, triangle), &so_far, triangles) {
-            let t = if self.any_hit { DONE } else { found.t };
-            let hit = ExactHit { t, ..found.to_hit(instance, triangle) };
-            if accepts(&hit) {
-                self.t_error = if self.any_hit { 0.0 } else { found.t_error };
-                self.best = hit;
-            }
+        if !self.ray.precedes(found, corners, (instance, triangle), &so_far, triangles) {
+            return false;
         }
+        let t = if self.any_hit { DONE } else { found.t };
+        let hit = ExactHit { t, ..found.to_hit(instance, triangle) };
+        let is_accepted = accepts(&hit);
+        if is_accepted {
+            self.t_error = if self.any_hit { 0.0 } else { found.t_error };
+            self.best = hit;
+        }
+        is_accepted
     }
 }
 

@@ -5,8 +5,7 @@ use crate::ray::{ExactHit, ExactRay, HitFilter};
 use crate::scene::{ExactTriangles, Scene};
 use crate::simd::Isa;
 use crate::traverse::exact::clipped_ray::ClippedRay;
-use crate::traverse::exact::leaf::SureCrossings;
-use crate::traverse::exact::ray_state::{ExactRayState, RaySearch};
+use crate::traverse::exact::ray_state::{Decision, ExactRayState, RaySearch, TriangleEstimate};
 use crate::traverse::exact::refine::refine_hits;
 use crate::traverse::single::interleaved::{RaySource, traverse_rays};
 
@@ -60,6 +59,8 @@ struct CrossingSearch<'a> {
     ray: ClippedRay,
     /// The valid t, along the ray's scaled direction.
     range: [f64; 2],
+    /// A t that is certainly within the range if it is positive, counted from the clipped origin.
+    certain_t_max: f32,
     number: usize,
     filter: Option<&'a dyn HitFilter>,
     wanted: Wanted,
@@ -80,15 +81,20 @@ impl RaySearch for CrossingSearch<'_> {
     }
 
     #[inline(always)]
-    fn takes_sure(&self) -> bool {
+    fn uses_float32(&self) -> bool {
         let counts = matches!(self.wanted, Wanted::Count | Wanted::SignedCount);
         counts && self.filter.is_none_or(HitFilter::accepts_every_hit)
     }
 
     #[inline(always)]
-    fn take_sure(&mut self, _instance: u32, SureCrossings { crossed, leaving }: SureCrossings) {
-        let (all, leave) = (crossed.count_ones() as i32, (crossed & leaving).count_ones() as i32);
-        self.count += if self.wanted == Wanted::Count { all } else { 2 * leave - all };
+    fn decide(&self, &TriangleEstimate { t: [least, greatest], is_sure, .. }: &TriangleEstimate) -> Decision {
+        let is_within = least > 0.0 && greatest < self.certain_t_max;
+        if is_sure && is_within { Decision::Accepted } else { Decision::Unknown }
+    }
+
+    #[inline(always)]
+    fn accept(&mut self, _triangle: (u32, u32), estimate: &TriangleEstimate) {
+        self.count += if self.wanted == Wanted::Count || estimate.leaves { 1 } else { -1 };
     }
 
     #[inline(always)]
@@ -169,7 +175,9 @@ impl<'a, 'b, 'r, W: Iterator<Item = (usize, &'r ExactRay)>> RaySource<ExactRaySt
                 Crossings::List { limit, .. } => Wanted::List { limit: *limit },
             };
             let (range, found) = ([ray.t_min, ray.best.t], self.lists.spare.pop().unwrap_or_default());
-            let search = CrossingSearch { ray, range, number, filter: self.filter, wanted, count: 0, found };
+            let [certain_t_max, _] = ray.best_t_f32();
+            let search =
+                CrossingSearch { ray, range, certain_t_max, number, filter: self.filter, wanted, count: 0, found };
             if state.begin(self.scene, number, search, None) {
                 return true;
             }

@@ -5,19 +5,17 @@
 //! same amount again, because `off` is much larger than the rounding errors. The largest corner coordinate of the leaf
 //! bounds all corners.
 
+use crate::limits::MACHINE_EPSILON;
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector};
-use crate::traverse::triangle::edge::vertices_minus;
-use crate::traverse::triangle::single::{RayView, shear_vertices};
+use crate::traverse::triangle::edge::{corner_lanes, corners, indices};
+use crate::traverse::triangle::single::{RayView, max_f32, min_f32, shear_vertices};
 
 /// The rounding error of t is less than this fraction of t.
-const T_ERROR: f32 = 1e-5;
+pub const T_ERROR: f32 = 1e-5;
 
-/// The smallest and the largest edge function of each of eight triangles.
-struct EdgeRange<V> {
-    least: V,
-    greatest: V,
-}
+/// Width of a range of t, as a fraction of t, beyond which the weights of the corners reduce it.
+pub const MAX_T_WIDTH: f32 = 1.0 / 16.0;
 
 /// Sheared vertices, and the error bound of edge functions of the leaf.
 #[inline(always)]
@@ -27,80 +25,114 @@ fn sheared<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> ([I::F32x16;
     ([px, py], off * (8.0 * farthest + 16.0 * off))
 }
 
-/// The edge functions of triangles `8 * HALF ..`.
+/// Triangles of a leaf, as bit masks.
+#[derive(Clone, Copy)]
+pub struct LeafCandidates {
+    /// Bit i: the ray may hit triangle i if ray and corners are off by at most the given error.
+    pub near: u32,
+    /// Bit i: the line certainly passes triangle i, whatever the errors are.
+    pub sure: u32,
+    /// Bit i: as far as this is certain, triangle i is counter-clockwise around the sheared ray.
+    pub positive: u32,
+}
+
+impl LeafCandidates {
+    pub const NONE: LeafCandidates = LeafCandidates { near: 0, sure: 0, positive: 0 };
+}
+
+/// The triangles that the ray may hit, and those that its line certainly passes.
 #[inline(always)]
-fn edge_functions<I: Isa, const HALF: usize>([px, py]: [I::F32x16; 2], leaf: &LeafNode) -> EdgeRange<I::F32x8> {
+pub fn classify_triangles<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> LeafCandidates {
+    let ([px, py], slack) = sheared::<I>(leaf, ray, off);
+    let [near, positive, negative] = if I::RAY_LANES < 16 {
+        classify_halves::<I>(px, py, leaf, slack)
+    } else {
+        let index = indices::<I>(leaf);
+        let ([ax, bx, cx], [ay, by, cy]) = (corners::<I>(px, &index), corners::<I>(py, &index));
+        classify_lanes((ax, ay), (bx, by), (cx, cy), slack)
+    };
+    let all = (1u32 << leaf.count) - 1;
+    LeafCandidates { near: near & all, sure: (positive | negative) & all, positive: positive & all }
+}
+
+/// [`classify_lanes`] in two halves, because sixteen triangles exceed the registers; many leaves have at most eight.
+#[inline(always)]
+fn classify_halves<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode, slack: f32) -> [u32; 3] {
+    let lower = classify_half::<I, 0>(px, py, leaf, slack);
+    if leaf.count <= 8 {
+        return lower;
+    }
+    let upper = classify_half::<I, 1>(px, py, leaf, slack);
+    [lower[0] | upper[0] << 8, lower[1] | upper[1] << 8, lower[2] | upper[2] << 8]
+}
+
+/// [`classify_lanes`] of triangles `8 * HALF ..`.
+#[inline(always)]
+fn classify_half<I: Isa, const HALF: usize>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode, slack: f32) -> [u32; 3] {
     let [a, b, c] = leaf.packed_indices;
-    let (ax, ay) = (I::permute_half::<HALF>(px, a), I::permute_half::<HALF>(py, a));
-    let (bx, by) = (I::permute_half::<HALF>(px, b), I::permute_half::<HALF>(py, b));
-    let (cx, cy) = (I::permute_half::<HALF>(px, c), I::permute_half::<HALF>(py, c));
+    classify_lanes(
+        (I::permute_half::<HALF>(px, a), I::permute_half::<HALF>(py, a)),
+        (I::permute_half::<HALF>(px, b), I::permute_half::<HALF>(py, b)),
+        (I::permute_half::<HALF>(px, c), I::permute_half::<HALF>(py, c)),
+        slack,
+    )
+}
+
+/// Bit masks of triangles that the ray may hit, with certainly positive edge functions, and with certainly negative edge
+/// functions, from the sheared x and y of their corners.
+#[inline(always)]
+fn classify_lanes<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V), slack: f32) -> [u32; 3] {
     let u = cx.mul(by).sub(cy.mul(bx));
     let v = ax.mul(cy).sub(ay.mul(cx));
     let w = bx.mul(ay).sub(by.mul(ax));
-    EdgeRange { least: u.min(v).min(w), greatest: u.max(v).max(w) }
+    let (least, greatest) = (u.min(v).min(w), u.max(v).max(w));
+    let near = V::or(V::splat(-slack).le(least), greatest.le(V::splat(slack)));
+    let (positive, negative) = (V::splat(slack.next_up()).le(least), greatest.le(V::splat(-slack.next_up())));
+    [V::to_bitmask(near), V::to_bitmask(positive), V::to_bitmask(negative)]
 }
 
-/// Bit i: the ray may hit triangle i if ray and corners are off by at most `off`.
+/// Bounds of the t at which the ray meets triangle `k`, if it does, whatever the errors are.
 #[inline(always)]
-pub fn candidate_triangles<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> u32 {
-    let (points, slack) = sheared::<I>(leaf, ray, off);
-    let mut near = candidate_half::<I, 0>(points, leaf, slack);
-    if leaf.count > 8 {
-        near |= candidate_half::<I, 1>(points, leaf, slack) << 8;
-    }
-    near & ((1u32 << leaf.count) - 1)
-}
-
-#[inline(always)]
-fn candidate_half<I: Isa, const HALF: usize>(points: [I::F32x16; 2], leaf: &LeafNode, slack: f32) -> u32 {
-    let EdgeRange { least, greatest } = edge_functions::<I, HALF>(points, leaf);
-    let (low, high) = (I::F32x8::splat(-slack), I::F32x8::splat(slack));
-    <I::F32x8 as Vector>::to_bitmask(<I::F32x8 as Vector>::or(low.le(least), greatest.le(high)))
-}
-
-/// Triangles that a ray certainly crosses.
-pub struct SureCrossings {
-    /// Bit i: the ray crosses triangle i between its ends, whatever the errors are.
-    pub crossed: u32,
-    /// Bit i: the ray leaves through the back of triangle i, as seen in the mesh.
-    pub leaving: u32,
-}
-
-/// The triangles that a ray certainly crosses between 0 and `t_max`: edge functions and t exceed their errors.
-#[inline(always)]
-pub fn sure_crossings<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32, t_max: f32) -> SureCrossings {
-    let (points, slack) = sheared::<I>(leaf, ray, off);
+pub fn t_range(leaf: &LeafNode, k: usize, ray: impl RayView, off: f32, is_sure: bool) -> [f32; 2] {
     let [_, _, z] = ray.axes();
-    let reciprocal = ray.reciprocal(z);
-    let depths = vertices_minus::<I>(leaf, z, ray.origin(z)).mul(I::F32x16::splat(reciprocal));
-    let pad = 2.0 * off * reciprocal.abs();
-    let range = [pad, t_max * (1.0 - T_ERROR) - pad];
-    let (mut crossed, mut positive) = sure_half::<I, 0>((points, depths), leaf, slack, range);
-    if leaf.count > 8 {
-        let upper = sure_half::<I, 1>((points, depths), leaf, slack, range);
-        (crossed, positive) = (crossed | upper.0 << 8, positive | upper.1 << 8);
+    let scale = ray.reciprocal(z);
+    let depths = corner_lanes(leaf, k).map(|lane| (leaf.vertices[z][lane] - ray.origin(z)) * scale);
+    let mut least = min_f32(min_f32(depths[0], depths[1]), depths[2]);
+    let mut greatest = max_f32(max_f32(depths[0], depths[1]), depths[2]);
+    if is_sure && greatest - least > MAX_T_WIDTH * greatest.abs() {
+        [least, greatest] = narrow_t_range(leaf, k, ray, off, depths, [least, greatest]);
     }
-    let leaving = if reciprocal > 0.0 { !positive } else { positive };
-    SureCrossings { crossed: crossed & ((1u32 << leaf.count) - 1), leaving }
+    let pad = 2.0 * off * scale.abs();
+    [least - least.abs() * T_ERROR - pad, greatest + greatest.abs() * T_ERROR + pad]
 }
 
-/// Two bit masks for half of a leaf: the triangles that are certainly crossed, and the triangles with positive edge
-/// functions.
-#[inline(always)]
-fn sure_half<I: Isa, const HALF: usize>(
-    (points, depths): ([I::F32x16; 2], I::F32x16),
+/// The range of t of a triangle that the line certainly passes, from the weights of its corners, whose t are `depths`.
+///
+/// An edge function is off by `slack`, so a weight w is off by at most (1 + 3 w) `slack` / `det`, and the three weights
+/// by 6 `slack` / `det` in total.
+#[inline(never)]
+fn narrow_t_range(
     leaf: &LeafNode,
-    slack: f32,
-    [t_min, t_max]: [f32; 2],
-) -> (u32, u32) {
-    let EdgeRange { least, greatest } = edge_functions::<I, HALF>(points, leaf);
-    let [a, b, c] = leaf.packed_indices;
-    let a = I::permute_half::<HALF>(depths, a);
-    let (b, c) = (I::permute_half::<HALF>(depths, b), I::permute_half::<HALF>(depths, c));
-    let positive = I::F32x8::splat(slack.next_up()).le(least);
-    let either = <I::F32x8 as Vector>::or(positive, greatest.le(I::F32x8::splat(-slack.next_up())));
-    let ahead = I::F32x8::splat(t_min.next_up()).le(a.min(b).min(c));
-    let within = a.max(b).max(c).le(I::F32x8::splat(t_max));
-    let sure = <I::F32x8 as Vector>::and(either, <I::F32x8 as Vector>::and(ahead, within));
-    (<I::F32x8 as Vector>::to_bitmask(sure), <I::F32x8 as Vector>::to_bitmask(positive))
+    k: usize,
+    ray: impl RayView,
+    off: f32,
+    depths: [f32; 3],
+    [least, greatest]: [f32; 2],
+) -> [f32; 2] {
+    let [kx, ky, kz] = ray.axes();
+    let [a, b, c] = corner_lanes(leaf, k).map(|lane| {
+        let along = |axis: usize| leaf.vertices[axis][lane] - ray.origin(axis);
+        let depth = along(kz);
+        [along(kx) - ray.shear(0) * depth, along(ky) - ray.shear(1) * depth]
+    });
+    let u = c[0] * b[1] - c[1] * b[0];
+    let v = a[0] * c[1] - a[1] * c[0];
+    let w = b[0] * a[1] - b[1] * a[0];
+    let det = u + v + w;
+    let farthest = [a, b, c].iter().fold(0.0, |most, p| max_f32(most, p[0].abs() + p[1].abs()));
+    let slack = off * (8.0 * farthest + 16.0 * off);
+    let t = (u * depths[0] + v * depths[1] + w * depths[2]) / det;
+    let error =
+        6.0 * slack / det.abs() * (greatest - least) + 8.0 * MACHINE_EPSILON * max_f32(least.abs(), greatest.abs());
+    [max_f32(least, t - error), min_f32(greatest, t + error)]
 }

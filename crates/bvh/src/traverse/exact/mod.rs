@@ -3,6 +3,7 @@
 
 pub(crate) mod clipped_ray;
 pub(crate) mod crossings;
+pub(crate) mod lane_hits;
 pub(crate) mod leaf;
 pub(crate) mod packet;
 pub(crate) mod ray_state;

@@ -2,17 +2,19 @@
 
 use crate::blas::Bvh;
 use crate::limits::MACHINE_EPSILON;
-use crate::node::{LeafNode, MAX_LEAF_TRIANGLES, NodeRef};
+use crate::node::{LeafNode, NodeRef};
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, InstanceRecord, Scene};
 use crate::simd::Isa;
 use crate::traverse::exact::clipped_ray::{coordinate_error, to_mesh_space};
-use crate::traverse::exact::leaf::candidate_triangles;
-use crate::traverse::exact::ray_state::ExactRayState;
-use crate::traverse::exact::rays::{OriginClass, RaySoa64};
+use crate::traverse::exact::lane_hits::{LaneDecisions, LaneHits};
+use crate::traverse::exact::leaf::{LeafCandidates, classify_triangles, t_range};
+use crate::traverse::exact::ray_state::{Decision, ExactRayState};
+use crate::traverse::exact::rays::{OriginClass, RaySoa64, origin_error};
 use crate::traverse::exact::single::{HitSearch, trace_alone};
 use crate::traverse::exact::ties::MarkedHits;
+use crate::traverse::exact::triangle::max_f64;
 use crate::traverse::packet::Packet;
 use crate::traverse::packet::frustum::Apex;
 use crate::traverse::packet::packet_ray::PacketRay;
@@ -28,7 +30,10 @@ const MAX_ORIGIN_DISTANCE: f64 = 8.0;
 /// Minimum number of rays for packets, because their memory is cleared for each batch.
 const MIN_RAYS: usize = 8;
 
-/// Minimum number of candidates per ray for testing each triangle of a leaf against all rays at once.
+/// Maximum number of chunks that are traced individually before packets are tried again.
+const MAX_SKIPPED_CHUNKS: usize = 16;
+
+/// Candidates per ray from which each triangle of a leaf is tested against all rays at once.
 const TRANSPOSE_THRESHOLD: u32 = 2;
 
 #[inline(always)]
@@ -46,9 +51,20 @@ pub fn closest_exact_batch<I: Isa>(
     let (mut packets, mut near) = (PacketScratch::EMPTY, RayBatch::EMPTY);
     let (mut exact, mut alone) = (RaySoa64::EMPTY, vec![]);
     exact.any_hit = any_hit;
+    // Chunks to be traced individually, and their number after the next incoherent chunk.
+    let (mut skipped, mut next_skipped) = (0, 1);
     for (chunk, (part, hits)) in rays.chunks(PACKET_SIZE).zip(hits.chunks_mut(PACKET_SIZE)).enumerate() {
+        if skipped > 0 {
+            skipped -= 1;
+            alone.extend((0..part.len()).map(|i| chunk * PACKET_SIZE + i));
+            continue;
+        }
         let room = (&mut packets, &mut near, &mut exact);
         let left = closest_exact_chunk::<I>(scene, part, triangles, hits, room);
+        (skipped, next_skipped) = match left.count_ones() as usize * 4 > part.len() * 3 {
+            true => (next_skipped, (2 * next_skipped).min(MAX_SKIPPED_CHUNKS)),
+            false => (0, 1),
+        };
         let numbers = (0..part.len()).filter(|i| left >> i & 1 != 0);
         alone.extend(numbers.map(|i| chunk * PACKET_SIZE + i));
         if exact.contested != 0 {
@@ -76,14 +92,14 @@ fn closest_exact_chunk<I: Isa>(
     }
     exact.load(scene, rays, MAX_ORIGIN_DISTANCE * f64::from(scene.max_abs_coord));
     near.clear();
-    let (mut distance, mut origin_error, mut alone) = (0.0f32, 0.0f64, 0u64);
+    let (mut farthest, mut alone) = (0.0f64, 0u64);
     for i in 0..rays.len() {
         match exact.origin_class(i) {
             OriginClass::Misses => {}
             OriginClass::Near => {
-                let (ray, farthest, off) = exact.local_ray_f32(scene, i);
+                let (ray, largest) = exact.local_ray_f32(i);
                 near.push(ray, i);
-                (distance, origin_error) = (distance.max(farthest), origin_error.max(off));
+                farthest = max_f64(farthest, largest);
             }
             OriginClass::Far => alone |= 1 << i,
         }
@@ -94,6 +110,7 @@ fn closest_exact_chunk<I: Isa>(
     let (some, indices) = near.all();
     // The indices are omitted if every ray is in its own lane.
     let indices = indices.filter(|_| some.len() < rays.len());
+    let (distance, origin_error) = (farthest as f32, origin_error(scene, farthest));
     let mut query = ExactQuery { scene, triangles, rays: exact, hits, origin_error, distance, alone };
     packets.trace::<I, _>(&mut query, scene, some, indices);
     let alone = query.alone;
@@ -168,8 +185,26 @@ impl PacketQuery for ExactQuery<'_> {
         let mesh = &*record.bvh;
         let off = coordinate_error(self.scene, record, self.distance, self.origin_error)
             + 8.0 * MACHINE_EPSILON * (packet.max_abs_origin().max(mesh.max_abs_coord()) + mesh.max_abs_coord());
-        let query = ExactLeafVisitor { query: self, mesh, instance: subtree.instance, off, indices };
-        traverse_packet::<I, _>(mesh, subtree.node, packet, query);
+        let mut lanes = LaneHits::new(self.rays.ties(), self.rays.any_hit);
+        match indices {
+            None => lanes.t = self.rays.t_range,
+            Some(indices) => {
+                for (i, number) in indices.iter().enumerate() {
+                    let number = usize::from(*number) & (PACKET_SIZE - 1);
+                    lanes.t[0][i] = self.rays.t_range[0][number];
+                    lanes.t[1][i] = self.rays.t_range[1][number];
+                }
+            }
+        }
+        let instance = subtree.instance;
+        let visitor = ExactLeafVisitor { query: self, mesh, instance, off, indices, lanes: &mut lanes };
+        traverse_packet::<I, _>(mesh, subtree.node, packet, visitor);
+        let mut left = lanes.pending;
+        while left != 0 {
+            let lane = left.trailing_zeros();
+            left &= left - 1;
+            self.commit(mesh, instance, &lanes, lane, indices);
+        }
     }
 }
 
@@ -187,8 +222,9 @@ impl<'b, 'd> RaySource<ExactRayState<'b, HitSearch<'d>>> for SubtreeSource<'_, '
         while self.lanes != 0 {
             let number = ray_index(self.lanes.trailing_zeros(), self.indices);
             self.lanes &= self.lanes - 1;
+            self.query.rays.resolve(number, &mut self.query.hits[number], self.query.triangles);
             let ray = self.query.rays.to_single(self.query.scene, number, &self.query.hits[number]);
-            let search = HitSearch { ray, number, filter: None };
+            let search = HitSearch::new(ray, number, None);
             if state.begin(self.query.scene, number, search, Some(self.subtree)) {
                 return true;
             }
@@ -198,7 +234,8 @@ impl<'b, 'd> RaySource<ExactRayState<'b, HitSearch<'d>>> for SubtreeSource<'_, '
 
     #[inline(always)]
     fn finish(&mut self, state: &mut ExactRayState<'b, HitSearch<'d>>) {
-        if let Some(search) = &state.search {
+        if let Some(search) = &mut state.search {
+            search.finish(self.query.triangles);
             self.query.rays.commit(state.ray_id, &search.ray, &mut self.query.hits[state.ray_id]);
         }
     }
@@ -212,68 +249,99 @@ struct ExactLeafVisitor<'a, 'b> {
     /// The error bound of float32 coordinates in the mesh.
     off: f32,
     indices: RayIndices<'a>,
+    lanes: &'a mut LaneHits,
 }
 
 impl LeafVisitor for ExactLeafVisitor<'_, '_> {
     #[inline(always)]
     fn visit_leaf<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64 {
-        let Self { ref mut query, mesh, instance, off, indices } = *self;
-        mesh.prefetch_prim_id::<I>(leaf.first_prim);
-        let mut candidates = packet.candidate_triangles_within::<I>(leaf, 4.0 * off);
+        let mut candidates = packet.candidate_triangles_within::<I>(leaf, 4.0 * self.off);
+        let mut closer = 0;
         // Large triangles are tested against all rays, because many rays hit each of them; small ones only against rays
         // that may hit them.
-        let large = candidates.count_ones() * TRANSPOSE_THRESHOLD <= active.count_ones();
-        let (mut near, mut some) = ([0; PACKET_SIZE], 0);
-        if !large {
-            candidates = 0;
+        if candidates.count_ones() * TRANSPOSE_THRESHOLD <= active.count_ones() {
+            while candidates != 0 {
+                let k = candidates.trailing_zeros();
+                candidates &= candidates - 1;
+                let LaneDecisions { accepted, unknown } =
+                    self.lanes.test_triangle::<I>(leaf, k, active, self.off, packet);
+                closer |= accepted;
+                if unknown != 0 {
+                    closer |= self.decide_exactly(leaf.first_prim + k, unknown, packet);
+                }
+            }
+        } else {
             let mut left = active;
             while left != 0 {
-                let lane = left.trailing_zeros() as usize & (PACKET_SIZE - 1);
+                let lane = left.trailing_zeros();
                 left &= left - 1;
-                near[lane] = candidate_triangles::<I>(leaf, PacketRay(packet, lane), off);
-                some |= u64::from(near[lane] != 0) << lane;
-                candidates |= near[lane];
+                closer |= self.visit_ray::<I>(leaf, lane, packet);
             }
         }
-        let mut triangles = [(0, [[0.0; 3]; 3]); MAX_LEAF_TRIANGLES];
-        // Corners are scattered in memory; a short loop overlaps many loads.
-        let mut left = candidates;
+        if closer != 0 {
+            self.mesh.prefetch_prim_id::<I>(leaf.first_prim);
+        }
+        closer
+    }
+}
+
+impl ExactLeafVisitor<'_, '_> {
+    /// Tests the triangles of a leaf against one ray; returns the ray's bit if its hit became closer.
+    #[inline(always)]
+    fn visit_ray<I: Isa>(&mut self, leaf: &LeafNode, lane: u32, packet: &mut Packet) -> u64 {
+        let (i, mut closer) = (lane as usize & (PACKET_SIZE - 1), 0);
+        let LeafCandidates { near, sure, .. } = classify_triangles::<I>(leaf, PacketRay(packet, i), self.off);
+        let mut left = near;
         while left != 0 {
             let k = left.trailing_zeros();
             left &= left - 1;
-            let id = mesh.prim_id(leaf.first_prim + k);
-            let corners = query.triangles.corners(instance, id);
-            triangles[k as usize & (MAX_LEAF_TRIANGLES - 1)] = (id, corners);
-        }
-        if large {
-            let rays = ray_mask(active, indices);
-            let mut closer = false;
-            while candidates != 0 {
-                let (id, corners) = triangles[candidates.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
-                candidates &= candidates - 1;
-                let triangle = (instance, id);
-                closer |= query.rays.intersect_many(rays, corners, triangle, query.hits, query.triangles);
+            let is_sure = sure >> k & 1 != 0;
+            let t = t_range(leaf, k as usize, PacketRay(packet, i), self.off, is_sure);
+            match self.lanes.decide(i, t, is_sure) {
+                Decision::Rejected => {}
+                Decision::Accepted => {
+                    self.lanes.accept(i, leaf.first_prim + k, t, packet);
+                    closer |= 1 << i;
+                }
+                Decision::Unknown => closer |= self.decide_exactly(leaf.first_prim + k, 1 << i, packet),
             }
-            some = if closer { active } else { 0 };
         }
-        let mut sooner = 0;
-        while some != 0 {
-            let lane = some.trailing_zeros();
-            some &= some - 1;
-            let number = ray_index(lane, indices);
-            let mut near = near[lane as usize & (PACKET_SIZE - 1)];
-            while near != 0 {
-                let (id, corners) = triangles[near.trailing_zeros() as usize & (MAX_LEAF_TRIANGLES - 1)];
-                near &= near - 1;
-                query.rays.intersect_one(number, corners, (instance, id), query.hits, query.triangles);
+        closer
+    }
+
+    /// Intersects rays with the triangle at a position in float64; returns the rays whose hit became closer.
+    #[inline(never)]
+    fn decide_exactly(&mut self, prim: u32, mut rays: u64, packet: &mut Packet) -> u64 {
+        let Self { ref mut query, mesh, instance, indices, ref mut lanes, .. } = *self;
+        let triangle = (instance, mesh.prim_id(prim));
+        let corners = query.triangles.corners(instance, triangle.1);
+        let mut closer = 0;
+        while rays != 0 {
+            let lane = rays.trailing_zeros();
+            rays &= rays - 1;
+            let (i, number) = (lane as usize & (PACKET_SIZE - 1), ray_index(lane, indices));
+            if lanes.pending >> i & 1 != 0 {
+                query.commit(mesh, instance, lanes, lane, indices);
+                lanes.pending &= !(1 << i);
             }
-            sooner |= query.clip(lane, packet, indices);
+            query.rays.intersect_one(number, corners, triangle, query.hits, query.triangles);
+            lanes.t[0][i] = query.rays.t_range[0][number];
+            lanes.t[1][i] = query.rays.t_range[1][number];
+            closer |= query.clip(lane, packet, indices);
         }
-        sooner
+        closer
     }
 }
 
 impl ExactQuery<'_> {
+    /// Takes over the pending hit of a lane.
+    #[inline(always)]
+    fn commit(&mut self, mesh: &Bvh, instance: u32, lanes: &LaneHits, lane: u32, indices: RayIndices) {
+        let (i, number) = (lane as usize & (PACKET_SIZE - 1), ray_index(lane, indices));
+        let triangle = (instance, mesh.prim_id(lanes.prim_index(i)));
+        self.rays.set_pending(number, [lanes.t[0][i], lanes.t[1][i]], triangle, &mut self.hits[number]);
+    }
+
     /// Clips a ray of a packet at its hit; returns the ray's bit if the ray became shorter.
     #[inline(always)]
     fn clip(&self, lane: u32, packet: &mut Packet, indices: RayIndices) -> u64 {

@@ -8,7 +8,7 @@ use crate::scene::rebraid::SubtreeRef;
 use crate::scene::{ExactTriangles, Scene};
 use crate::simd::Isa;
 use crate::traverse::exact::clipped_ray::{ClippedRay, coordinate_error, max_abs, to_mesh_space};
-use crate::traverse::exact::leaf::{SureCrossings, candidate_triangles, sure_crossings};
+use crate::traverse::exact::leaf::{LeafCandidates, classify_triangles, t_range};
 use crate::traverse::node_test::{intersect_children, prefetch_block};
 use crate::traverse::single::interleaved::RayInFlight;
 use crate::traverse::stack::Stack;
@@ -21,14 +21,35 @@ pub trait RaySearch {
     /// True if triangles of an instance are of interest.
     fn accepts_instance(&self, instance: u32) -> bool;
 
-    /// True if crossings that float32 determines with certainty require no float64: [`RaySearch::take_sure`] receives
-    /// them.
-    fn takes_sure(&self) -> bool;
+    /// True if float32 may decide about triangles; [`RaySearch::decide`] receives each of them first.
+    fn uses_float32(&self) -> bool;
 
-    fn take_sure(&mut self, instance: u32, sure: SureCrossings);
+    fn decide(&self, estimate: &TriangleEstimate) -> Decision;
+
+    /// Takes an accepted triangle.
+    fn accept(&mut self, triangle: (u32, u32), estimate: &TriangleEstimate);
 
     /// Visits a triangle that the ray may hit.
     fn visit(&mut self, triangle: (u32, u32), corners: [[f64; 3]; 3], triangles: &dyn ExactTriangles);
+}
+
+/// The float32 knowledge about a ray and a triangle.
+pub struct TriangleEstimate {
+    /// Bounds of t along the ray of the search, counted from its clipped origin.
+    pub t: [f32; 2],
+    /// True if the line certainly passes the triangle.
+    pub is_sure: bool,
+    /// True if the ray leaves through the back of the triangle, as seen in the mesh; valid if `is_sure`.
+    pub leaves: bool,
+}
+
+/// Decision about a triangle by its [`TriangleEstimate`].
+#[derive(Clone, Copy, PartialEq)]
+pub enum Decision {
+    Rejected,
+    Accepted,
+    /// float64 must decide.
+    Unknown,
 }
 
 /// A float64 ray in flight: its position in the trees, and its search.
@@ -45,7 +66,7 @@ pub struct ExactRayState<'a, S> {
     /// The error bound of coordinates in the mesh.
     off: f32,
     /// Triangles of the current leaf that the ray may hit.
-    candidates: u32,
+    candidates: LeafCandidates,
     /// The first of these triangles, loaded by [`RayInFlight::load_triangle`].
     triangle: u32,
     corners: [[f64; 3]; 3],
@@ -77,7 +98,7 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
             stack_base: 0,
             t_max: 0.0,
             off: 0.0,
-            candidates: 0,
+            candidates: LeafCandidates::NONE,
             triangle: 0,
             corners: [[0.0; 3]; 3],
             mesh: None,
@@ -226,13 +247,14 @@ impl<'a, S: RaySearch> RayInFlight<'a> for ExactRayState<'a, S> {
     #[inline(always)]
     fn step_leaf<I: Isa>(&mut self) -> bool {
         let leaf = leaf(self.blocks, self.node);
-        self.candidates = candidate_triangles::<I>(leaf, &self.ray, self.off);
+        self.candidates = classify_triangles::<I>(leaf, &self.ray, self.off);
         if let Some(mesh) = self.mesh {
             mesh.prefetch_prim_id::<I>(leaf.first_prim);
         }
-        self.node = self.stack.pop_if(self.candidates == 0, self.node);
+        let has_none = self.candidates.near == 0;
+        self.node = self.stack.pop_if(has_none, self.node);
         prefetch_block::<I>(self.blocks, self.node);
-        self.candidates != 0
+        !has_none
     }
 
     /// Loads the first candidate that float32 does not decide.
@@ -240,13 +262,26 @@ impl<'a, S: RaySearch> RayInFlight<'a> for ExactRayState<'a, S> {
     fn load_triangle<I: Isa>(&mut self) {
         let (Some(search), Some(mesh)) = (&mut self.search, self.mesh) else { return };
         let leaf = leaf(self.blocks, self.node);
-        if search.takes_sure() {
-            let sure = sure_crossings::<I>(leaf, &self.ray, self.off, self.t_max);
-            self.candidates &= !sure.crossed;
-            search.take_sure(self.instance, sure);
+        let LeafCandidates { near, sure, positive } = self.candidates;
+        if search.uses_float32() {
+            let is_forward = self.ray.reciprocal[self.ray.axes[2] as usize & 3] > 0.0;
+            let mut left = near;
+            while left != 0 {
+                let k = left.trailing_zeros();
+                left &= left - 1;
+                let is_sure = sure >> k & 1 != 0;
+                let t = t_range(leaf, k as usize, &self.ray, self.off, is_sure).map(|t| self.ray.to_outer_t(t));
+                let leaves = (positive >> k & 1 != 0) != is_forward;
+                let estimate = TriangleEstimate { t, is_sure, leaves };
+                let decision = search.decide(&estimate);
+                if decision == Decision::Accepted {
+                    search.accept((self.instance, mesh.prim_id(leaf.first_prim + k)), &estimate);
+                }
+                self.candidates.near &= !(u32::from(decision != Decision::Unknown) << k);
+            }
         }
-        if self.candidates != 0 {
-            self.triangle = mesh.prim_id(leaf.first_prim + self.candidates.trailing_zeros());
+        if self.candidates.near != 0 {
+            self.triangle = mesh.prim_id(leaf.first_prim + self.candidates.near.trailing_zeros());
             self.corners = self.triangles.corners(self.instance, self.triangle);
         }
     }
@@ -255,12 +290,13 @@ impl<'a, S: RaySearch> RayInFlight<'a> for ExactRayState<'a, S> {
     fn step_triangles<I: Isa>(&mut self) {
         let (Some(search), Some(mesh)) = (&mut self.search, self.mesh) else { return };
         let leaf = leaf(self.blocks, self.node);
-        if self.candidates != 0 && !search.clipped_ray().is_done() {
+        let mut left = self.candidates.near;
+        if left != 0 && !search.clipped_ray().is_done() {
             search.visit((self.instance, self.triangle), self.corners, self.triangles);
-            self.candidates &= self.candidates - 1;
-            while self.candidates != 0 {
-                let triangle = mesh.prim_id(leaf.first_prim + self.candidates.trailing_zeros());
-                self.candidates &= self.candidates - 1;
+            left &= left - 1;
+            while left != 0 {
+                let triangle = mesh.prim_id(leaf.first_prim + left.trailing_zeros());
+                left &= left - 1;
                 let corners = self.triangles.corners(self.instance, triangle);
                 search.visit((self.instance, triangle), corners, self.triangles);
             }

@@ -1,10 +1,11 @@
 //! Float64 rays in SoA, with their closest hits so far.
 
+use crate::limits::MACHINE_EPSILON;
 use crate::ray::{ExactHit, ExactRay, Ray};
 use crate::scene::{ExactTriangles, Scene};
 use crate::traverse::exact::clipped_ray::{ClippedRay, DONE, F64_ERROR, t_max_f32};
 use crate::traverse::exact::ties::TieWindow;
-use crate::traverse::exact::triangle::{EDGE_ERROR, HitSoFar, NEXT_AXES, ShearedRay, max_f64, same_sign};
+use crate::traverse::exact::triangle::{HitSoFar, ShearedRay, max_f64};
 use crate::traverse::packet::soa::PACKET_SIZE;
 
 /// One value per ray.
@@ -23,6 +24,10 @@ pub struct RaySoa64 {
     t_hit: RayRow,
     /// The error bound of `t_hit`.
     t_error: RayRow,
+    /// Bounds of the t of the closest hit so far, or of the end of the ray.
+    pub t_range: [[f32; PACKET_SIZE]; 2],
+    /// Bit i: the closest hit of ray i is known by its triangle only, and `t_hit` is an upper bound.
+    pending: u64,
     /// Shear of x and y per unit of the main axis.
     shear: [RayRow; 2],
     /// The main axis, of the largest component of the direction.
@@ -33,16 +38,11 @@ pub struct RaySoa64 {
     /// The largest absolute coordinate of the scaled origin.
     max_abs_origin: RayRow,
     origin_class: [u8; PACKET_SIZE],
-    /// Main axis, if it is the same for all rays.
-    shared_major_axis: Option<usize>,
-    /// True if any hit is sufficient; a ray that has a hit is done.
+    /// True if any hit is sufficient; a ray with one is done.
     pub any_hit: bool,
     /// Bit i: ray i may have hit two surfaces at equal distances.
     pub contested: u64,
     ties: TieWindow,
-    /// One ray's origin, and the largest distance along an axis from this origin to another origin.
-    reference: [f64; 3],
-    spread: f64,
 }
 
 /// Class of a ray by its origin. Rows contain the discriminants, for vectorised code.
@@ -65,24 +65,23 @@ impl RaySoa64 {
         t_min: [0.0; PACKET_SIZE],
         t_hit: [0.0; PACKET_SIZE],
         t_error: [0.0; PACKET_SIZE],
+        t_range: [[0.0; PACKET_SIZE]; 2],
+        pending: 0,
         shear: [[0.0; PACKET_SIZE]; 2],
         major_axis: [0; PACKET_SIZE],
         origin_f32: [[0.0; PACKET_SIZE]; 3],
         direction_f32: [[0.0; PACKET_SIZE]; 3],
         max_abs_origin: [0.0; PACKET_SIZE],
         origin_class: [OriginClass::Misses as u8; PACKET_SIZE],
-        shared_major_axis: None,
         any_hit: false,
         contested: 0,
         ties: TieWindow::EMPTY,
-        reference: [0.0; 3],
-        spread: 0.0,
     };
 
     /// Loads rays. A ray is near if its origin is within `reach` of the scene's origin, in scaled scene coordinates.
     #[inline(always)]
     pub fn load(&mut self, scene: &Scene, rays: &[ExactRay], reach: f64) {
-        (self.contested, self.ties) = (0, TieWindow::new(scene));
+        (self.contested, self.pending, self.ties) = (0, 0, TieWindow::new(scene));
         for (i, ray) in rays.iter().enumerate() {
             for axis in 0..3 {
                 self.origin[axis][i & (PACKET_SIZE - 1)] = ray.origin[axis];
@@ -113,6 +112,8 @@ impl RaySoa64 {
             (dx[i], dy[i], dz[i]) = (d[0], d[1], d[2]);
             self.direction_scale[i] = power;
             self.t_hit[i] *= power;
+            self.t_range[0][i] = self.t_hit[i] as f32 * (1.0 - 4.0 * MACHINE_EPSILON) - f32::MIN_POSITIVE;
+            self.t_range[1][i] = self.t_hit[i] as f32 * (1.0 + 4.0 * MACHINE_EPSILON) + f32::MIN_POSITIVE;
             let size = [d[0].abs(), d[1].abs(), d[2].abs()];
             let first = (size[0] >= size[1]) & (size[0] >= size[2]);
             let second = size[1] >= size[2];
@@ -144,22 +145,6 @@ impl RaySoa64 {
             (px[i], py[i], pz[i]) = (start[0] as f32, start[1] as f32, start[2] as f32);
             (ax[i], ay[i], az[i]) = ((d[0] * scale) as f32, (d[1] * scale) as f32, (d[2] * scale) as f32);
         }
-        let first = self.major_axis[0];
-        let same = self.major_axis[..rays.len()].iter().all(|main| *main == first);
-        self.shared_major_axis = same.then_some(usize::from(first));
-        let near = (0..rays.len()).filter(|&i| self.origin_class(i) == OriginClass::Near);
-        let mut ends: Option<([f64; 3], [f64; 3])> = None;
-        for i in near {
-            let at = rays[i].origin;
-            let (low, high) = ends.get_or_insert((at, at));
-            for axis in 0..3 {
-                low[axis] = if at[axis] < low[axis] { at[axis] } else { low[axis] };
-                high[axis] = max_f64(high[axis], at[axis]);
-            }
-        }
-        let (low, high) = ends.unwrap_or_default();
-        self.reference = low;
-        self.spread = (0..3).fold(0.0, |most, axis| max_f64(most, high[axis] - low[axis]));
     }
 
     /// The class of ray `i`.
@@ -172,9 +157,9 @@ impl RaySoa64 {
         }
     }
 
-    /// The ray in scaled scene coordinates, its largest coordinate, and the error bound of its origin.
+    /// The ray in scaled scene coordinates, and the largest coordinate of its origin.
     #[inline(always)]
-    pub fn local_ray_f32(&self, scene: &Scene, i: usize) -> (Ray, f32, f64) {
+    pub fn local_ray_f32(&self, i: usize) -> (Ray, f64) {
         let i = i & (PACKET_SIZE - 1);
         let origin = [self.origin_f32[0][i], self.origin_f32[1][i], self.origin_f32[2][i]];
         let ray = Ray {
@@ -182,8 +167,7 @@ impl RaySoa64 {
             direction: [self.direction_f32[0][i], self.direction_f32[1][i], self.direction_f32[2][i]],
             t_max: self.t_max_f32(i).next_up(),
         };
-        let farthest = self.max_abs_origin[i];
-        (ray, farthest as f32, origin_error(scene, farthest))
+        (ray, self.max_abs_origin[i])
     }
 
     /// The t up to which boxes must be visited.
@@ -221,18 +205,58 @@ impl RaySoa64 {
 
     /// Takes over the hit of a single ray.
     pub fn commit(&mut self, i: usize, ray: &ClippedRay, hit: &mut ExactHit) {
-        self.t_hit[i & (PACKET_SIZE - 1)] = ray.best.t;
-        self.t_error[i & (PACKET_SIZE - 1)] = ray.t_error;
+        self.set_t(i, ray.best.t, ray.t_error);
         self.contested |= u64::from(ray.contested) << (i & (PACKET_SIZE - 1));
         *hit = ray.best;
     }
 
-    /// Writes the t of the hit, in units of the given direction's length; the t of a miss is infinite.
+    /// The window of t in which hits may tie.
+    #[inline(always)]
+    pub fn ties(&self) -> &TieWindow {
+        &self.ties
+    }
+
+    /// Sets the t of the closest hit so far.
+    #[inline(always)]
+    fn set_t(&mut self, i: usize, t: f64, error: f64) {
+        let i = i & (PACKET_SIZE - 1);
+        (self.t_hit[i], self.t_error[i]) = (t, error);
+        self.t_range[0][i] = ((t - error) as f32).next_down();
+        self.t_range[1][i] = ((t + error) as f32).next_up();
+    }
+
+    /// Takes a hit of which only the triangle and bounds of t are known. With `any_hit`, the ray is done.
+    #[inline(always)]
+    pub fn set_pending(&mut self, i: usize, t: [f32; 2], triangle: (u32, u32), hit: &mut ExactHit) {
+        let i = i & (PACKET_SIZE - 1);
+        self.t_hit[i] = f64::from(t[1]);
+        (self.t_range[0][i], self.t_range[1][i]) = (t[0], t[1]);
+        self.pending |= 1 << i;
+        let (instance, triangle) = triangle;
+        *hit = ExactHit { instance, triangle, ..ExactHit::MISS };
+    }
+
+    /// Computes the intersection of the closest hit so far, if this has not been done.
+    #[inline(always)]
+    pub fn resolve(&mut self, i: usize, hit: &mut ExactHit, triangles: &dyn ExactTriangles) {
+        let bit = 1 << (i & (PACKET_SIZE - 1));
+        if self.pending & bit != 0 && !self.any_hit {
+            self.pending &= !bit;
+            let ExactHit { instance, triangle, .. } = *hit;
+            if let Some(found) = self.sheared_ray(i).intersect(triangles.corners(instance, triangle)) {
+                self.set_t(i, found.t, found.t_error);
+                *hit = found.to_hit(instance, triangle);
+            }
+        }
+    }
+
+    /// Writes the t of the hit in lengths of the given direction; that of a miss or of a pending hit is infinite.
     #[inline(always)]
     pub fn to_hit(&self, i: usize, hit: &mut ExactHit) {
         let i = i & (PACKET_SIZE - 1);
         *hit = match hit.triangle {
             crate::INVALID_ID => ExactHit::MISS,
+            _ if self.pending >> i & 1 != 0 => *hit,
             _ => ExactHit { t: self.t_hit[i] / self.direction_scale[i], ..*hit },
         };
     }
@@ -250,41 +274,17 @@ impl RaySoa64 {
         let ray = self.sheared_ray(i);
         let i = i & (PACKET_SIZE - 1);
         let Some(found) = ray.intersect(corners) else { return false };
+        self.resolve(i, &mut hits[i], triangles);
         let so_far = HitSoFar::new(0.0, self.t_hit[i], self.t_error[i], &hits[i]);
         self.contested |= u64::from(self.ties.may_tie((found.t, triangle), (so_far.t, &hits[i]))) << i;
         if !ray.precedes(&found, corners, triangle, &so_far, triangles) {
             return false;
         }
-        (self.t_hit[i], self.t_error[i]) = if self.any_hit { (DONE, 0.0) } else { (found.t, found.t_error) };
+        let (t, error) = if self.any_hit { (DONE, 0.0) } else { (found.t, found.t_error) };
+        self.set_t(i, t, error);
         let (instance, triangle) = triangle;
         hits[i] = found.to_hit(instance, triangle);
         true
-    }
-
-    /// Intersects many rays with a triangle; hits equal those of [`RaySoa64::intersect_one`]. True if any hit is
-    /// closer.
-    #[inline(always)]
-    pub fn intersect_many(
-        &mut self,
-        rays: u64,
-        corners: [[f64; 3]; 3],
-        triangle: (u32, u32),
-        hits: &mut [ExactHit],
-        triangles: &dyn ExactTriangles,
-    ) -> bool {
-        let mut inside = match self.shared_major_axis {
-            Some(0) => self.edge_test::<0>(&corners),
-            Some(1) => self.edge_test::<1>(&corners),
-            Some(2) => self.edge_test::<2>(&corners),
-            _ => u64::MAX,
-        } & rays;
-        let mut closer = false;
-        while inside != 0 {
-            let i = inside.trailing_zeros() as usize;
-            inside &= inside - 1;
-            closer |= self.intersect_one(i, corners, triangle, hits, triangles);
-        }
-        closer
     }
 
     #[inline(always)]
@@ -297,67 +297,12 @@ impl RaySoa64 {
             shear: [self.shear[0][i], self.shear[1][i]],
         }
     }
-
-    /// Bit i: ray i, whose main axis is `Z`, may pass the edge test of [`ShearedRay::intersect`].
-    #[inline(always)]
-    fn edge_test<const Z: usize>(&self, corners: &[[f64; 3]; 3]) -> u64 {
-        let (x, y) = (NEXT_AXES[Z], NEXT_AXES[NEXT_AXES[Z]]);
-        let (ox, oy, oz) = (&self.origin[x], &self.origin[y], &self.origin[Z]);
-        let [sx, sy] = &self.shear;
-        let [a, b, c] = *corners;
-        let mut largest = 0.0;
-        for corner in corners {
-            for axis in 0..3 {
-                largest = max_f64(largest, (corner[axis] - self.reference[axis]).abs());
-            }
-        }
-        largest += self.spread;
-        // The factor 2 covers the rounding error of the sum.
-        let error = 2.0 * EDGE_ERROR * largest * largest;
-        let mut inside = [0u8; PACKET_SIZE];
-        for i in 0..PACKET_SIZE {
-            let (za, zb, zc) = (a[Z] - oz[i], b[Z] - oz[i], c[Z] - oz[i]);
-            let (ax, ay) = (a[x] - ox[i] - sx[i] * za, a[y] - oy[i] - sy[i] * za);
-            let (bx, by) = (b[x] - ox[i] - sx[i] * zb, b[y] - oy[i] - sy[i] * zb);
-            let (cx, cy) = (c[x] - ox[i] - sx[i] * zc, c[y] - oy[i] - sy[i] * zc);
-            let u = cx * by - cy * bx;
-            let v = ax * cy - ay * cx;
-            let w = bx * ay - by * ax;
-            inside[i] = same_sign(u, v, w, error) as u8;
-        }
-        bits(&inside)
-    }
 }
 
-/// The error bound of a ray's origin, in scaled scene coordinates.
+/// The error bound of the origins of rays up to a largest coordinate, in scaled scene coordinates.
 #[inline(always)]
-fn origin_error(scene: &Scene, farthest: f64) -> f64 {
+pub fn origin_error(scene: &Scene, farthest: f64) -> f64 {
     let world = scene.origin().map(|x| (x * scene.scale).abs());
     let offset = farthest.max(world[0]).max(world[1]).max(world[2]);
     F64_ERROR * (offset + f64::from(scene.max_abs_coord))
-}
-
-/// Bit i is set if byte i is 1; all other bytes must be 0.
-#[inline(always)]
-fn bits(bytes: &[u8; PACKET_SIZE]) -> u64 {
-    let mut all = 0;
-    for (k, eight) in bytes.as_chunks::<8>().0.iter().enumerate() {
-        // Bit 8 j times bit 56 - 7 j is bit 56 + j, and no two products coincide.
-        let some = u64::from_le_bytes(*eight).wrapping_mul(0x0102_0408_1020_4080) >> 56;
-        all |= some << (8 * k);
-    }
-    all
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn byte_masks_are_converted_to_bit_masks() {
-        for mask in [0, 1, 0x80, u64::MAX, 0x0123_4567_89ab_cdef, 1 << 63, 0xa5a5_5a5a_0f0f_f00f] {
-            let bytes = std::array::from_fn(|i| (mask >> i & 1) as u8);
-            assert_eq!(bits(&bytes), mask);
-        }
-    }
 }

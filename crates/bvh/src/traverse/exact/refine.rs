@@ -1,9 +1,12 @@
-//! Refinement of several hits at once to one unit in the last place.
+//! Intersections of hits whose triangles float32 has determined, and refinement of several hits at once to one unit in
+//! the last place.
 
 use crate::exact::predicates::RayPredicates;
+use crate::node::cross;
 use crate::ray::{ExactHit, ExactRay, INVALID_ID};
 use crate::scene::ExactTriangles;
 use crate::simd::Isa;
+use crate::traverse::exact::triangle::{ShearedRay, max_f64};
 
 /// Hits that are refined at once.
 const LANES: usize = 8;
@@ -62,7 +65,7 @@ impl Intersections {
     }
 }
 
-/// Refines hits; `hits[i]` belongs to the ray `owner(i)`. Misses are not changed.
+/// Refines hits, also pending hits; `hits[i]` belongs to the ray `owner(i)`. Misses are not changed.
 #[inline(always)]
 pub fn refine_hits<I: Isa>(
     rays: &[ExactRay],
@@ -71,10 +74,28 @@ pub fn refine_hits<I: Isa>(
     hits: &mut [ExactHit],
 ) {
     let mut batch = Intersections::default();
-    for (chunk, hits) in hits.chunks_mut(LANES).enumerate() {
-        for (lane, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.instance != INVALID_ID) {
+    // Corners are scattered in memory: their indices are prefetched two chunks ahead, and they themselves one chunk.
+    let prefetch = |hits: &[ExactHit], chunk: usize, prefetch: &dyn Fn(&ExactHit)| {
+        let ahead = hits.chunks(LANES).nth(chunk).unwrap_or_default();
+        ahead.iter().filter(|hit| hit.instance != INVALID_ID).for_each(prefetch);
+    };
+    let indices = |hit: &ExactHit| triangles.prefetch_indices(hit.instance, hit.triangle);
+    let corners = |hit: &ExactHit| triangles.prefetch_corners(hit.instance, hit.triangle);
+    prefetch(hits, 0, &indices);
+    prefetch(hits, 1, &indices);
+    prefetch(hits, 0, &corners);
+    for chunk in 0..hits.len().div_ceil(LANES) {
+        prefetch(hits, chunk + 2, &indices);
+        prefetch(hits, chunk + 1, &corners);
+        let end = hits.len().min((chunk + 1) * LANES);
+        let hits = &mut hits[chunk * LANES..end];
+        for (lane, hit) in hits.iter_mut().enumerate().filter(|(_, hit)| hit.instance != INVALID_ID) {
             let corners = triangles.corners(hit.instance, hit.triangle);
-            batch.set(lane, &rays[owner(chunk * LANES + lane)], corners);
+            let ray = &rays[owner(chunk * LANES + lane)];
+            batch.set(lane, ray, corners);
+            if is_pending(hit) {
+                orient(ray, corners, hit);
+            }
         }
         let [t, u, v] = batch.refine();
         for (lane, hit) in hits.iter_mut().enumerate().filter(|(_, hit)| hit.instance != INVALID_ID) {
@@ -87,4 +108,54 @@ pub fn refine_hits<I: Isa>(
 #[inline(always)]
 pub fn refine_each<I: Isa>(rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit]) {
     refine_hits::<I>(rays, |i| i, triangles, hits);
+}
+
+/// True if only the triangle of a hit is known.
+#[inline(always)]
+fn is_pending(hit: &ExactHit) -> bool {
+    hit.side == 0 && hit.triangle != INVALID_ID
+}
+
+/// A ray's direction scaled to a largest component in 1..2, and the divisor, a power of two.
+#[inline(always)]
+fn scaled_direction(ray: &ExactRay) -> ([f64; 3], f64) {
+    let steepest = ray.direction.iter().fold(0.0, |most, d| max_f64(most, d.abs()));
+    let power = f64::from_bits(steepest.to_bits() & (0x7ff << 52));
+    let fraction = 1.0 / power;
+    (ray.direction.map(|d| d * fraction), power)
+}
+
+/// Computes the intersections of pending hits in the same way as the search.
+#[inline(always)]
+pub fn intersect_each<I: Isa>(rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit]) {
+    for (ray, hit) in rays.iter().zip(hits) {
+        if is_pending(hit) {
+            let (direction, power) = scaled_direction(ray);
+            let sheared = ShearedRay::new(ray.origin, direction);
+            if let Some(found) = sheared.intersect(triangles.corners(hit.instance, hit.triangle)) {
+                let found = found.to_hit(hit.instance, hit.triangle);
+                *hit = ExactHit { t: found.t / power, ..found };
+            }
+        }
+    }
+}
+
+/// Computes the normals and sides of pending hits.
+#[inline(always)]
+pub fn orient_each<I: Isa>(rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit]) {
+    for (ray, hit) in rays.iter().zip(hits) {
+        if is_pending(hit) {
+            orient(ray, triangles.corners(hit.instance, hit.triangle), hit);
+        }
+    }
+}
+
+/// Sets the normal and the side of a pending hit. float64 determines the side, because the ray passes the triangle at a
+/// distance from its edges that even float32 does not round to 0.
+#[inline(always)]
+fn orient(ray: &ExactRay, corners: [[f64; 3]; 3], hit: &mut ExactHit) {
+    let normal = cross(corners);
+    let ([x, y, z], _) = scaled_direction(ray);
+    hit.normal = normal;
+    hit.side = if x * normal[0] + y * normal[1] + z * normal[2] > 0.0 { 1 } else { -1 };
 }

@@ -4,17 +4,57 @@ use crate::ray::{ExactHit, ExactRay, HitFilter, INVALID_ID};
 use crate::scene::{ExactTriangles, Scene};
 use crate::simd::Isa;
 use crate::traverse::exact::clipped_ray::{ClippedRay, DONE};
-use crate::traverse::exact::leaf::SureCrossings;
-use crate::traverse::exact::ray_state::{ExactRayState, RaySearch};
+use crate::traverse::exact::ray_state::{Decision, ExactRayState, RaySearch, TriangleEstimate};
 use crate::traverse::exact::ties::MarkedHits;
 use crate::traverse::single::interleaved::{RaySource, traverse_rays};
 
 /// The search for the closest hit, or any, that a filter accepts.
+///
+/// float32 rejects triangles that are certainly behind the closest hit so far, and accepts triangles that are certainly
+/// hit before it. The latter are kept by their ids only; their intersection is computed in float64 if another triangle
+/// is too close, or at the end of the search, by [`crate::traverse::exact::refine`].
 pub struct HitSearch<'a> {
     pub ray: ClippedRay,
     /// The ray's index, for the filter.
     pub number: usize,
     pub filter: Option<&'a dyn HitFilter>,
+    /// Bounds of the t of the closest hit so far, or of the end of the ray, counted from the clipped origin.
+    best_t: [f32; 2],
+    /// True if the closest hit so far has no intersection yet; its t is the upper bound.
+    is_pending: bool,
+}
+
+impl<'a> HitSearch<'a> {
+    #[inline(always)]
+    pub fn new(ray: ClippedRay, number: usize, filter: Option<&'a dyn HitFilter>) -> Self {
+        HitSearch { best_t: ray.best_t_f32(), ray, number, filter, is_pending: false }
+    }
+
+    /// Computes the intersection of the closest hit, if this has not been done.
+    #[inline(always)]
+    pub fn finish(&mut self, triangles: &dyn ExactTriangles) {
+        if self.is_pending {
+            self.resolve(triangles);
+        }
+    }
+
+    #[inline(never)]
+    fn resolve(&mut self, triangles: &dyn ExactTriangles) {
+        let ExactHit { instance, triangle, .. } = self.ray.best;
+        if let Some(found) = self.ray.ray.intersect(triangles.corners(instance, triangle)) {
+            self.ray.best = found.to_hit(instance, triangle);
+            self.ray.t_error = found.t_error;
+            self.best_t = self.ray.best_t_f32();
+        }
+        self.is_pending = false;
+    }
+
+    /// The hit, with t in lengths of the given direction; without an intersection if float32 has decided.
+    #[inline(always)]
+    fn to_hit(&self) -> ExactHit {
+        let ExactHit { instance, triangle, .. } = self.ray.best;
+        if self.is_pending { ExactHit { instance, triangle, ..ExactHit::MISS } } else { self.ray.to_hit() }
+    }
 }
 
 impl RaySearch for HitSearch<'_> {
@@ -29,22 +69,42 @@ impl RaySearch for HitSearch<'_> {
     }
 
     #[inline(always)]
-    fn takes_sure(&self) -> bool {
-        self.ray.any_hit && self.filter.is_none_or(HitFilter::accepts_every_hit)
+    fn uses_float32(&self) -> bool {
+        self.filter.is_none_or(HitFilter::accepts_every_hit)
     }
 
     #[inline(always)]
-    fn take_sure(&mut self, instance: u32, sure: SureCrossings) {
-        if sure.crossed != 0 {
-            self.ray.best = ExactHit { t: DONE, instance, triangle: 0, ..self.ray.best };
+    fn decide(&self, &TriangleEstimate { t: [least, greatest], is_sure, .. }: &TriangleEstimate) -> Decision {
+        let [near, far] = self.best_t;
+        let tie = if self.ray.any_hit { 0.0 } else { self.ray.tie_width_f32([least, greatest]) };
+        if greatest < 0.0 || least > far + tie {
+            return Decision::Rejected;
         }
+        if is_sure && least > 0.0 && greatest + tie < near { Decision::Accepted } else { Decision::Unknown }
+    }
+
+    #[inline(always)]
+    fn accept(&mut self, (instance, triangle): (u32, u32), estimate: &TriangleEstimate) {
+        let best = &mut self.ray.best;
+        (best.instance, best.triangle) = (instance, triangle);
+        if self.ray.any_hit {
+            best.t = DONE;
+            return;
+        }
+        best.t = f64::from(estimate.t[1]) + self.ray.t_offset;
+        self.best_t = estimate.t;
+        self.is_pending = true;
     }
 
     #[inline(always)]
     fn visit(&mut self, triangle: (u32, u32), corners: [[f64; 3]; 3], triangles: &dyn ExactTriangles) {
+        let Some(found) = self.ray.ray.intersect(corners) else { return };
+        self.finish(triangles);
         let (number, filter) = (self.number, self.filter);
         let accepts = |hit: &ExactHit| filter.is_none_or(|filter| filter.accepts(number, hit));
-        self.ray.intersect_exact(triangle, corners, triangles, accepts);
+        if self.ray.keep_closer(&found, triangle, corners, triangles, accepts) {
+            self.best_t = self.ray.best_t_f32();
+        }
     }
 }
 
@@ -67,7 +127,7 @@ impl<'a, 'b, W: Iterator<Item = usize>> RaySource<ExactRayState<'a, HitSearch<'b
             self.hits[number] = ExactHit::MISS;
             let Some(mut ray) = ClippedRay::new(self.scene, &self.rays[number]) else { continue };
             ray.any_hit = self.any_hit;
-            if state.begin(self.scene, number, HitSearch { ray, number, filter: self.filter }, None) {
+            if state.begin(self.scene, number, HitSearch::new(ray, number, self.filter), None) {
                 return true;
             }
         }
@@ -77,7 +137,7 @@ impl<'a, 'b, W: Iterator<Item = usize>> RaySource<ExactRayState<'a, HitSearch<'b
     #[inline(always)]
     fn finish(&mut self, state: &mut ExactRayState<'a, HitSearch<'b>>) {
         if let Some(search) = &state.search {
-            self.hits[state.ray_id] = search.ray.to_hit();
+            self.hits[state.ray_id] = search.to_hit();
             if search.ray.contested {
                 self.marked.push(state.ray_id as u32);
             }

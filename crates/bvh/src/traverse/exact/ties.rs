@@ -24,16 +24,23 @@ pub struct MarkedHits<'a> {
 pub struct TieWindow {
     /// Width at t = 0.
     absolute: f64,
+    /// False in a scene of one instance.
+    pub may_exist: bool,
     /// True if instances share one BLAS, so that the instance of a triangle is not known during traversal.
     is_flattened: bool,
 }
 
 impl TieWindow {
-    pub const EMPTY: TieWindow = TieWindow { absolute: 0.0, is_flattened: false };
+    pub const EMPTY: TieWindow = TieWindow { absolute: 0.0, may_exist: false, is_flattened: false };
 
     #[inline(always)]
     pub fn new(scene: &Scene) -> TieWindow {
-        TieWindow { absolute: absolute_width(scene), is_flattened: scene.mesh_ranges.is_some() }
+        let is_flattened = scene.mesh_ranges.is_some();
+        TieWindow {
+            absolute: absolute_width(scene),
+            may_exist: is_flattened || scene.instances.len() > 1,
+            is_flattened,
+        }
     }
 
     /// Width of the window at a t.

@@ -6,13 +6,8 @@ use crate::node::cross;
 use crate::ray::{ExactHit, INVALID_ID};
 use crate::scene::ExactTriangles;
 
-/// The error of a sheared edge function, as a fraction of the squared largest coordinate relative to the origin.
-/// Sheared coordinates are at most 2 with an error of 8 units; the products have an error of 64 units, and rounding
-/// adds 24 units.
-pub const EDGE_ERROR: f64 = 128.0 * (f64::EPSILON / 2.0);
-
-/// The same error for corners near the ray: a fraction of the largest coordinate times the sum of all sheared
-/// coordinates, plus the product of two errors.
+/// The error of a sheared edge function: a fraction of the largest coordinate times the sum of all sheared coordinates,
+/// plus the product of two errors.
 const NEAR_EDGE_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
 const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
 
@@ -20,7 +15,7 @@ const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
 const MAX_RELATIVE_ERROR: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// The axis after each axis.
-pub const NEXT_AXES: [usize; 3] = [1, 2, 0];
+const NEXT_AXES: [usize; 3] = [1, 2, 0];
 
 /// A ray with its shear along the main axis, the axis of the direction's largest component.
 #[derive(Clone, Copy)]
@@ -280,7 +275,7 @@ impl ShearedRay {
 
 /// True if edge functions with errors of up to `error` may all have the same sign.
 #[inline(always)]
-pub fn same_sign(u: f64, v: f64, w: f64, error: f64) -> bool {
+fn same_sign(u: f64, v: f64, w: f64, error: f64) -> bool {
     ((u >= -error) & (v >= -error) & (w >= -error)) | ((u <= error) & (v <= error) & (w <= error))
 }
 

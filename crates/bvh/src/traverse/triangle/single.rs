@@ -165,12 +165,12 @@ pub fn plane_depth_f64(leaf: &LeafNode, k: usize, ray: impl RayView, depth: f32)
 
 /// [`Vector::min`] of one lane.
 #[inline(always)]
-fn min_f32(a: f32, b: f32) -> f32 {
+pub fn min_f32(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
 /// [`Vector::max`] of one lane.
 #[inline(always)]
-fn max_f32(a: f32, b: f32) -> f32 {
+pub fn max_f32(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }

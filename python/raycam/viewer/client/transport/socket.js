@@ -1,10 +1,10 @@
 // The transport of the live view: a WebSocket to the server from which the page was loaded. It reconnects by itself.
 
+import { Connection } from "./connection.js";
 import { completed } from "./message.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
 
-const PROTOCOL = "raycam.view.1";
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 4000;
 const TOO_MANY = 1013;
@@ -17,27 +17,16 @@ const OTHER_TOKEN =
   "picture and its values stay.";
 const NEW_SESSION = "The server is back with a new session, which starts with the first world, camera and exposure. Saved files stay.";
 
-/**
- * Takes the token out of the address, where others could read it, and keeps it for reloads of this tab.
- * @returns {{ token: string | null, link: string | null }} the token, and the text of a link (link.js)
- */
-function takeFragment() {
-  const fragment = new URLSearchParams(location.hash.slice(1));
-  const given = fragment.get("t");
-  if (given) {
-    history.replaceState(null, "", location.pathname);
-    sessionStorage.setItem("raycam-token", given);
-  }
-  return { token: given || sessionStorage.getItem("raycam-token"), link: fragment.get("v") };
-}
-
 export class SocketTransport {
   /** @param {() => { width: number, height: number, ratio: number }} size of the space for the picture */
   constructor(size) {
     this.live = true;
     this.size = size;
-    const { token, link } = takeFragment();
+    /** @type {import("./connection.js").LiveStart} the connection that the page has opened (start.js) */
+    const { token, link, connection } = /** @type {any} */ (globalThis).raycamStart;
     this.token = token;
+    /** @type {Connection | null} */
+    this.connection = connection;
     /** The text of the link that this page was opened with, until it was followed. */
     this.link = link;
     // If another address with the same port is opened in this tab, only the fragment changes.
@@ -55,7 +44,7 @@ export class SocketTransport {
   /** @param {(message: Message) => void} say */
   open(say) {
     this.say = say;
-    if (this.token) this.connect();
+    if (this.connection) this.listen(this.connection);
     else say({ type: "error", text: "The token is missing in this address: open the complete address that raycam printed." });
   }
 
@@ -65,24 +54,23 @@ export class SocketTransport {
   }
 
   connect() {
-    const address = new URL("socket", location.href);
-    address.protocol = address.protocol.replace("http", "ws");
-    const socket = new WebSocket(address, [PROTOCOL, `token.${this.token}`]);
-    socket.binaryType = "arraybuffer";
-    this.socket = socket;
+    this.connection = new Connection(String(this.token), this.size(), this.session || sessionStorage.getItem("raycam-session") || "");
+    this.listen(this.connection);
+  }
+
+  /** @param {Connection} connection */
+  listen(connection) {
     let opened = false;
-    socket.addEventListener("open", () => {
-      opened = true;
-      this.send({ type: "hello", ...this.size(), session: this.session || sessionStorage.getItem("raycam-session") || "" });
-    });
-    socket.addEventListener("message", ({ data }) => {
-      this.decoding = this.decoding.then(() => this.receive(data)).catch((error) => {
-        this.say?.({ type: "error", text: `A message of the server is damaged: ${error}` });
-      });
-    });
-    socket.addEventListener("close", ({ code, reason }) => {
-      this.closed(code, reason);
-      if (!opened) this.askWhy();
+    connection.listen((/** @type {any} */ { type, data, code, reason }) => {
+      if (type === "open") opened = true;
+      else if (type === "message") {
+        this.decoding = this.decoding.then(() => this.receive(data)).catch((error) => {
+          this.say?.({ type: "error", text: `A message of the server is damaged: ${error}` });
+        });
+      } else {
+        this.closed(code, reason);
+        if (!opened) this.askWhy();
+      }
     });
   }
 
@@ -90,7 +78,7 @@ export class SocketTransport {
   async askWhy() {
     if (this.told) return;
     const answers = await fetch("client.js", { method: "GET", cache: "no-store" }).then(({ ok }) => ok, () => false);
-    if (!answers || this.told || this.socket?.readyState === WebSocket.OPEN) return;
+    if (!answers || this.told || this.connection?.isOpen) return;
     this.told = true;
     this.say?.({ type: "error", text: OTHER_TOKEN });
   }
@@ -100,7 +88,7 @@ export class SocketTransport {
    * @param {string} reason
    */
   closed(code, reason) {
-    this.socket = undefined;
+    this.connection = null;
     if (code === TOO_MANY || code === MISBEHAVED || this.closing) {
       this.say?.({ type: "status", text: "disconnected" });
       this.say?.({ type: "error", text: reason || "The server has stopped. The last picture and its values stay." });
@@ -113,7 +101,7 @@ export class SocketTransport {
 
   /** @param {import("../messages").ClientMessage} message */
   send(message) {
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    if (this.connection?.isOpen) this.connection.send(message);
     else if (!DROPPABLE.includes(message.type)) this.say?.({ type: "notice", text: NOT_SAID });
   }
 

@@ -1,0 +1,62 @@
+// The WebSocket of the live view. It is opened before the client's script has been read, so it keeps what arrives until the client listens.
+
+const PROTOCOL = "raycam.view.1";
+
+/** @typedef {{ width: number, height: number, ratio: number }} Space */
+/** @typedef {{ token: string | null, link: string | null, connection: Connection | null }} LiveStart */
+
+/**
+ * Takes the token out of the address, where others could read it, and keeps it for reloads of this tab.
+ * @returns {{ token: string | null, link: string | null }} the token, and the text of a link (link.js)
+ */
+export function takeFragment() {
+  const fragment = new URLSearchParams(location.hash.slice(1));
+  const given = fragment.get("t");
+  if (given) {
+    history.replaceState(null, "", location.pathname);
+    sessionStorage.setItem("raycam-token", given);
+  }
+  return { token: given || sessionStorage.getItem("raycam-token"), link: fragment.get("v") };
+}
+
+export class Connection {
+  /**
+   * Opens the socket, and greets the server as soon as it is open.
+   * @param {string} token
+   * @param {Space} space for the image
+   * @param {string} session the session to continue, or ""
+   */
+  constructor(token, space, session) {
+    const address = new URL("socket", location.href);
+    address.protocol = address.protocol.replace("http", "ws");
+    this.socket = new WebSocket(address, [PROTOCOL, `token.${token}`]);
+    this.socket.binaryType = "arraybuffer";
+    /** @type {Event[]} */
+    this.kept = [];
+    /** @type {(event: Event) => void} */
+    this.listener = (event) => {
+      this.kept.push(event);
+    };
+    this.socket.addEventListener("open", () => this.send({ type: "hello", ...space, session }));
+    /** Resolved when the server was greeted, or refused the socket. @type {Promise<void>} */
+    this.answered = new Promise((resolve) => {
+      for (const type of ["open", "close"]) this.socket.addEventListener(type, () => resolve());
+    });
+    for (const type of ["open", "message", "close"]) this.socket.addEventListener(type, (event) => this.listener(event));
+  }
+
+  /** Passes the events `open`, `message` and `close` to a listener, beginning with those that have arrived. @param {(event: Event) => void} listener */
+  listen(listener) {
+    this.listener = listener;
+    for (const event of this.kept.splice(0)) listener(event);
+  }
+
+  get isOpen() {
+    return this.socket.readyState === WebSocket.OPEN;
+  }
+
+  /** @param {import("../messages").ClientMessage} message */
+  send(message) {
+    this.socket.send(JSON.stringify(message));
+  }
+}

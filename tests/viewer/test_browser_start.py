@@ -1,0 +1,59 @@
+"""The start of a served page: it connects before the client's script runs. Requires Chromium: `make proof`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+import raycam
+from raycam.viewer.session import Session
+from raycam.viewer.viewer import Viewer
+from support.chromium import Tab
+from support.patience import until
+
+pytestmark = pytest.mark.proof
+SPACE = "(({ width, height }) => [width, height])(picture.getBoundingClientRect())"
+
+
+@pytest.fixture
+def viewer() -> Iterator[Viewer]:
+    world = raycam.World()
+    world.add_object(
+        box={"size": 1}, name="box"
+    )  # without a camera: the first one has the shape of the window
+    with Viewer(world, port=0, samples=8) as made:
+        yield made
+
+
+def newest_session(viewer: Viewer, count: int) -> Session:
+    """The last of `count` sessions, as soon as it exists."""
+    server = viewer._server
+    assert server is not None
+    until(lambda: len(server.sessions) == count)
+    return list(server.sessions.values())[-1]
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_server_knows_the_images_size_before_the_client_runs(tab: Tab, viewer: Viewer, width: int) -> None:
+    tab.show(width, 800)
+    tab.call("Network.setBlockedURLs", urls=["*client.js"])
+    try:
+        tab.call("Page.navigate", url=viewer.url)
+        session = newest_session(viewer, 1)
+        until(lambda: session.connection.sent)
+        before = [round(side) for side in tab.evaluate(SPACE)]
+        assert list(session.view.space) == before
+    finally:
+        tab.call("Network.setBlockedURLs", urls=[])
+    tab.call("Page.navigate", url="about:blank")
+    tab.open(viewer.url)
+    session = newest_session(viewer, 2)
+    until(lambda: session.images.still is not None)
+    assert [round(side) for side in tab.evaluate(SPACE)] == before  # the client does not change the layout
+    assert tab.evaluate("location.hash") == ""
+    assert session.images.version == 1  # so the image is rendered once
+
+
+def test_page_without_a_token_reports_it(tab: Tab, viewer: Viewer) -> None:
+    tab.call("Page.navigate", url=viewer.url.split("#")[0])
+    tab.wait("document.getElementById('message').textContent.includes('token')")
