@@ -47,7 +47,7 @@ def test_curvature_of_a_saddle_is_zero_and_of_obtuse_triangles_finite() -> None:
     np.testing.assert_allclose(corner_curvatures(ridge)[middle], 0.2, rtol=0.02)
 
 
-def test_curvature_at_open_borders_and_without_area_is_zero() -> None:
+def test_curvature_at_open_borders_and_of_faces_without_area_is_zero() -> None:
     half = trimesh.creation.icosphere(subdivisions=3)
     faces = corners(half)[half.triangles_center[:, 2] > 0]
     found, border = corner_curvatures(faces), faces[..., 2] < 0.02

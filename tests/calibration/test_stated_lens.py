@@ -184,7 +184,7 @@ def test_fisheye_under_another_key_than_a_model_is_read(tmp_path: Path, key: str
         {"model": "fisheye", **dict(zip(["k1", "k2", "k3", "k4"], D, strict=True))},
     ],
 )
-def test_model_in_the_map_of_the_coefficients_is_read(tmp_path: Path, lens: dict[str, Any]) -> None:
+def test_lens_model_next_to_its_coefficients_is_read(tmp_path: Path, lens: dict[str, Any]) -> None:
     content = {"camera_matrix": K, "distortion": lens, "width": 640, "height": 480}
     (camera,) = read(tmp_path, content).values()
     check_fisheye(camera)

@@ -169,7 +169,7 @@ def test_client_changes_the_look_and_restores_it() -> None:
     assert [each["type"] for each in session.view.lit.lights] == ["environment", "sun"]
 
 
-def test_background_shows_the_color_and_shadows(tmp_path: Path) -> None:
+def test_background_color_is_shown_at_the_image_corner(tmp_path: Path) -> None:
     session = Session(model())
     receive(session, {**LOOK, "light": "studio", "background": "#336699"})
     images = session.images.refinement_of(session.view)

@@ -98,7 +98,9 @@ class Camera(Constructors, Copies):
     def sample(
         self, world: World, *, frame: int = 0, threads: int | None = None, **options: Any
     ) -> dict[str, npt.NDArray[Any]]:
-        """Renders the world and returns the channels' arrays by name; the camera's implementation of `raycam.Sensor`.
+        """Renders the world and returns the channels' arrays by name.
+
+        This method implements `raycam.Sensor`.
 
         `options` are those of `raycam.render`, which returns a `Frame` with the same arrays.
         """

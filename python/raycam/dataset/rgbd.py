@@ -29,7 +29,7 @@ def check(plan: Plan) -> None:
             )
         if camera.size != first.size or not np.array_equal(camera.K, first.K):
             raise CameraError(
-                f"camera {number} has another K or size than the first; an RGB-D sequence has one camera",
+                f"camera {number} differs from camera 0 in K or size, which an RGB-D sequence does not support",
                 code="unsupported_camera",
             )
     check_depth_scale(plan.options["depth_scale"])
@@ -110,7 +110,10 @@ def make_scannet(plan: Plan, number: int) -> Made:
         ("label", np.maximum(shot.channel(frame, "category"), 0)),
     ):
         if ids.max() > 65535:
-            raise SettingsError(f"{kind} {ids.max()} does not fit the 16 bits of a PNG", code="out_of_range")
+            raise SettingsError(
+                f"{kind} value {ids.max()} does not fit into a 16-bit PNG; the largest value is 65535",
+                code="out_of_range",
+            )
         made[f"{kind}/{number}.png"] = png(ids.astype(np.uint16))
     return made, loss
 

@@ -146,7 +146,7 @@ def write(
     licence: str = "",
     **options: Any,
 ) -> DatasetResult:
-    """Renders views of a world with ground truth and writes them to a folder in one of `FORMATS`.
+    """Renders views of a world with ground truth and writes them in one of the `FORMATS`.
 
     `cameras` and `times` are as in `views`. With a rig as `cameras`, `poses` may be a trajectory file ("tum", "euroc",
     "kitti-poses", ...) of its body, whose times are used unless `times` is given. `options` are those of

@@ -383,7 +383,7 @@ class Lidar:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """All settings by name, as used; None for unknown numbers."""
+        """All effective settings by name; None for a value that is not specified."""
         found = {name: self._value(name) for name in _CHECKS}
         found.update(
             rate=self.rate,

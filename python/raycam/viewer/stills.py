@@ -123,7 +123,7 @@ class Refinement:
 
 @dataclass(eq=False)
 class Slices(Refinement):
-    """A refinement by slices of a progressive image.
+    """A refinement that adds samples to a progressive image in short time slices.
 
     No sample is discarded, and delays are short.
     """

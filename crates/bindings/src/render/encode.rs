@@ -222,7 +222,7 @@ fn size_of(shape: &[usize]) -> PyResult<([u32; 2], usize)> {
         u32::try_from(side).map_err(|_| {
             settings_error(format!(
                 "image too large: {side} pixels \
-        per side"
+        per side; the limit is 4294967295"
             ))
         })
     };

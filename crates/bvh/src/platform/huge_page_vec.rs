@@ -164,7 +164,7 @@ impl<T: Copy> DerefMut for HugePageVec<T> {
 /// Copies values to uninitialised memory of the same length.
 pub fn copy_to_uninit<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
     assert!(room.len() == values.len(), "the lengths of source and destination differ");
-    // SAFETY: both have the same length, and memory that can be written is not the memory that is read.
+    // SAFETY: both slices have the same length, and a mutable slice cannot overlap another slice.
     unsafe {
         let to = room.as_mut_ptr().cast::<T>();
         std::ptr::copy_nonoverlapping(values.as_ptr(), to, values.len());

@@ -240,7 +240,7 @@ impl Lights {
         })
     }
 
-    /// Light of the world to which a finite light belongs.
+    /// The world's light to which a finite light belongs.
     pub fn owner_of_finite(&self, index: usize) -> LightOwner {
         LightOwner::World(self.owners[self.finite[index]])
     }

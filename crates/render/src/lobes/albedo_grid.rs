@@ -46,8 +46,8 @@ pub(crate) fn cosine_of_column(column: usize) -> f32 {
     (root * root).max(1e-4)
 }
 
-/// Means of functions of `wo` and a microfacet normal, over the microfacets visible from `wo`; the argument is the
-/// cosine of `wo`. `points` are the radial and the angular count of the quadrature.
+/// Means of functions of `wo` and a microfacet normal, over the microfacets visible from `wo`. `cosine` is
+/// the cosine of `wo`; `radial` and `angular` are the quadrature's numbers of points.
 pub(crate) fn mean_over_visible_normals<const N: usize>(
     ggx: &Ggx,
     cosine: f32,

@@ -91,7 +91,7 @@ impl Video {
         if let Some((id, _)) = self.cameras.iter().find(|(id, _)| *id >= cameras) {
             return Err(SceneError::World(
                 ErrorCode::IndexOutOfRange
-                    .message(format!("the video moves camera {id}, but the world has {cameras} cameras")),
+                    .message(format!("the video moves camera index {id}, but the world has {cameras} cameras")),
             ));
         }
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {

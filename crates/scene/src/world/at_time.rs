@@ -215,7 +215,7 @@ impl ObjectMotion<'_> {
         if self.is_translation() { self.object.world_from_mesh.matrix3 } else { self.object.scale_shear }
     }
 
-    /// Returns a box that contains the origins of the mesh between two times.
+    /// Returns a box that contains the mesh's origin at all times from `start` to `end`.
     pub fn locations_during(&self, [start, end]: [f64; 2]) -> [DVec3; 2] {
         let still = self.object.world_from_mesh.translation;
         let at = self.motion.location.evaluate(start).unwrap_or(still);

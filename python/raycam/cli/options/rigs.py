@@ -48,7 +48,7 @@ def find_rig(world: World, options: argparse.Namespace) -> Rig | None:
 
 
 def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
-    """Returns the rig of `--rig`; raises `SettingsError` if `--camera` or `--size` is also given."""
+    """Returns the rig of `--rig`; raises `SettingsError` if `--camera` or `--size` is given."""
     rig = find_rig(world, options)
     if rig is not None and (options.camera is not None or options.size is not None):
         raise SettingsError(

@@ -147,8 +147,8 @@ class Look:
         """Returns the world with the look's lights and ground, for `camera`.
 
         The ground keeps its position under `opened`, the world before its edits, and is hidden from cameras below it.
-        Ground truth belongs to `world`. Returns `world` itself if the look adds nothing. The lights of a `preview`
-        resemble the studio's, but require only one sample per pixel.
+        Ground truth must be rendered from `world`. Returns `world` itself if the look adds nothing. The lights of a
+        `preview` resemble the studio's, but require only one sample per pixel.
         """
         has_floor = self._has_floor(opened, camera)
         preview = preview and self.light == "studio"

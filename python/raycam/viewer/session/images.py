@@ -42,7 +42,7 @@ class Images:
         self._shown: tuple[int, str] = (-1, "")
 
     def restart(self) -> None:
-        """Starts a new version, whose first image is a moving image."""
+        """Starts a new version; its first image is a moving image: fast, with one sample."""
         self.version += 1
         self.cancel.cancel()
         self.cancel = Cancel()

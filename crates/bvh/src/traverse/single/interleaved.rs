@@ -16,7 +16,7 @@ const RAYS_IN_FLIGHT: usize = 24;
 /// take longer.
 const FEW_RAYS: usize = 2;
 
-/// Rays at nodes that may wait while rays at leaves advance.
+/// Maximum number of rays at nodes that wait while rays at leaves advance.
 const MAX_WAITING_NODES: u32 = 8;
 
 /// A ray in flight, advanced one step at a time.
