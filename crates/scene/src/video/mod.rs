@@ -96,14 +96,15 @@ impl Video {
         }
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
             return Err(SceneError::World(
-                ErrorCode::IndexOutOfRange.message(format!("the video moves rig {id}, but the world has {rigs} rigs")),
+                ErrorCode::IndexOutOfRange
+                    .message(format!("the video moves rig index {id}, but the world has {rigs} rigs")),
             ));
         }
         if let Some((id, _)) = self.objects.iter().find(|(id, _)| *id >= objects) {
-            return Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!(
-                "the video moves object {id}, but the world has {objects} \
-                    objects"
-            ))));
+            return Err(SceneError::World(
+                ErrorCode::IndexOutOfRange
+                    .message(format!("the video moves object index {id}, but the world has {objects} objects")),
+            ));
         }
         check_length(self.fps, self.seconds)
     }
