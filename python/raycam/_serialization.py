@@ -1,4 +1,4 @@
-"""Equality, hashes and pickles of cameras and rigs by their exact description."""
+"""Equality, hashing and pickling of cameras and rigs, based on their exact descriptions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ __all__ = ["DictSerializable"]
 
 
 class DictSerializable:
-    """Base of classes that `from_dict` restores from `to_dict()` and `up`, which equality, hash and pickle use."""
+    """Base class for objects that are compared, hashed and pickled by description and `up`.
+
+    Subclasses define `to_dict()`, and `from_dict`, which restores an equal object from this dict and `up`.
+    """
 
     __slots__ = ()
 

@@ -171,9 +171,9 @@ def rows_of(array: npt.NDArray[Any]) -> Floats:
 
 
 def limits(name: str, values: object, shape: tuple[int, ...]) -> Floats:
-    """Returns one number, or one for each ray or point, as float64 [1] or [n]; `shape` is that of the rays or points.
+    """Returns one number, or one for each ray or point, as float64 [1] or [n].
 
-    Raises `SettingsError` for values that do not broadcast to `shape`.
+    `shape` is the shape of the rays or points. Raises `SettingsError` for values that do not broadcast to `shape`.
     """
     if isinstance(values, float):
         return np.array([values])
@@ -307,10 +307,10 @@ def words(
     also: Callable[[str], bool] = lambda word: False,
     error: type[Error] = SettingsError,
 ) -> list[str]:
-    """Returns the given word or words as a list without duplicates; raises `error` with the most similar word in
-    `valid`.
+    """Returns the given word or words as a list without duplicates.
 
-    Words for which `also` returns True are valid, too.
+    Words in `valid`, and words for which `also` returns True, are accepted. Raises `error` with the most similar word
+    in `valid` for other words.
     """
     each = [given] if isinstance(given, str) else several(name, given, "words", error=error)
     known = list(valid)
@@ -322,7 +322,7 @@ def words(
 
 
 def thread_count(threads: object) -> int | None:
-    """Returns a number of threads as an int from 1 to 1024, and None for None; raises `SettingsError`."""
+    """Returns `threads` as an int from 1 to 1024, or None; otherwise raises `SettingsError`."""
     return None if threads is None else whole("threads", threads, 1, 1024)
 
 

@@ -24,7 +24,9 @@ FORMATS, WRITTEN_FORMATS = (tuple(names) for names in _core.calibration_formats(
 
 
 class Cameras(Mapping[str, Camera]):
-    """The cameras of a file by name, in the file's order; `load_cameras` returns it and `save_cameras` accepts it.
+    """The cameras of a file by name, in the file's order.
+
+    `load_cameras` returns this mapping, and `save_cameras` accepts it.
 
     `images` are image names and `times` are seconds, both by camera name, if the file contains them. `notices` lists
     parts that were omitted or repaired. The file's numbers are kept as written, so that saving in the same format

@@ -45,7 +45,7 @@ def commands(folder: Path) -> list[str]:
         return shlex.quote(str(folder / name))
 
     world = quoted("spot.toml")
-    film = "orbit.mp4" if has_av() else "orbit.gif"  # PyAV is the extra raycam[video]
+    film = "orbit.mp4" if has_av() else "orbit.gif"  # PyAV belongs to the extra raycam[video]
     return [
         f"raycam info {world}",
         f"raycam render {world} -o {quoted('flat.png')} --integrator flat --samples 16",

@@ -71,7 +71,7 @@ EXTRAS = {
 
 
 def wheel() -> str:
-    """Returns the tags of the installed wheel, or a note that raycam was built from source in this folder."""
+    """Returns the tags of the installed wheel, or a note that raycam runs from source."""
     try:
         installed = metadata.distribution("raycam")
         about = installed.read_text("WHEEL") or ""
@@ -140,7 +140,7 @@ def _self_test() -> str:
     same = np.abs(frame["color"] - oracle["color"]).max()
     if error > 1e-6 or same > 1e-6:
         raise Error(
-            f"the self-test failed: depth differs by {error:.1e} (relative), colour by {same:.1e}",
+            f"the self-test failed: depth differs from the reference by {error:.1e} (relative), colour by {same:.1e}",
             code="failed_selftest",
         )
     return f"{differ.size} pixels equal the reference, {int(hit.sum())} of them with a hit"

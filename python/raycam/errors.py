@@ -1,7 +1,7 @@
 """Exceptions of raycam, by cause.
 
 A missing file raises `FileNotFoundError`, and other faults of the file system raise their own `OSError`, as
-everywhere in Python. All others are subclasses of `Error`, and most also of `ValueError`.
+everywhere in Python. All other exceptions are subclasses of `Error`, and most are also subclasses of `ValueError`.
 """
 
 from __future__ import annotations
@@ -60,8 +60,10 @@ class Notice(UserWarning):
         super().__init__(f"{', '.join(self.subjects)}{others}: {message}" if self.subjects else message)
 
     def in_context(self, place: str) -> Notice:
-        """Returns the notice with `place` and a colon in front of its subjects, or, without subjects, in front of its
-        message."""
+        """Returns the notice with `place` and a colon in front of its first subject.
+
+        Without subjects, `place` and the colon are in front of the message.
+        """
         if not self.subjects:
             return Notice(f"{place}: {self.message}", self.code)
         first, *others = self.subjects
@@ -116,7 +118,10 @@ class LidarError(Error, ValueError):
 
 
 class FormatError(Error, ValueError):
-    """A malformed file, a file that exceeds the budget, or a file of an unknown format."""
+    """A malformed file, a file of an unknown format, or a file that exceeds a limit.
+
+    Limits are, for example, limits of memory or time.
+    """
 
     code = "syntax"
 
@@ -134,8 +139,9 @@ class SettingsError(Error, ValueError):
 
 
 class NetworkError(Error, OSError):
-    """A network connection that cannot be opened, or that was lost; `errno` is set if the system reports an error
-    number.
+    """A network connection that cannot be opened, or that was lost.
+
+    `errno` is set if the system reports an error number.
     """
 
     code = "cluster_unreachable"

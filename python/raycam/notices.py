@@ -53,10 +53,11 @@ def warn_all(notices: Iterable[Notice]) -> None:
 
 
 def warn(notice: Notice) -> None:
-    """Issues a notice as a warning at the caller's line outside raycam, once for each cause and line.
+    """Issues a notice as a warning at the caller's line outside raycam.
 
-    Two notices have the same cause if they have the same code and their messages differ only in numbers. As for any
-    warning, the filters of `warnings` decide whether it is shown once, always or never, or raised.
+    A notice is issued once for each cause and line. Two notices have the same cause if they have the same code and
+    their messages differ only in numbers. As for any warning, the filters of `warnings` decide whether it is shown
+    once, always or never, or raised.
     """
     found = _COLLECTED.get()
     if found is not None:
@@ -81,10 +82,10 @@ def warn(notice: Notice) -> None:
 
 
 def distinct(notices: Iterable[Notice]) -> list[Notice]:
-    """Returns one notice per group of notices with the same code and the same message apart from numbers.
+    """Returns one notice for each group of notices that differ only in numbers.
 
-    Groups are in the order of their first notices. A group's notice has the first message, the first three subjects
-    and the total number of subjects.
+    The notices of a group have the same code. Groups are in the order of their first notices. A group's notice has the
+    first message, the first three subjects and the total number of subjects.
     """
     groups: dict[tuple[str, str, bool], list[Notice]] = {}
     for notice in notices:

@@ -18,7 +18,10 @@ MAX_TEXT = 80
 
 
 def one_line(cls: T) -> T:
-    """Gives a dataclass a `repr` in one line: arrays appear as their dtype and shape, defaults are omitted."""
+    """Gives a dataclass a `repr` in one line.
+
+    Arrays appear as their dtype and shape; fields with their default value are omitted.
+    """
     cls.__repr__ = _describe  # type: ignore[assignment]
     return cls
 

@@ -23,9 +23,9 @@ BAR_WIDTH = 30
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[[int, int], None]]:
-    """Yields a function `progress(done, total)` that draws a bar on stderr while the block lasts.
+    """Yields a function `progress(done, total)` that draws a bar on stderr.
 
-    Without a terminal, a line is printed every `LINE_AFTER_SECONDS`.
+    The bar is shown while the block lasts. Without a terminal, a line is printed every `LINE_AFTER_SECONDS`.
     """
     drawn = _Bar(title)
     lines = _Lines(title)
@@ -42,10 +42,10 @@ def bar(title: str) -> Iterator[Callable[[int, int], None]]:
 
 @contextmanager
 def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int, int], None]]:
-    """Yields a function `progress(done, total, failed)` that draws a bar of frames (or `what`), their rate,
-    the remaining time and the failures.
+    """Yields a function `progress(done, total, failed)` that draws a bar of frames (or `what`).
 
-    Without a terminal, a line is printed every `LINE_AFTER_SECONDS`.
+    The bar also shows the rate, the remaining time and the number of failures. Without a terminal, a line is printed
+    every `LINE_AFTER_SECONDS`.
     """
     drawn = _Bar(title)
     lines = _Lines(title, what)

@@ -1,4 +1,7 @@
-"""Read-only arrays, lists and dicts, whose errors name the method that changes the object they describe."""
+"""Read-only arrays, lists and dicts.
+
+Their errors contain the name of the method that changes the object that they describe.
+"""
 
 from __future__ import annotations
 
@@ -85,7 +88,10 @@ def _check_first(name: str) -> Callable[..., Any]:
 
 
 class ReadOnlyArray(np.ndarray[Any, np.dtype[np.float64]]):
-    """A read-only array; copies and results of calculations are plain arrays, and its views are read-only, too."""
+    """A read-only array, whose views are read-only, too.
+
+    Copies and results of calculations are plain arrays.
+    """
 
     remedy: str = ""
     error: type[Error] = WorldError
@@ -129,7 +135,10 @@ for _name in (
 
 
 def read_only_array(values: npt.ArrayLike, remedy: str, error: type[Error]) -> Floats:
-    """Returns a read-only float64 array of the values, which raises `error` with the `remedy` when it is changed."""
+    """Returns a read-only float64 array of the values.
+
+    An attempt to change it raises `error` with the `remedy`.
+    """
     array = np.array(values, dtype=np.float64).view(ReadOnlyArray)
     array.remedy, array.error = remedy, error
     array.flags.writeable = False

@@ -29,8 +29,9 @@ def turn_about(axis: Floats, angle: float) -> Floats:
 
 
 def rotation_of(roll: float, pitch: float, yaw: float, up: str) -> Floats:
-    """Returns world_from_body [3, 3] for angles in degrees: Rz(yaw) Ry(pitch) Rx(roll) in the body axes of REP-103
-    (x forward, y left, z up).
+    """Returns world_from_body [3, 3] for roll, pitch and yaw in degrees.
+
+    The matrix is Rz(yaw) Ry(pitch) Rx(roll) in the body axes of REP-103 (x forward, y left, z up).
     """
     turn = np.eye(3)
     for axis, angle in ((2, yaw), (1, pitch), (0, roll)):

@@ -226,7 +226,7 @@ def seen_by(camera: raycam.Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     return frame["position"][seen], VELOCITIES[frame["instance"][seen]], row, column
 
 
-def test_flow_from_a_rolling_shutter_image() -> None:
+def test_flow_from_a_rolling_shutter_image_equals_the_formula_of_the_motion() -> None:
     """Flow from the position at the time of each line to the later position, by the formula of the motion."""
     world = sliding()
     rolling = EYE.exposing(0.05, readout=0.4)
@@ -242,7 +242,7 @@ def test_flow_from_a_rolling_shutter_image() -> None:
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 @pytest.mark.parametrize("moving", [False, True])
-def test_flow_to_a_rolling_shutter_image(direction: raycam.camera._optics.Readout, moving: bool) -> None:
+def test_flow_to_rolling_shutter_equals_scipy(direction: raycam.camera._optics.Readout, moving: bool) -> None:
     """The line that shows a point depends on its position at the line's time; SciPy solves this for each point."""
     world = sliding()
     rolling = EYE.exposing(0.05, readout=0.4, direction=direction)

@@ -119,7 +119,7 @@ def share(pixel: np.ndarray, size: tuple[int, int], direction: Readout) -> float
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 @pytest.mark.parametrize("eye", ["stands", "moves", "lens"])
-def test_keypoints_of_a_moving_object_with_a_rolling_shutter(direction: Readout, eye: str) -> None:
+def test_rolling_shutter_keypoints_of_a_moving_object_equal_scipy(direction: Readout, eye: str) -> None:
     """The line that shows a point depends on its position at the line's time; SciPy solves this for each point."""
     camera = EYE.exposing(EXPOSURE, readout=READOUT, direction=direction)
     if eye == "moves":

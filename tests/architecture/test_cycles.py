@@ -67,7 +67,7 @@ RUST_ARROWS = {
 
 
 @pytest.mark.parametrize("kind", RUST_ARROWS)
-def test_imports_of_rust_file(kind: str, tmp_path: Path) -> None:
+def test_imports_of_rust_file_are_found(kind: str, tmp_path: Path) -> None:
     text, expected = RUST_ARROWS[kind]
     write(
         tmp_path / "crates" / "a" / "src",
@@ -96,7 +96,7 @@ PYTHON_ARROWS = {
 
 
 @pytest.mark.parametrize("kind", PYTHON_ARROWS)
-def test_imports_of_python_file(kind: str, tmp_path: Path) -> None:
+def test_imports_of_python_file_are_found(kind: str, tmp_path: Path) -> None:
     text, expected = PYTHON_ARROWS[kind]
     package = write(
         tmp_path / "raycam",

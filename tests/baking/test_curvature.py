@@ -14,7 +14,7 @@ def corners(mesh: trimesh.Trimesh) -> np.ndarray:
 
 
 @pytest.mark.parametrize("radius", [0.25, 3.0])
-def test_curvature_of_a_ball_is_one_by_its_radius(radius: float) -> None:
+def test_curvature_of_a_ball_is_one_divided_by_its_radius(radius: float) -> None:
     ball = corners(trimesh.creation.icosphere(subdivisions=3, radius=radius))
     np.testing.assert_allclose(corner_curvatures(ball), 1 / radius, rtol=0.01)
     np.testing.assert_allclose(corner_curvatures(ball[:, ::-1]), -1 / radius, rtol=0.01)
@@ -47,7 +47,7 @@ def test_curvature_of_a_saddle_is_zero_and_of_obtuse_triangles_finite() -> None:
     np.testing.assert_allclose(corner_curvatures(ridge)[middle], 0.2, rtol=0.02)
 
 
-def test_curvature_at_open_borders_and_without_area_is_zero() -> None:
+def test_curvature_at_open_borders_and_of_faces_without_area_is_zero() -> None:
     half = trimesh.creation.icosphere(subdivisions=3)
     faces = corners(half)[half.triangles_center[:, 2] > 0]
     found, border = corner_curvatures(faces), faces[..., 2] < 0.02

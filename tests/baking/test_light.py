@@ -56,7 +56,7 @@ def test_irradiance_under_a_white_sky_is_pi(material: dict) -> None:
     )
 
 
-def test_light_in_a_closed_glowing_ball_has_all_bounces_and_direct_none() -> None:
+def test_irradiance_in_a_glowing_ball_includes_all_bounces_and_direct_excludes_them() -> None:
     world = floor(0.01, color="white")
     ball = {"color": [0.6, 0.6, 0.6], "emission": [1.0, 1.0, 1.0]}
     world.add_object(sphere={"radius": 2, "level": 3}, **ball)
@@ -68,7 +68,7 @@ def test_light_in_a_closed_glowing_ball_has_all_bounces_and_direct_none() -> Non
     assert limited["irradiance"].mean() == pytest.approx(np.pi * 1.6, rel=0.01)
 
 
-def test_radiance_of_a_matte_floor_is_irradiance_times_albedo_by_pi() -> None:
+def test_radiance_of_a_matte_floor_is_irradiance_times_albedo_divided_by_pi() -> None:
     world = floor(color=[0.8, 0.4, 0.2])
     world.add_light(type="point", position=[0.3, -0.2, 0.8], intensity=[3.0, 3.0, 3.0])
     maps = raycam.bake(world, ["radiance", "irradiance"], size=8, samples=4)
@@ -100,7 +100,7 @@ def test_standard_error_is_the_scatter_of_independent_bakes() -> None:
     assert few["irradiance_error"].mean() > 4 * many["irradiance_error"].mean()
 
 
-def test_same_bytes_for_any_threads_and_after_an_image() -> None:
+def test_baked_light_does_not_depend_on_threads_or_earlier_images() -> None:
     def world() -> raycam.World:
         made = floor()
         made.add_light(type="sky", radiance=[1.0, 1.0, 1.0])
@@ -114,7 +114,7 @@ def test_same_bytes_for_any_threads_and_after_an_image() -> None:
     np.testing.assert_array_equal(one["irradiance"], two["irradiance"])
 
 
-def test_light_of_a_source_equals_that_of_the_source_world() -> None:
+def test_light_of_a_source_comes_from_the_lights_of_its_own_world() -> None:
     low, high = panel(), floor(1.2)
     high.add_light(type="point", position=[0, 0, 1], intensity=[1.0, 1.0, 1.0])
     low.add_light(type="point", position=[0, 0, 1], intensity=[9.0, 9.0, 9.0])

@@ -94,7 +94,7 @@ def test_numbered_keys_of_three_cameras_are_three_cameras(tmp_path: Path) -> Non
         check(camera, K, *pose(i), lens)
 
 
-def test_camera_one_is_not_camera_eleven(tmp_path: Path) -> None:
+def test_numbered_cameras_1_and_11_are_distinguished(tmp_path: Path) -> None:
     document: dict[str, Any] = {"size": SIZE}
     for i in (1, 11):
         document |= {
@@ -351,7 +351,7 @@ def test_lens_next_to_a_camera_matrix_p_is_refused(tmp_path: Path) -> None:
     ],
     ids=["poses without times", "OCamCalib as JSON", "Kimera"],
 )
-def test_recognised_files_name_their_format(tmp_path: Path, text: str, mentions: list[str]) -> None:
+def test_errors_of_recognised_formats_name_the_format(tmp_path: Path, text: str, mentions: list[str]) -> None:
     with raises(FormatError, code="unsupported_feature", mentions=mentions):
         load(tmp_path / "a.txt", text)
 
@@ -462,7 +462,7 @@ def test_parameter_file_of_ros_2_is_read_like_its_parameters(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("key", ["noise", "white_balance", "per_view_errors", "weights"])
-def test_numbers_whose_key_names_something_else_are_not_a_lens(tmp_path: Path, key: str) -> None:
+def test_numbers_under_keys_unrelated_to_lenses_are_not_read_as_distortion(tmp_path: Path, key: str) -> None:
     cameras, codes = load(tmp_path / "a.json", {"K": K.tolist(), "size": SIZE, key: [0.1, 0.2, 0.3, 0.4]})
     assert next(iter(cameras.values())).distortion is None
     assert codes == ["ignored_key"]

@@ -98,7 +98,7 @@ def test_distortion_of_an_unknown_form_raises(tmp_path: Path, lens: dict[str, An
 
 
 @pytest.mark.parametrize("key", ["distortion", "Dist", "lens_distortion"])
-def test_misnamed_distortion_raises_in_other_formats(tmp_path: Path, key: str) -> None:
+def test_misnamed_distortion_raises_in_nerf_bop_ros_and_kalibr_files(tmp_path: Path, key: str) -> None:
     frame = {"file_path": "a.png", "transform_matrix": np.eye(4).tolist()}
     nerf = {"fl_x": 500, "cx": 320, "cy": 240, "w": 640, "h": 480, "frames": [{**frame, key: BROWN}]}
     bop = {"0": {"cam_K": K.ravel().tolist(), "depth_scale": 1.0, key: BROWN}}
@@ -305,7 +305,7 @@ def test_distortion_outside_its_camera_table_raises(tmp_path: Path, beside: dict
         ("left", "left", "right", "right", "stereo", "stereo"),
     ],
 )
-def test_stereo_pairs_with_other_suffixes_are_read(tmp_path: Path, keys: tuple[str, ...]) -> None:
+def test_stereo_pairs_under_many_key_names_are_read(tmp_path: Path, keys: tuple[str, ...]) -> None:
     rvec, t = np.array([0.01, -0.02, 0.03]), np.array([-0.12, 0.002, -0.001])
     parts = (K, np.array(BROWN), K, np.array(BROWN) / 2, cv2.Rodrigues(rvec)[0], t)
     inner = ("K", "D", "K", "D", "R", "T")
@@ -371,7 +371,7 @@ def test_image_size_in_a_string_is_read(tmp_path: Path, words: tuple[str, str]) 
 @pytest.mark.parametrize(
     "words", [("img_w", "img_h"), ("frame_width", "frame_height"), ("camera_width", "camera_height")]
 )
-def test_image_width_and_height_under_other_names_are_read(tmp_path: Path, words: tuple[str, str]) -> None:
+def test_image_width_and_height_under_many_key_names_are_read(tmp_path: Path, words: tuple[str, str]) -> None:
     table = {"calibration_matrix": K.tolist(), "dist_vec": BROWN, **dict(zip(words, SIZE, strict=True))}
     (tmp_path / "a.json").write_text(json.dumps(table))
     (camera,) = raycam.load_cameras(tmp_path / "a.json").values()

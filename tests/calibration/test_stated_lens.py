@@ -67,7 +67,7 @@ def test_tables_named_fisheye_set_the_lens_model(tmp_path: Path) -> None:
     assert camera.size == (640, 480)
 
 
-def test_lens_model_of_a_camera_overrides_that_of_the_file(tmp_path: Path) -> None:
+def test_lens_model_of_a_camera_overrides_the_lens_model_of_the_file(tmp_path: Path) -> None:
     cameras = read(tmp_path, {"model": "fisheye", "a": CAMERA, "b": {**CAMERA, "model": "opencv"}})
     assert [camera.model for camera in cameras.values()] == ["fisheye", "opencv"]
 
@@ -184,7 +184,7 @@ def test_fisheye_under_another_key_than_a_model_is_read(tmp_path: Path, key: str
         {"model": "fisheye", **dict(zip(["k1", "k2", "k3", "k4"], D, strict=True))},
     ],
 )
-def test_model_in_the_map_of_the_coefficients_is_read(tmp_path: Path, lens: dict[str, Any]) -> None:
+def test_lens_model_next_to_its_coefficients_is_read(tmp_path: Path, lens: dict[str, Any]) -> None:
     content = {"camera_matrix": K, "distortion": lens, "width": 640, "height": 480}
     (camera,) = read(tmp_path, content).values()
     check_fisheye(camera)

@@ -58,7 +58,7 @@ def test_cameras_of_missing_images_use_the_size_of_other_images_with_a_notice(tm
         check(camera, intrinsics(320 / np.tan(0.35), 320 / np.tan(0.35), 320, 240), *pose(i % 2))
 
 
-def test_lens_of_a_frame_overrides_that_of_the_file(tmp_path: Path) -> None:
+def test_lens_of_a_frame_overrides_the_lens_of_the_file(tmp_path: Path) -> None:
     own = {"distortion_params": [0.01, -0.02, 0.003, 0, 0.001, -0.002]}
     frame = {"file_path": "a.png", "transform_matrix": opengl(1).tolist()}
     table = {"fl_x": 500, "cx": 320, "cy": 240, "w": 640, "h": 480, "k1": 0.5, "frames": [{**frame, **own}]}

@@ -253,7 +253,7 @@ def test_scannetpp_iphone_uses_the_aligned_pose(tmp_path: Path) -> None:
     assert cameras.times["frame_000000"] == 1.5
 
 
-def test_aria_trajectories_and_calibrations_share_the_device(tmp_path: Path) -> None:
+def test_aria_trajectories_and_calibrations_use_the_same_device_frame(tmp_path: Path) -> None:
     header = (
         "graph_uid,tracking_timestamp_us,utc_timestamp_ns,tx_world_device,ty_world_device,tz_world_device,"
         "qx_world_device,qy_world_device,qz_world_device,qw_world_device,device_linear_velocity_x_device,"
@@ -565,7 +565,7 @@ def test_folders_of_single_cameras_are_read_with_their_poses(tmp_path: Path) -> 
     np.testing.assert_allclose(cameras["right"].C, [0.11, 0, 0])
 
 
-def test_pose_of_one_camera_of_a_pair_refers_to_the_other(tmp_path: Path) -> None:
+def test_pose_of_one_camera_of_a_pair_is_relative_to_the_other_camera(tmp_path: Path) -> None:
     camera = {"K": K.tolist(), "image_size": [640, 480]}
     (tmp_path / "left.json").write_text(json.dumps(camera))
     pose = {"R": np.eye(3).tolist(), "T": [-0.11, 0, 0]}

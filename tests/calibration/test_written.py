@@ -248,7 +248,7 @@ def test_command_crops_undistorts_and_writes_maps(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.load(maps)["front"], np.stack(tables, axis=-1), atol=1e-3)
 
 
-def test_time_offset_first_starts_at_zero(tmp_path: Path) -> None:
+def test_time_offset_first_shifts_the_first_time_to_zero(tmp_path: Path) -> None:
     file = tmp_path / "a.txt"
     file.write_text("".join(f"{1.5e9 + i} 0 0 {i} 0 0 0 1\n" for i in range(3)))
     run(str(file), "--time-offset", "first", "--to", "tum", "-o", str(tmp_path / "b.txt"))

@@ -221,7 +221,7 @@ def test_integer_colors_raise_with_the_hexadecimal_form(color: object) -> None:
     assert np.array_equal(*world.triangle_colors()[[0, 12]])
 
 
-def test_grey_numbers_are_colors_and_float_bytes_of_vertices_are_refused() -> None:
+def test_grey_numbers_are_accepted_as_colors_and_float_colors_up_to_255_are_refused() -> None:
     world = raycam.World()
     world.add_object(box={}, color=0.25)
     assert world.triangle_colors()[0].tolist() == [0.25] * 3

@@ -99,7 +99,7 @@ def test_file_colon_name_selects_one_camera(folder: Path) -> None:
     np.testing.assert_allclose(camera.K, K2, atol=1e-12)
 
 
-def test_folder_opens_with_the_calibration_that_it_contains(
+def test_only_calibration_in_a_folder_is_read_and_several_are_refused(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (folder / "session").mkdir()
@@ -140,7 +140,7 @@ def test_folder_opens_with_the_calibration_that_it_contains(
         ("calib.yaml -o a.yaml", "--to"),
         ("calib.yaml --to opencvv", "did you mean 'opencv'"),
         ("stereo.yaml:cam2", "did you mean 'cam1'"),
-        ("calib.yaml --direction camera_from_world", "omit these arguments"),
+        ("calib.yaml --direction camera_from_world", "omit direction and axes"),
         ("calib.yaml --lens fish", "did you mean"),
         ("calib.yaml --format kalibrr", "did you mean"),
         ("none.yaml", "No such file"),

@@ -321,7 +321,7 @@ def test_every_render_option_is_a_command_line_option_with_help(
         ("--view agz", "view"),
     ],
 )
-def test_invalid_render_options_name_the_option_as_typed_and_its_range(
+def test_errors_about_invalid_render_options_name_the_option_as_typed(
     folder: Path, capsys: pytest.CaptureFixture[str], words: str, name: str
 ) -> None:
     option, value = words.split()
@@ -360,7 +360,7 @@ def shell(*command: str, **keys: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, **keys)  # type: ignore[call-overload,no-any-return]
 
 
-def test_installed_command_and_module_behave_alike(folder: Path) -> None:
+def test_installed_command_and_module_print_the_same_version(folder: Path) -> None:
     script = Path(sys.executable).with_name("raycam")
     for command in ([str(script)], [sys.executable, "-m", "raycam"]):
         done = shell(*command, "--version")

@@ -286,7 +286,7 @@ def test_invalid_look_options_are_refused_without_output(
         ("info ball.glb other.glb", "unrecognized arguments: other.glb \\(see raycam info --help"),
     ],
 )
-def test_unknown_options_name_the_option_that_was_meant(
+def test_errors_about_unknown_options_suggest_an_option(
     folder: Path, capsys: pytest.CaptureFixture[str], command: str, said: str
 ) -> None:
     with pytest.raises(SystemExit) as ended:

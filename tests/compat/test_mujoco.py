@@ -107,7 +107,7 @@ def test_scene_options_select_groups(state: tuple[mujoco.MjModel, mujoco.MjData]
         assert (renderer.render()[..., 0] == 1).any() == shown
 
 
-def test_calibrated_camera_and_out_are_used(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+def test_renderer_uses_raycams_camera_and_output_array(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
     model, data = state
     renderer = stand_in.Renderer(model, 30, 40)
     with raises(raycam.SettingsError, code="missing_value", mentions=["update_scene"]):

@@ -259,7 +259,7 @@ def test_point_clouds_textures_instances_and_orthographic_cameras_are_rendered()
     assert (depth[30, 20], depth[30, 45]) == (3, 4)
 
 
-def test_install_serves_code_that_imports_pyrender() -> None:
+def test_code_that_imports_pyrender_uses_raycam_between_install_and_uninstall() -> None:
     code = """
 import raycam.compat.pyrender as ours
 ours.install()

@@ -118,7 +118,7 @@ def test_occlusion_roughness_normal_and_color_textures_equal_pyrender() -> None:
     assert away < 20
 
 
-def test_alpha_is_blended_as_opengl_blends_it() -> None:
+def test_alpha_is_blended_as_in_opengl() -> None:
     half = Material(alphaMode="BLEND", baseColorFactor=[1.0, 0, 0, 0.5])
     assert middle(square(material=half), ambient=1.0, flag=flags.RGBA) == [255, 128, 128, 191]
     opaque = Material(alphaMode="OPAQUE", baseColorFactor=[1.0, 0, 0, 0.5])
@@ -273,7 +273,7 @@ def test_mesh_of_another_library_is_refused_with_an_alternative() -> None:
         pyrender.Mesh.from_trimesh(Arrays(np.zeros((3, 3)), [[0, 1, 2]]))
 
 
-def test_node_assigned_elements_take_effect() -> None:
+def test_values_assigned_to_elements_of_node_arrays_change_the_matrix() -> None:
     node = pyrender.Node(translation=[1, 2, 3], scale=[2, 2, 2])
     node.translation[0] = 5
     node.translation[1:] += 1
@@ -294,7 +294,7 @@ def test_node_translation_keeps_a_mirroring_matrix() -> None:
     np.testing.assert_allclose(node.matrix, [[-1, 0, 0, 1], [0, 1, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
 
 
-def test_camera_planes_are_checked_after_construction() -> None:
+def test_assigned_clipping_planes_of_a_camera_are_checked() -> None:
     camera = pyrender.PerspectiveCamera(yfov=1.0, znear=0.1, zfar=10)
     for name, value in (("znear", 20), ("zfar", 0.05), ("znear", 10)):
         with raises(ValueError, mentions=[name]):
@@ -336,7 +336,7 @@ def test_single_color_applies_to_all_points(color: object) -> None:
     )
 
 
-def test_renderer_without_shaders_names_the_channel() -> None:
+def test_private_renderer_attribute_raises_with_the_channel_to_use() -> None:
     with raises(AttributeError, mentions=["normal"]):
         _ = pyrender.OffscreenRenderer(4, 3)._renderer
 
@@ -358,7 +358,7 @@ def test_mirrored_pose_shows_front_faces(mirror: list[int]) -> None:
     np.testing.assert_array_equal(pictures[1][0], pictures[0][0])
 
 
-def test_each_instance_of_a_mesh_is_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_instance_of_a_mesh_is_looked_up_once_for_two_images(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rendering a second image looks up each instance only once."""
     from raycam.compat.pyrender.picture import instances
 

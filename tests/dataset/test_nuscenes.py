@@ -170,7 +170,7 @@ def test_visibility_is_the_bin_of_the_visible_fraction(tables: dict[str, list[di
     assert {row["visibility_token"] for row in cars} == {"4"}
 
 
-def test_bytes_do_not_depend_on_workers(folder: Path, tmp_path: Path) -> None:
+def test_data_set_does_not_depend_on_the_number_of_workers(folder: Path, tmp_path: Path) -> None:
     poses, times = drive()
     write(street(), tmp_path, "nuscenes", cameras=poses, times=times, samples=1, key_every=2, workers=2)
     for path in (*(folder / "v1.0-mini").iterdir(), *(folder / "samples").rglob("*.bin")):

@@ -95,7 +95,7 @@ def test_lidar_moves_between_the_poses_of_the_rig(tmp_path: Path) -> None:
             assert np.linalg.norm(places[1] - places[0]) == pytest.approx(np.hypot(1, 0.2), rel=0.05)
 
 
-def test_bytes_do_not_depend_on_workers(tmp_path: Path) -> None:
+def test_data_set_does_not_depend_on_the_number_of_workers(tmp_path: Path) -> None:
     rigs, times = drive()
     for name, workers in (("a", None), ("b", 2)):
         write(

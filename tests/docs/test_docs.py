@@ -146,7 +146,7 @@ def check_subjects(page: str, saved: SavedPictures) -> None:
 @pytest.mark.parametrize(
     "picture", sorted((ROOT / "docs" / "images").rglob("*.jpg")), ids=lambda path: path.stem
 )
-def test_stored_picture_is_not_almost_empty(picture: Path) -> None:
+def test_stored_image_is_not_almost_empty(picture: Path) -> None:
     share = border_share(picture)
     assert share >= MIN_SHARES.get(picture.stem, MIN_SHARE), (
         f"{share:.1%} of {picture.name} differs from its border"

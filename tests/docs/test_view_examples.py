@@ -147,7 +147,7 @@ def running(
 
 
 @pytest.mark.parametrize("name", DEEDS)
-def test_example_of_a_view_does_what_its_docstring_says(
+def test_view_example_has_the_effects_in_its_docstring(
     running: dict[str, tuple[subprocess.Popen[str], Path]], name: str
 ) -> None:
     process, folder = running[name]

@@ -137,7 +137,7 @@ OTHERS: list[dict[str, Any]] = [
 
 
 @pytest.mark.parametrize("material", OTHERS)
-def test_lighting_terms_of_other_materials_equal_the_renderer(material: dict[str, Any]) -> None:
+def test_lighting_terms_of_materials_other_than_phong_equal_the_renderer(material: dict[str, Any]) -> None:
     world = made_world(LIGHTS["all"], **material)
     found = raycam.explain(world, camera(), (24, 12)).lighting()
     assert found.surface is not None

@@ -49,7 +49,7 @@ def test_page_figure_contains_ray_and_triangle(small_world: raycam.World, name: 
 
 @needs_node
 @pytest.mark.parametrize("name", CAMERAS)
-def test_page_shows_the_same_crossings(small_world: raycam.World, name: str) -> None:
+def test_page_figure_has_the_crossings_of_the_explanation(small_world: raycam.World, name: str) -> None:
     explanation = raycam.explain(small_world, CAMERAS[name], (24, 16))
     found = run_module(
         "figure/pixel.js",
@@ -136,7 +136,7 @@ def test_large_meshes_are_drawn_coarser() -> None:
 
 @needs_node
 @pytest.mark.parametrize("name", CAMERAS)
-def test_page_shows_the_lines_from_outside(name: str) -> None:
+def test_page_figure_draws_light_path_and_shadow_rays_from_outside(name: str) -> None:
     figure = figure_of_lines(CAMERAS[name], "light")
     found = run_module(
         "figure/explained.js",

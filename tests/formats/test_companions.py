@@ -149,7 +149,7 @@ def test_time_argument_requires_a_usd_file(tmp_path: Path) -> None:
         (b"", "empty_file"),
     ],
 )
-def test_pointer_files_and_web_pages_in_place_of_a_file_are_named(
+def test_errors_about_pointer_files_and_web_pages_name_the_file(
     tmp_path: Path, content: bytes, code: str
 ) -> None:
     for kind in ("toml", "gltf", "glb", "obj", "ply", "stl", "off"):

@@ -78,7 +78,7 @@ def test_ply_triangles_and_colors_equal_trimesh(tmp_path: Path, encoding: str, c
 
 
 @pytest.mark.parametrize("kind", ["stl", "stl_ascii", "off", "obj"])
-def test_other_mesh_files_of_trimesh_are_read(tmp_path: Path, kind: str) -> None:
+def test_stl_off_and_obj_files_of_trimesh_are_read(tmp_path: Path, kind: str) -> None:
     path = tmp_path / f"a.{kind.split('_')[0]}"
     BALL.export(path, file_type=kind)
     same(raycam.load(path), trimesh.load(path, process=False, force="mesh"))

@@ -90,7 +90,7 @@ def test_update_moves_objects_without_new_meshes() -> None:
     assert np.array_equal(corners(scene, "ground").max(axis=0), [500, 500, 0])
 
 
-def test_unshown_parts_have_notices() -> None:
+def test_omitted_parts_give_notices() -> None:
     given = model()
     given.shape_type[2], given.particle_count = 11, 8
     with pytest.warns(raycam.Notice):

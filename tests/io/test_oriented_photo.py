@@ -59,7 +59,7 @@ def test_applied_orientation_equals_opencv(tmp_path: Path, orientation: int, end
         (6, None, False, "ignored_orientation"),
     ],
 )
-def test_photo_is_rotated_if_only_then_it_fits_the_camera(
+def test_photo_is_rotated_if_it_fits_the_camera_only_after_rotation(
     tmp_path: Path, orientation: int, size: tuple[int, int] | None, turned: bool, code: str | None
 ) -> None:
     path = photo(tmp_path, orientation)

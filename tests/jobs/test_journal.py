@@ -31,7 +31,7 @@ def entries(path: Path) -> list[JournalEntry]:
     return [entry for _, entry in journal.read(path) if entry is not None]
 
 
-def test_entries_are_restored_by_offset(path: Path) -> None:
+def test_entries_can_be_read_again_by_their_offset(path: Path) -> None:
     assert entries(path) == ENTRIES
     for place, entry in journal.read(path):
         assert journal.read_entry(path, place) == entry

@@ -81,7 +81,7 @@ def test_missing_packages_and_packages_of_other_versions_are_refused(
         render_frame(FrameTask(one.id, path, 1))
 
 
-def test_exception_of_progress_stops_the_worker() -> None:
+def test_exception_raised_by_the_progress_callback_stops_the_worker() -> None:
     one = package(samples=4096)
     worker.cache_package(one)
 

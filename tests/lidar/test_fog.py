@@ -74,7 +74,7 @@ def test_echo_of_fog_below_the_threshold_adds_nothing() -> None:
     assert set(everything["lost"].tolist()) == {1}
 
 
-def test_fog_of_the_world_attenuates_as_the_setting_does() -> None:
+def test_fog_of_the_world_attenuates_like_the_visibility_setting() -> None:
     lidar = raycam.Lidar("vlp16", noise=False, returns="last", range_10=200)
     world = hall()
     expected = raycam.scan(world, lidar.replace(visibility=60))
@@ -85,7 +85,7 @@ def test_fog_of_the_world_attenuates_as_the_setting_does() -> None:
     assert (clear["reflectivity"] > found["reflectivity"]).all()
 
 
-def test_fog_below_a_height_attenuates_the_part_of_the_way_in_it() -> None:
+def test_fog_below_a_height_attenuates_only_the_part_of_the_beam_inside_it() -> None:
     """The lidar is 3 m above the fog, the floor 20 m below it; fog above the lidar returns no echo."""
     world = hall()
     world.set_fog(visibility=60, height=-3)

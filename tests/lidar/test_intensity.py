@@ -17,5 +17,5 @@ def test_velodyne_and_ouster_intensities_are_at_most_100_for_diffuse_targets_and
         assert 101 <= found[4] < found[5] < found[6] == 255
 
 
-def test_intensities_of_other_devices_are_linear_up_to_255() -> None:
+def test_hesai_intensities_are_linear_up_to_255() -> None:
     assert device_intensity("hesai", np.array([0, 0.2, 1.0, 2.0], np.float32)).tolist() == [0, 51, 255, 255]

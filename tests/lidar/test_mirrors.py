@@ -51,7 +51,7 @@ def test_conical_mirror_draws_ovals_that_follow_the_law_of_reflection() -> None:
     assert np.degrees(np.arctan2(ways[:, 1], ways[:, 0])).max() == pytest.approx(9.96, abs=0.1)
 
 
-def test_survey_forms_an_image_of_its_grid() -> None:
+def test_survey_scan_returns_an_image_with_one_pixel_per_direction() -> None:
     lidar = raycam.Lidar.with_mirror(
         "survey", pulse_rate=100_000, elevations=(-40, 60, 0.5), azimuths=(0, 359.5, 0.5), noise=False
     )

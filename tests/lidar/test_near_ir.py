@@ -60,7 +60,7 @@ def test_near_infrared_is_absent_without_samples_and_the_same_for_any_number_of_
     assert len(np.unique(one)) > 1
 
 
-def test_near_infrared_of_a_moving_world_is_that_of_its_time() -> None:
+def test_near_infrared_of_a_moving_world_is_measured_at_the_time_of_each_pulse() -> None:
     """The wall that shades the floor moves away."""
     world = raycam.World()
     quad(world, [0, 0, 0], [50, 0, 0], [0, 50, 0], "floor", color=[0.4] * 3)
@@ -74,7 +74,7 @@ def test_near_infrared_of_a_moving_world_is_that_of_its_time() -> None:
     np.testing.assert_allclose(found, [0, 0, 0.4 / np.pi * 800], rtol=1e-4, atol=1e-6)
 
 
-def test_beam_that_misses_its_surface_with_the_axis_receives_the_sky() -> None:
+def test_near_infrared_is_measured_along_the_axis_of_the_beam() -> None:
     """A wire beside the axis returns the echo; along the axis is the sky."""
     world = raycam.World()
     quad(world, [20, 0.06, 0], [0, -0.05, 0], [0, 0, 0.5], "wire", color=[0.9] * 3)

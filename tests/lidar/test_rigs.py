@@ -34,7 +34,7 @@ def test_sample_contains_the_fields_of_the_scan() -> None:
     assert read_sensor(describe_sensor(lidar)) == lidar
 
 
-def test_other_data_sets_have_the_scans_as_arrays(tmp_path: Path) -> None:
+def test_data_sets_without_a_lidar_format_contain_the_scans_as_arrays(tmp_path: Path) -> None:
     rigs, times = [vehicle().placed([x, 0, 0]) for x in (0.0, 1.0)], [0.0, 0.1]
     for name, workers in (("a", None), ("b", 2)):
         write(street(), tmp_path / name, "coco", cameras=rigs, times=times, samples=1, workers=workers)

@@ -183,7 +183,7 @@ def test_azimuth_noise_is_one_number_per_column() -> None:
     assert max(same) < 1e-3 < np.ptp(change)
 
 
-def test_bytes_do_not_depend_on_threads_and_depend_on_frame_and_seed(yard: raycam.World) -> None:
+def test_scan_depends_on_frame_and_seed_but_not_on_threads(yard: raycam.World) -> None:
     lidar = raycam.Lidar("os1-16", returns="dual").placed([0, 0, 1.8])
     one, two = (raycam.scan(yard, lidar, threads=n) for n in (1, 2))
     for name in one:
@@ -247,7 +247,7 @@ def test_dual_reports_the_second_strongest_if_the_last_is_the_strongest() -> Non
     np.testing.assert_allclose(scan["distance"], [11, 12])
 
 
-def test_fog_attenuates_twice_the_visibility_law() -> None:
+def test_fog_attenuates_by_the_visibility_law_on_the_way_out_and_back() -> None:
     """exp(-2 alpha L), alpha = ln 20 / visibility: a surface at half the visibility returns 1/20."""
     clear = raycam.scan(wall(40.0), beams(1, noise=False))
     foggy = raycam.scan(wall(40.0), beams(1, noise=False, visibility=80, returns="last"))
@@ -262,7 +262,7 @@ def test_overlap_scales_the_energy_with_the_distance() -> None:
     assert scaled["distance"][0] == plain["distance"][0]
 
 
-def test_signal_counts_the_light_of_a_white_surface_at_one_metre() -> None:
+def test_signal_gain_is_the_signal_of_a_white_surface_at_one_metre() -> None:
     """gain * 0.5 / 20², rounded; saturated at 65535."""
     scan = raycam.scan(wall(20.0, color=[0.5] * 3), beams(1, noise=False, signal_gain=1e6))
     assert scan["signal"].dtype == np.uint16

@@ -36,7 +36,7 @@ def test_unlit_surfaces_are_diffuse() -> None:
     assert (surface.kind, surface.diffuse, surface.opacity) == ("solid", 1.0, 0.25)
 
 
-def test_surface_table_returns_the_same_surfaces_in_any_order_of_reading() -> None:
+def test_surface_table_does_not_depend_on_the_order_of_reading() -> None:
     world = raycam.World()
     world.add_object(box={"size": [1, 1, 1]}, name="mirror", type="metal", metal="gold", roughness=0)
     world.add_object(box={"size": [1, 1, 1]}, name="pane", type="glass")

@@ -77,7 +77,7 @@ def test_seams_between_photographs_of_different_exposure_are_levelled() -> None:
 
 
 @pytest.mark.parametrize("method", ["best", "detail"])
-def test_round_trip_reaches_40_decibels(method: str) -> None:
+def test_texture_from_rendered_photographs_reaches_40_decibels(method: str) -> None:
     world = panel(cells=4)
     cameras, photos = shots(world, [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4]])
     result = raycam.texture_from_photos(world, cameras, photos, size=64, method=method)

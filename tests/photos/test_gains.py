@@ -82,7 +82,7 @@ def test_photographs_without_overlap_and_clipped_ones_have_the_gain_1(color: flo
     assert (apart == 1).all()
 
 
-def test_each_group_of_overlapping_photographs_has_the_mean_1() -> None:
+def test_each_group_of_overlapping_photographs_has_the_mean_gain_1() -> None:
     point = np.repeat(np.arange(40), 2)
     camera = np.where(np.repeat(np.arange(40), 2) < 20, 0, 2) + np.tile([0, 1], 40)
     truth = np.array([2.0, 0.5, 1.2, 1 / 1.2])

@@ -47,7 +47,7 @@ def test_exif_orientation_gives_a_notice_and_is_not_applied(tmp_path: Path, orie
         np.testing.assert_allclose(found[..., :3], linear(np.asarray(stored)), atol=0.02)
 
 
-def test_orientation_is_applied_if_only_then_the_size_equals_that_of_the_camera(
+def test_orientation_is_applied_if_the_size_equals_the_cameras_size_only_after_rotation(
     tmp_path: Path,
 ) -> None:
     exif = Image.Exif()
@@ -178,7 +178,7 @@ def test_last_channel_of_an_array_is_opacity(channels: int) -> None:
         (np.full((8, 12, 3), np.inf), "invalid_value"),
     ],
 )
-def test_other_arrays_are_refused(given: Any, code: str) -> None:
+def test_arrays_of_wrong_shape_type_or_value_are_refused(given: Any, code: str) -> None:
     with raises(raycam.SettingsError, code=code, mentions=["photograph 'a'"]):
         PhotoSource({"a": given}, ["a"]).read("a", CAMERA)
 

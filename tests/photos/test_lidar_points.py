@@ -200,7 +200,7 @@ def test_lidar_visibility_does_not_depend_on_threads() -> None:
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
 
 
-def test_viewpoint_of_another_type_is_refused() -> None:
+def test_viewpoint_of_an_unsupported_type_is_refused() -> None:
     for wrong in ({"a": 3}, raycam.Lidar("vlp16"), ["vlp16"]):
         with pytest.raises(raycam.SettingsError) as caught:
             raycam.surface_visibility(wall(), wrong)  # type: ignore[arg-type]

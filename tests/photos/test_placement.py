@@ -68,7 +68,7 @@ def test_room_seen_from_inside_gives_no_notice() -> None:
     assert placement_notices(room, around) == []
 
 
-def test_half_of_the_cameras_suffice_to_find_the_mesh() -> None:
+def test_mesh_visible_to_half_of_the_cameras_gives_no_notice() -> None:
     away = raycam.Camera.look_at([9, 9, 9], [99, 99, 99], size=(64, 48), fov=40)
     some = dict(list(cameras().items())[:2])
     assert placement_notices(table(), {**some, "a": away, "b": away}) == []

@@ -36,7 +36,7 @@ def test_points_are_uniform_by_area() -> None:
     np.testing.assert_allclose(np.abs(found.normals).max(axis=1), 1)
 
 
-def test_points_visible_to_a_camera_are_on_the_cap_that_it_sees() -> None:
+def test_points_visible_to_a_camera_are_uniform_on_the_visible_cap() -> None:
     world, distance = ball_world(), 3.0
     camera = raycam.Camera.look_at([0, 0, distance], [0, 0, 0], up=[0, 1, 0], fov=60, size=(64, 64))
     found = raycam.sample_surface(world, 5000, visible_to={"a": camera})
@@ -111,7 +111,7 @@ def test_points_behind_an_occluder_are_omitted() -> None:
         raycam.sample_surface(world, 1, visible_to=[camera], objects="ball")
 
 
-def test_same_points_for_any_threads_and_other_points_for_another_seed() -> None:
+def test_sampled_points_depend_on_the_seed_but_not_on_threads() -> None:
     world = ball_world()
     camera = raycam.Camera.look_at([0, 0, 3], [0, 0, 0], up=[0, 1, 0], fov=60, size=(64, 64))
     one, two, other = (

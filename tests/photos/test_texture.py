@@ -53,7 +53,7 @@ PLACES = [[0.3, 0.2, 2.4], [-0.5, 0.1, 2.4], [0.1, -0.4, 2.4]]
 
 
 @pytest.mark.parametrize("lens", LENSES)
-def test_round_trip_reaches_40_decibels_by_each_method(lens: dict) -> None:
+def test_texture_from_rendered_photographs_reaches_50_decibels_by_each_method(lens: dict) -> None:
     world = panel(cells=4)
     lens = dict(lens)
     moving = lens.pop("moving", False)
@@ -83,7 +83,7 @@ def moved_while_read(camera: raycam.Camera) -> raycam.Camera:
         for number, lens in enumerate(LENSES)
     ],
 )
-def test_round_trip_of_a_curved_surface_reaches_43_decibels_by_each_method(lens: dict) -> None:
+def test_texture_of_a_curved_surface_reaches_43_decibels_by_each_method(lens: dict) -> None:
     world = bumpy_ball()
     lens = dict(lens)
     moving = lens.pop("moving", False)

@@ -69,7 +69,7 @@ def test_comparison_uses_the_photographs_exposure_and_hides_other_objects() -> N
     assert np.abs(model[inside].astype(int) - photo[inside]).mean() < 2
 
 
-def test_photographs_are_the_worst_the_median_and_the_best() -> None:
+def test_report_contains_the_worst_the_median_and_the_best_photograph() -> None:
     fits = tuple(
         raycam.photos.PhotographFit(str(i), 9, (1, 1, 1), 0.1, d)
         for i, d in enumerate([0.03, 0.01, 0.05, 0.02, 0.04])

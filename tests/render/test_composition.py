@@ -55,7 +55,7 @@ def test_over_keeps_an_image_of_the_same_size(clear: raycam.Frame, ending: str, 
 
 
 @pytest.mark.parametrize("size", [(160, 60), (80, 300), (40, 15)])
-def test_over_scales_and_crops_an_image_to_cover_the_frame(
+def test_background_image_is_scaled_and_cropped_to_cover_the_frame(
     clear: raycam.Frame, size: tuple[int, int], tmp_path: Path
 ) -> None:
     path = tmp_path / "halves.png"

@@ -127,7 +127,7 @@ def test_surfaces_that_are_apart_are_ordered_by_distance() -> None:
 
 
 @pytest.mark.parametrize("samples", [1, 16])
-def test_hidden_and_transparent_objects_leave_their_place_to_others(samples: int) -> None:
+def test_hidden_and_transparent_coplanar_objects_are_skipped(samples: int) -> None:
     pose = POSES["tilted"]
     transparent = np.zeros((4, 4, 4), np.uint8)
     for style in ({"visible": {"camera": False}}, {"texture": transparent, "alpha": "blend"}):

@@ -98,7 +98,7 @@ def test_firefly_search_does_not_change_the_image() -> None:
     np.testing.assert_array_equal(whole["color"][:24], part["color"])
 
 
-def test_brightest_sample_has_at_least_the_mean_share() -> None:
+def test_share_of_the_brightest_sample_is_at_least_one_divided_by_the_samples() -> None:
     """The share is at least 1 / samples, is 1 for a single sample, and equals 1 / samples for uniform light."""
     world = room("area 1", MIRROR)
     even = raycam.World()

@@ -111,7 +111,7 @@ def test_visibility_leaves_five_percent_of_the_contrast() -> None:
     np.testing.assert_allclose(world.fog["extinction"], math.log(20) / 80, rtol=1e-6)
 
 
-def test_fog_below_a_height_dims_the_part_of_the_ray_below() -> None:
+def test_fog_below_a_height_attenuates_only_the_part_of_the_ray_below_it() -> None:
     world = raycam.World()
     world.add_object(plane=400, color=1)
     world.set_fog(extinction=0.3, height=1.0)

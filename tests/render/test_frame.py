@@ -109,7 +109,7 @@ def test_png_with_16_bits_equals_the_srgb_values(tmp_path: Path) -> None:
     assert np.abs(read - srgb(one["color"]) * 65535).max() < 0.51
 
 
-def test_exposure_scales_and_values_out_of_range_are_clipped() -> None:
+def test_srgb8_applies_the_exposure_and_clips_values_out_of_range() -> None:
     one = frame(("color",))
     one["color"][0, :5, 0] = [np.nan, np.inf, -np.inf, -1, 2]
     np.testing.assert_array_equal(one.to_srgb8()[0, :5, 0], [0, 255, 0, 0, 255])

@@ -81,7 +81,7 @@ def test_normals_of_waves_equal_the_closed_form(style: dict[str, Any], place: st
     assert error.max() < 0.03  # linear interpolation has steps in its derivative
 
 
-def test_uint8_heights_and_negative_scales_turn_the_slopes() -> None:
+def test_uint8_heights_resemble_float_heights_and_negative_scales_invert_them() -> None:
     image = np.round((wave_image() / AMPLITUDE + 1) / 2 * 255).astype(np.uint8)
     place = np.eye(4)
     exact = lit_plane(wave_image(), place, height_scale=4)["color"]
@@ -261,7 +261,7 @@ def test_mtl_bump_raises_white_by_a_texel(tmp_path: Path, options: str, scale: f
     assert np.ptp(by_file) > 0.01
 
 
-def test_heights_of_mtl_files_get_a_unit_by_height_scale(tmp_path: Path) -> None:
+def test_height_scale_defines_the_unit_of_heights_in_mtl_files(tmp_path: Path) -> None:
     path = obj_plane(tmp_path, "")
     found, expected = raycam.World(), raycam.World()
     look: dict[str, Any] = {

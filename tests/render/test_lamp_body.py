@@ -43,7 +43,7 @@ def test_body_appears_in_ids_depth_and_names(lamp: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("integrator", ["direct", "path"])
 @pytest.mark.parametrize("lamp", LAMPS.values(), ids=LAMPS)
-def test_body_hides_what_is_behind_and_shines_as_before(lamp: dict[str, Any], integrator: str) -> None:
+def test_body_hides_the_background_and_emits_the_lamps_light(lamp: dict[str, Any], integrator: str) -> None:
     images = {}
     for body in (False, True):
         world, camera = lit_from_above(lamp, body=body)

@@ -82,7 +82,7 @@ def test_boundary_without_a_medium_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("integrator", ["direct", "path"])
-def test_image_inside_a_medium_is_dimmed_from_the_camera(integrator: Any) -> None:
+def test_camera_inside_a_medium_shows_an_attenuated_image(integrator: Any) -> None:
     world = wall()
     world.add_object(
         box=[100, 8, 100], location=[0, 1, 0], type="boundary", medium={"absorption": ABSORPTION}
@@ -97,7 +97,7 @@ def test_image_inside_a_medium_is_dimmed_from_the_camera(integrator: Any) -> Non
 
 
 @pytest.mark.parametrize("integrator", ["direct", "path"])
-def test_underwater_camera_sees_objects_through_the_water(integrator: Any) -> None:
+def test_underwater_camera_shows_objects_through_the_water(integrator: Any) -> None:
     """The water's attenuation applies from the camera on."""
     world = wall()
     color, distance = np.array([0.9, 0.5, 0.2]), 4.0
@@ -110,7 +110,7 @@ def test_underwater_camera_sees_objects_through_the_water(integrator: Any) -> No
     np.testing.assert_allclose(image, np.array([1, 2, 3]) * passed, rtol=1e-4)
 
 
-def test_overlapping_media_are_decided_by_priority() -> None:
+def test_priority_determines_the_medium_where_media_overlap() -> None:
     world = wall()
     for center, absorption, priority in ((4, 0.2, 0), (5, 0.5, 1), (6, 1.1, 0)):
         world.add_object(

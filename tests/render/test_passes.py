@@ -163,7 +163,7 @@ def test_passes_of_a_world_in_the_studio_show_the_studio() -> None:
     np.testing.assert_allclose(sum(frame[name] for name in WAYS), frame["color"], rtol=2e-6, atol=1e-6)
 
 
-def test_roughness_and_metallic_are_those_of_the_material() -> None:
+def test_roughness_and_metallic_channels_equal_the_material() -> None:
     frame = picture(channels=["instance", "roughness", "metallic"])
     expected = {0: (1, 0), 1: (0.3, 0.25), 2: (1, 0), -1: (0, 0)}
     for instance, (roughness, metallic) in expected.items():

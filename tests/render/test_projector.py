@@ -70,7 +70,7 @@ def opencv_pixels(lens: str, points: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("lens", LENSES)
-def test_projector_pixels_are_those_of_opencv(lens: str) -> None:
+def test_projector_pixels_equal_opencvs_projection(lens: str) -> None:
     frame = raycam.render(scene(lens), camera(), channels=["projector_uv", "position"])
     lit = np.isfinite(frame["projector_uv"]).all(axis=2)
     assert lit.sum() > 500
@@ -131,7 +131,7 @@ def test_a_pinhole_illuminates_a_facing_plane_evenly() -> None:
 
 
 @pytest.mark.parametrize("lens", LENSES)
-def test_power_is_all_the_light_of_a_white_image(lens: str) -> None:
+def test_power_is_the_total_light_that_a_white_image_emits(lens: str) -> None:
     """The light that arrives on the walls of a box around the projector."""
     world = raycam.World()
     world.add_object(box={"size": 4}, color=[1, 1, 1], diffuse=1)
@@ -160,7 +160,7 @@ def test_photometric_units_apply_to_projectors() -> None:
     assert mean(lux=683) == pytest.approx(mean(irradiance=1), rel=1e-5)
 
 
-def test_projectors_are_lights_like_others() -> None:
+def test_projectors_have_names_light_channels_and_changeable_power() -> None:
     world = scene(name="beamer")
     world.add_light("sky", radiance=0.1)
     names = ["color", "light:beamer", "light:sky", "light:surfaces"]

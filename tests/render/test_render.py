@@ -218,7 +218,7 @@ def test_progress_counts_up_to_the_end() -> None:
     assert seen[-1][0] == seen[-1][1]
 
 
-def test_exception_of_progress_stops_rendering() -> None:
+def test_exception_raised_by_the_progress_callback_stops_rendering() -> None:
     def stop(done: int, total: int) -> None:
         raise RuntimeError(f"enough at {done} of {total}")
 

@@ -189,7 +189,7 @@ def test_unknown_camera_words_raise_with_the_alternative() -> None:
 
 
 @pytest.mark.parametrize("channels", ["color", ["color", "instance"]])
-def test_black_images_from_inside_an_object_name_the_object(channels: Any) -> None:
+def test_notice_about_a_black_image_names_the_object_around_the_camera(channels: Any) -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 0.4}, name="bulb")
     world.add_object(plane={"size": 9}, location=[0, 0, -1])

@@ -135,7 +135,7 @@ def test_an_object_hidden_from_the_camera_casts_its_shadow() -> None:
 
 @pytest.mark.parametrize("light", ["area", "bulb", "point", "sky", "gradient", "sun", "mesh"])
 @pytest.mark.parametrize("integrator", ["direct", "path"])
-def test_an_object_without_a_shadow_leaves_the_light_of_the_floor(light: str, integrator: str) -> None:
+def test_an_object_without_a_shadow_does_not_darken_the_floor(light: str, integrator: str) -> None:
     lights: dict[str, dict[str, Any]] = {
         "area": {},
         "bulb": {"type": "bulb", "position": [0, 0, 2.5], "power": 100, "radius": 0.4},
@@ -218,7 +218,7 @@ def test_a_mirror_shows_only_objects_with_reflection() -> None:
     assert not (unseen[ball] > 1).any()
 
 
-def test_media_are_seen_through_hidden_objects() -> None:
+def test_media_are_visible_through_hidden_objects() -> None:
     def world(ball: dict[str, Any] | None) -> raycam.World:
         made = scene(ball=ball)
         made.set_fog(extinction=0.15, albedo=0.9, height=4)
@@ -242,7 +242,7 @@ def test_keypoints_ignore_objects_hidden_from_the_camera() -> None:
         assert bool(found.visible[0]) == is_seen
 
 
-def test_world_files_have_visibility_of_objects_and_lights(tmp_path: Path) -> None:
+def test_world_files_define_the_visibility_of_objects_and_lights(tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text(
         """
 [[object]]

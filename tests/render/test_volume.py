@@ -124,7 +124,7 @@ def test_sky_and_sun_of_a_horizontal_layer_equal_the_transport_equation() -> Non
     np.testing.assert_allclose(image, exact, rtol=0.01)
 
 
-def test_sized_lamp_seen_through_fog_is_dimmed_to_its_surface() -> None:
+def test_fog_attenuates_a_visible_area_light_by_its_distance() -> None:
     world = raycam.World()
     world.add_light(
         "area", position=[0, 5, 0], u=[0.5, 0, 0], v=[0, 0, 0.5], radiance=[2, 2, 2], two_sided=True

@@ -51,7 +51,7 @@ def write_bag(
 
 @pytest.mark.parametrize("plugin", PLUGINS)
 @pytest.mark.parametrize("frame", ["", "base", "a name of an odd length"])
-def test_positions_and_times_are_those_of_the_messages(tmp_path: Path, plugin: str, frame: str) -> None:
+def test_positions_and_times_equal_the_messages(tmp_path: Path, plugin: str, frame: str) -> None:
     rng = np.random.default_rng(3)
     positions = rng.normal(size=(20, 3))
     names = ["a", "joint_of_seven", "ü"]

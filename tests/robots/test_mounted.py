@@ -37,7 +37,7 @@ def test_mounted_camera_of_an_unknown_link_raises(arm: Path) -> None:
         world.default_camera().mounted(world.robots["arm"], "slid")
 
 
-def test_many_images_show_the_mounted_camera_at_each_vector(arm: Path) -> None:
+def test_render_many_moves_the_mounted_camera_with_each_joint_vector(arm: Path) -> None:
     world = raycam.load(arm)
     world.add_object(box=[4, 4, 0.1], location=[0, 0, -0.5], name="floor")
     camera = world.view_from(size=(40, 30)).mounted(world.robots["arm"], "slide")

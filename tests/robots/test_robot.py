@@ -107,7 +107,7 @@ def test_values_beyond_limits_are_used_with_one_notice_or_clamped(arm: Path) -> 
     np.testing.assert_array_equal(world.robots["arm"].values, [2, 0.05])
 
 
-def test_degrees_give_a_notice(arm: Path) -> None:
+def test_joint_values_in_degrees_give_a_notice(arm: Path) -> None:
     world = raycam.load(arm)
     with warns(raycam.Notice, code="implausible"):
         world.set_joints("arm", {"turn": 45.0})

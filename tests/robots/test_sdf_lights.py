@@ -56,7 +56,7 @@ def test_lamp_with_quadratic_attenuation_is_exact_at_every_distance(tmp_path: Pa
     np.testing.assert_allclose(radiance(world, x), [expected] * 3, rtol=2e-3)
 
 
-def test_other_attenuation_is_right_at_the_origin_with_a_notice(tmp_path: Path) -> None:
+def test_lamp_without_quadratic_attenuation_is_exact_at_the_origin_with_a_notice(tmp_path: Path) -> None:
     light = '<light name="lamp" type="point"><pose>0 0 4.1 0 0 0</pose></light>'
     with warns(raycam.Notice, code="approximated_value", mentions=["'lamp'", "world.sdf:1"]):
         world = load(tmp_path, light)
@@ -102,7 +102,7 @@ def test_included_lights_are_placed_and_dark_lights_omitted(tmp_path: Path) -> N
     assert other.lights == []
 
 
-def test_worlds_without_lights_have_none(tmp_path: Path) -> None:
+def test_sdf_world_without_lights_is_loaded_without_lights(tmp_path: Path) -> None:
     assert load(tmp_path, "", "").lights == []
 
 

@@ -211,7 +211,7 @@ def test_xacro_warnings_become_notices(folder: Path) -> None:
     assert "what" in str(notices[0])  # the unknown attribute
 
 
-def test_arguments_of_other_files_and_of_other_types_are_refused(folder: Path) -> None:
+def test_xacro_args_of_wrong_type_or_for_urdf_files_are_refused(folder: Path) -> None:
     path = written(folder, ROBOTS["argument"])
     with pytest.raises(SettingsError) as refused:
         raycam.load(path, xacro_args={"n": 3})  # type: ignore[dict-item]

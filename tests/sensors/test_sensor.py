@@ -68,7 +68,7 @@ def test_camera_pose_maps_the_camera_axes_to_the_world() -> None:
 
 
 @pytest.mark.parametrize(("direction", "lines"), [("down", 12), ("up", 12), ("right", 16), ("left", 16)])
-def test_times_of_a_rolling_shutter_are_those_at_which_points_appear(direction: Any, lines: int) -> None:
+def test_times_of_a_rolling_shutter_equal_the_times_of_its_lines(direction: Any, lines: int) -> None:
     still = camera()
     speed = 2.0
     moved = still.at_pose(still.R, [speed, 0, 0])

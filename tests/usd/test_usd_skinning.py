@@ -234,7 +234,7 @@ def test_time_argument_evaluates_transforms_and_points(tmp_path: Path, time: flo
     assert has_notice(world.notices, "first_only", "time=SECONDS") == (time is None)
 
 
-def test_time_argument_is_refused_for_other_files(tmp_path: Path) -> None:
+def test_time_argument_is_refused_if_it_is_nan_or_the_file_is_not_usd(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     UsdGeom.Cube.Define(made, "/cube")
     made.Save()

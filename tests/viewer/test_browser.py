@@ -120,7 +120,7 @@ def test_client_colors_equal_to_srgb8(client: Tab, view: str, exposure: float) -
     assert np.abs(found[..., :3].astype(int) - frame.to_srgb8(exposure, view)).max() <= 1
 
 
-def test_numbers_with_six_digits_fit_into_their_column(client: Tab) -> None:
+def test_numbers_with_six_digits_have_at_most_nine_characters(client: Tab) -> None:
     values = [0.1, -0.0583998, 123456.789, -1e-9, 1.5e30, 0, -12345678.9, 70972]
     texts = client.evaluate(f"{values}.map((v) => client.sixDigits(Math.fround(v), 'float32'))")
     assert max(map(len, texts)) <= 9
@@ -225,7 +225,7 @@ def test_channel_names_of_files_are_shown_as_text_not_html(tab: Tab, tmp_path: P
     assert tab.said == []
 
 
-def test_compared_frames_show_their_own_digits(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
+def test_compared_frames_show_digits_of_their_dtype(tab: Tab, frame: raycam.Frame, tmp_path: Path) -> None:
     single = raycam.Frame(
         {"position": frame["position"].astype(np.float32)}, camera=frame.camera, size=frame.size
     )

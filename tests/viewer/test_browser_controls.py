@@ -177,7 +177,7 @@ def test_late_message_about_a_camera_does_not_replace_a_newer_choice(
     until(lambda: session.view.camera_name == "side")
 
 
-def test_object_beyond_the_list_is_selected_by_a_click(tab: Tab) -> None:
+def test_object_omitted_from_the_list_is_selected_by_a_click(tab: Tab) -> None:
     world = raycam.World()
     for i in range(1003):
         world.add_object(plane={"size": [0.5, 0.5]}, location=[i % 40, i // 40, 0], name=f"tile {i}")

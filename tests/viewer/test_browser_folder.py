@@ -39,7 +39,7 @@ def test_pages_for_browsers_from_snap_are_in_a_visible_private_folder(
     assert not redirect.exists()
 
 
-def test_folder_that_cannot_be_created_is_replaced_by_the_default(home: Path) -> None:
+def test_default_folder_is_used_if_the_page_folder_cannot_be_created(home: Path) -> None:
     (home.parent / "snap" / "chromium").touch()
     (home / "raycam-pages").write_text("a file")
     assert browser_folder.browser_folder() is None

@@ -77,7 +77,7 @@ def test_placement_fields_show_and_set_the_matrix(tab: Tab, session: Session) ->
     assert tab.said == []
 
 
-def test_texture_slot_shows_a_thumbnail_and_takes_another_file(
+def test_texture_slot_shows_a_thumbnail_and_accepts_another_file(
     tab: Tab, session: Session, tmp_path: Path
 ) -> None:
     click(tab, "#tree-list li:nth-child(1) .row-name")

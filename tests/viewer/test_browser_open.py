@@ -95,7 +95,7 @@ def test_changed_file_is_shown_and_the_camera_stays(tab: Tab, tmp_path: Path) ->
         assert [each.name for each in session.view.base.objects] == ["ball"]
 
 
-def test_photograph_covers_the_model_by_its_slider_and_is_compared(
+def test_photograph_slider_blends_over_the_model_and_photograph_is_compared(
     tab: Tab, small_world: raycam.World
 ) -> None:
     camera = small_world.camera("front")

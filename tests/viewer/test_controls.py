@@ -99,7 +99,7 @@ def test_coroutines_run_in_the_loop_that_registered_them(viewer: Viewer) -> None
     assert asyncio.run(main()) == threading.get_ident()
 
 
-def test_folders_images_and_plots_are_described(viewer: Viewer) -> None:
+def test_controls_message_contains_folders_images_and_plots(viewer: Viewer) -> None:
     folder = viewer.add_folder("plots")
     plot = folder.add_plot("error", [0, 1, 2], [3, 4, 5])
     folder.add_image("photo", np.zeros((4, 6, 3), np.uint8))

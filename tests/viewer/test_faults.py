@@ -92,7 +92,7 @@ def served(small_world: raycam.World) -> Iterator[Server]:
     made.close()
 
 
-def test_picture_is_drawn_again_for_another_pixel_ratio(tab: Tab, served: Server) -> None:
+def test_image_is_drawn_again_for_another_pixel_ratio(tab: Tab, served: Server) -> None:
     opened(tab, served, SAMPLES)
     width = tab.evaluate("document.getElementById('picture').width")
     shown = {"width": 1280, "height": 800, "mobile": False}

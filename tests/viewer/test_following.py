@@ -220,7 +220,7 @@ def test_follower_cannot_resume_the_session_of_the_leader(class_server: Server, 
     assert join(session=leader.welcome["session"]).welcome["session"] != leader.welcome["session"]
 
 
-def test_tokens_are_sent_only_to_those_who_may_lead(class_server: Server, join: Join) -> None:
+def test_tokens_are_sent_only_to_clients_that_may_lead(class_server: Server, join: Join) -> None:
     leader, follower = join(leads=True), join()
     token = class_server.token
     seen: list[str] = []

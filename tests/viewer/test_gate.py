@@ -73,7 +73,7 @@ def test_pages_are_served_to_local_hosts(path: str, host: str) -> None:
         [OWN, "evil.example"],
     ],
 )
-def test_other_hosts_are_refused(host: str | list[str]) -> None:
+def test_hosts_that_are_not_local_are_refused(host: str | list[str]) -> None:
     for path in ("/", "/client.js", gate.SOCKET):
         assert status(path, page(Host=host)) == 403
         assert status(path, upgrade(Host=host)) == 403
@@ -133,7 +133,7 @@ def test_socket_opens_on_no_other_path(path: str) -> None:
         [f"http://{OWN}", "http://evil.example"],
     ],
 )
-def test_other_origins_are_refused_even_with_the_token(origin: str | list[str]) -> None:
+def test_foreign_origins_are_refused_even_with_the_token(origin: str | list[str]) -> None:
     assert status(gate.SOCKET, upgrade(Origin=origin)) == 403
 
 
@@ -182,7 +182,7 @@ def test_allowed_hosts_are_accepted_with_their_own_origin() -> None:
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "HEAD", "OPTIONS", "get"])
-def test_other_methods_are_refused(method: str) -> None:
+def test_methods_other_than_get_are_refused(method: str) -> None:
     answers = [
         gate.answer_to(path, headers(), ACCEPTS, (), method)
         for path, headers in (("/", page), ("/socket", upgrade))

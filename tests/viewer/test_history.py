@@ -119,7 +119,7 @@ def test_display_changes_are_not_steps_of_undo(session: Session) -> None:
     assert session.history.counts == (0, 0)
 
 
-def test_restored_camera_has_the_current_shape_of_the_window(clock: list[float]) -> None:
+def test_restored_camera_has_the_current_size_of_the_window(clock: list[float]) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
     session = Session(world)

@@ -69,7 +69,7 @@ def test_sliders_have_the_limits_and_values_of_joints(arm: raycam.World) -> None
     }
 
 
-def test_moved_slider_moves_the_robot_as_set_joints_does(arm: raycam.World) -> None:
+def test_sliders_move_the_robot_like_set_joints(arm: raycam.World) -> None:
     expected = arm.copy()
     expected.set_joints("arm", {"elbow": 1.25, "slide": 0.2})
     with Viewer(arm, port=0) as viewer:

@@ -52,7 +52,7 @@ def test_new_light_shines_down_on_the_center_of_the_world(kind: str, up: str) ->
     assert np.allclose(found, 3.0, rtol=0.05 if kind == "area" else 0.01), found
 
 
-def test_light_keeps_its_level_if_its_color_changes(small_world: raycam.World) -> None:
+def test_light_keeps_its_strength_if_its_color_changes(small_world: raycam.World) -> None:
     before = describe_light(small_world.lights[0], 0)
     red = edited(small_world, "light", 0, "color", "#ff0000")
     assert np.allclose(red.lights[0]["irradiance"], [3, 0, 0])
@@ -65,7 +65,7 @@ def test_light_keeps_its_level_if_its_color_changes(small_world: raycam.World) -
     assert describe_light(tint.lights[0], 0)["color"] == "#ff8040"
 
 
-def test_light_of_level_zero_gets_its_color_from_white(small_world: raycam.World) -> None:
+def test_light_of_strength_zero_becomes_white_if_its_strength_is_increased(small_world: raycam.World) -> None:
     off = edited(small_world, "light", 0, "level", 0)
     assert np.allclose(off.lights[0]["irradiance"], 0)
     on = edited(off, "light", 0, "level", 2)

@@ -134,7 +134,7 @@ def test_resized_window_keeps_a_moved_camera() -> None:
     assert np.allclose(after.rays(np.array([after.K[:2, 2]]))[1], forward)
 
 
-def test_calibrated_cameras_keep_their_shape() -> None:
+def test_cameras_of_the_world_keep_their_aspect_ratio() -> None:
     world = model()
     world.add_camera(raycam.Camera.look_at([4, -4, 3], [0, 0, 0], size=(48, 32), fov=40), "own")
     session = Session(world)
@@ -142,7 +142,7 @@ def test_calibrated_cameras_keep_their_shape() -> None:
     assert session.view.size == (450, 300)
 
 
-def test_options_choose_light_ground_background_and_side() -> None:
+def test_options_select_light_ground_background_and_view_direction() -> None:
     world = model()
     options: dict[str, Any] = {"sun": (20, 30), "ground": "", "background": "#ffffff"}
     with Viewer(world, port=0, view_from="front", zoom=0.8, fov=30, **options) as viewer:
@@ -169,7 +169,7 @@ def test_client_changes_the_look_and_restores_it() -> None:
     assert [each["type"] for each in session.view.lit.lights] == ["environment", "sun"]
 
 
-def test_background_shows_the_color_and_shadows(tmp_path: Path) -> None:
+def test_background_color_is_shown_at_the_image_corner(tmp_path: Path) -> None:
     session = Session(model())
     receive(session, {**LOOK, "light": "studio", "background": "#336699"})
     images = session.images.refinement_of(session.view)

@@ -128,7 +128,7 @@ def test_compared_frame_is_stored_next_to_the_first(
     assert found["b-color"].tobytes() == other["color"].tobytes()
 
 
-def test_half_rounds_only_the_color_with_a_notice(frame: raycam.Frame) -> None:
+def test_half_option_rounds_only_the_color_with_a_notice(frame: raycam.Frame) -> None:
     text = page(frame, half=True)
     found = planes(text)
     assert found["a-color"].tobytes() == frame["color"].astype(np.float16).tobytes()
@@ -141,7 +141,7 @@ def test_additional_arrays_are_shown_as_planes(frame: raycam.Frame) -> None:
     assert planes(page(frame, arrays={"flow": flow}))["a-flow"].shape == (32, 48, 2)
 
 
-def test_pixels_of_a_region_count_from_the_whole_image(world: raycam.World, camera: raycam.Camera) -> None:
+def test_region_pixels_have_coordinates_of_the_full_image(world: raycam.World, camera: raycam.Camera) -> None:
     part = raycam.render(world, camera, samples=1, region=(8, 4, 16, 16))
     made = document(page(part, world=world, explain=[(10, 6)]))
     assert made["origin"] == [8, 4]

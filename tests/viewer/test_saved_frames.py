@@ -28,7 +28,7 @@ def test_npz_frames_are_restored(small_world: raycam.World, tmp_path: Path) -> N
     assert (back.size, back.region, back.camera) == (frame.size, frame.region, frame.camera)
 
 
-def test_other_npz_files_are_refused(tmp_path: Path) -> None:
+def test_npz_files_without_a_valid_frame_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "x.npz"
     for text in (b"", b"PK\x03\x04 no", b"\x93NUMPY"):
         path.write_bytes(text)
@@ -151,7 +151,7 @@ def test_exr_data_windows_are_read_as_regions(tmp_path: Path) -> None:
     assert notice_codes(beyond.notices) == ["ignored_feature"]
 
 
-def test_exr_files_of_another_kind_are_refused(tmp_path: Path) -> None:
+def test_unsupported_exr_files_are_refused(tmp_path: Path) -> None:
     path, plane = tmp_path / "x.exr", np.ones((8, 8), np.float32)
     parts = [OpenEXR.Part({}, {"Z": plane}, name) for name in ("one", "two")]
     OpenEXR.File(parts).write(str(path))
@@ -290,7 +290,7 @@ def test_world_options_are_refused_for_a_frame(small_world: raycam.World) -> Non
         raycam.view(None)
 
 
-def test_view_command_refuses_mixed_files_with_the_supported_ones(
+def test_view_command_refuses_a_world_with_a_frame_and_damaged_frames(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["view", "room.toml", "a.exr", "--no-browser"]) != 0

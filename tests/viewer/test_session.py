@@ -95,7 +95,7 @@ def test_home_returns_to_the_initial_camera(session: Session) -> None:
     assert session.view.camera_name == "front"
 
 
-def test_new_world_of_a_script_sends_its_names(session: Session) -> None:
+def test_new_world_of_a_script_sends_a_welcome_message_with_its_names(session: Session) -> None:
     said: list[dict[str, Any]] = []
     session.connection.open(lambda message, buffers: said.append(message))
     session.welcome()
@@ -191,7 +191,7 @@ def test_every_message_has_one_handler() -> None:
     assert set(handlers) == set(MESSAGES.values())
 
 
-def test_classes_of_a_session_have_few_attributes_and_set_their_own(session: Session) -> None:
+def test_parts_of_a_session_have_at_most_15_attributes(session: Session) -> None:
     for part in (
         session,
         session.connection,

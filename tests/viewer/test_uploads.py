@@ -71,14 +71,14 @@ def test_names_that_leave_the_folder_are_refused(name: str) -> None:
         "x" * 200 + ".obj",
     ],
 )
-def test_unusual_names_are_opened(name: str) -> None:
+def test_files_with_unusual_names_are_opened(name: str) -> None:
     made = Uploads()
     assert sent(made, name, MESH)
     assert made.open(name).counts["triangles"] == 1
     made.close()
 
 
-def test_other_files_are_ignored() -> None:
+def test_uploaded_files_of_unsupported_types_are_ignored() -> None:
     made = Uploads()
     assert not sent(made, "LICENSE", b"text")
     assert not sent(made, "run.sh", b"text")

@@ -229,7 +229,7 @@ def test_displaced_objects_have_no_height_map_left() -> None:
     assert both.counts["textures"] == 1
 
 
-def test_objects_are_displaced_by_a_change() -> None:
+def test_set_object_displaces_an_existing_object_and_undoes_it() -> None:
     heights = random_heights(3)
     changed = raycam.World()
     changed.add_object(plane=2, textures={"height": heights}, height_scale=0.1)
@@ -272,7 +272,7 @@ def test_recipes_measure_the_displaced_shape() -> None:
         assert lowest == pytest.approx(0, abs=2e-3)
 
 
-def test_displaced_file_materials_move_together(tmp_path: Any) -> None:
+def test_displaced_surface_does_not_tear_between_materials(tmp_path: Any) -> None:
     """Materials meet at an edge, where the surface does not tear."""
     corners = [[-1, 0, 0], [0, 0, 0], [1, 0, 0], [-1, 1, 0], [0, 1, 0], [1, 1, 0]]
     (tmp_path / "a.obj").write_text(

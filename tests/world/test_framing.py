@@ -194,7 +194,7 @@ def test_ground_does_not_change_the_size_of_the_studio_floor() -> None:
     np.testing.assert_array_equal(*sides)
 
 
-def test_ground_alone_and_tables_are_framed() -> None:
+def test_default_camera_frames_a_ground_without_objects_and_a_table() -> None:
     world = raycam.World()
     world.add_ground(height=0.0, size=2.0)
     assert share_of(world, "ground", world.default_camera()) > 0.1

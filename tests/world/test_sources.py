@@ -150,7 +150,7 @@ def test_wrong_argument_is_refused(arguments: dict[str, Any], code: str) -> None
 
 
 @pytest.mark.parametrize("source", [3, None, ["a.glb"], io.StringIO("solid a"), "text"])
-def test_source_of_another_type_is_refused(source: Any) -> None:
+def test_source_of_an_unsupported_type_is_refused(source: Any) -> None:
     with raises((raycam.SettingsError, FileNotFoundError)):  # type: ignore[arg-type]
         raycam.load(source)
 

@@ -41,7 +41,7 @@ def test_float_arrays_are_linear() -> None:
 
 
 @pytest.mark.parametrize("shape", [(4,), (4, 4, 5), (0, 4, 3), (2, 2, 2, 3)])
-def test_texture_arrays_of_other_shapes_are_refused(shape: tuple[int, ...]) -> None:
+def test_texture_arrays_of_wrong_shape_are_refused(shape: tuple[int, ...]) -> None:
     with pytest.raises(raycam.WorldError):
         raycam.World().add_object(plane={}, texture=np.zeros(shape, np.uint8))
 

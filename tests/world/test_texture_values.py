@@ -61,7 +61,7 @@ def test_uint16_data_are_linear_in_arrays_and_files(key: str, tmp_path: Path) ->
         assert np.allclose(lit({key: given}, color=[0.8, 0.4, 0.2]), expected, rtol=1e-3, atol=1e-5), given
 
 
-def test_other_dtypes_are_refused() -> None:
+def test_unsupported_texture_dtypes_are_refused() -> None:
     with raises(raycam.WorldError, mentions=["int32"]):
         shown(np.zeros((2, 2, 3), dtype=np.int32))
 

@@ -140,7 +140,7 @@ def test_times_that_are_not_finite_are_refused(times: list[float]) -> None:
         moving_world().at(0).cast_rays([[0, 0, 0], [1, 0, 0]], [1, 0, 0], times=times)
 
 
-def test_times_of_another_shape_are_refused() -> None:
+def test_times_of_wrong_shape_are_refused() -> None:
     with raises(raycam.SettingsError, code="wrong_shape", mentions=["times"]):
         moving_world().at(0).occluded([[0, 0, 0], [1, 0, 0]], [1, 0, 0], times=[1, 2, 3])
 
@@ -208,7 +208,7 @@ def test_narrow_bundles_hit_objects_that_pass_through_them(interpolation: Any, t
     assert not (found["instance"] == 6).any()
 
 
-def test_rays_in_columns_hit_what_single_rays_hit() -> None:
+def test_rays_in_columns_have_the_hits_of_single_rays() -> None:
     """Rays from one place are traced in another order, which no field shows."""
     world = moving_world()
     up, turn = np.meshgrid(np.linspace(-0.4, 0.4, 64), np.linspace(-0.5, 0.5, 64))

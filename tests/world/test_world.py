@@ -155,7 +155,7 @@ orbit = { target = [0, 0, 0] }
 TRIANGLE = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
 
 
-def test_relative_file_names_start_at_the_folder_of_the_world(
+def test_relative_file_names_refer_to_the_folder_of_the_world(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "a.off").write_text(TRIANGLE)

@@ -15,7 +15,7 @@ use crate::arrays::DictResult;
 const MAX_BYTES: usize = 256 << 20;
 /// An array is freed after this number of consecutive renders that do not use the array.
 const MAX_IDLE_RENDERS: u64 = 8;
-/// Smaller planes, in bytes, are not kept.
+/// Minimum size in bytes of a plane that is kept.
 const MIN_BYTES: usize = 1 << 15;
 
 /// Bytes per cache line: planes start at a cache line, and whole lines are written fastest.

@@ -133,7 +133,7 @@ fn named_error(error: &FormatError) -> PyErr {
     }
 }
 
-/// Exception of a temporary file that the operating system denies.
+/// Exception for a temporary file to which the operating system denies access.
 fn storage_error(path: &Path, number: Option<i32>, message: &str) -> PyErr {
     match number {
         Some(number) => PyOSError::new_err((number, message.to_owned(), path.display().to_string())),
@@ -141,7 +141,7 @@ fn storage_error(path: &Path, number: Option<i32>, message: &str) -> PyErr {
     }
 }
 
-/// Exception of a file that the operating system denies; `where_named` follows the reason.
+/// Exception for a file to which the operating system denies access. In the message, `where_named` follows the reason.
 fn io_error(path: &Path, error: &io::Error, where_named: &str) -> PyErr {
     // OSError selects its subclass (FileNotFoundError, ...) by the error number.
     match error.raw_os_error() {

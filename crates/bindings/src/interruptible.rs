@@ -26,7 +26,7 @@ pub(crate) fn run_for_work<T: Send>(
     result.or_raise()
 }
 
-/// Control of a call, which `cancel` ends if given.
+/// Returns the control of a call; `cancel`, if given, also cancels the call.
 fn control_of(cancel: Option<&Control>) -> Control {
     cancel.map_or_else(Control::new, Control::of_call)
 }

@@ -96,8 +96,8 @@ mod core {
             .map_err(|e| error::raycam_error(e.to_string()))
     }
 
-    /// Returns the terms of other programs in a place ("render", "raycam", "World", "Frame" or "Camera"), each with
-    /// raycam's counterpart.
+    /// Returns terms of other programs that users may try in `place` ("render", "raycam", "World", "Frame" or
+    /// "Camera"), each with raycam's counterpart.
     #[pyfunction]
     fn foreign_terms(place: &str) -> Vec<(&'static str, &'static str)> {
         let rows = FOREIGN_TERMS.iter().filter(|row| row.place.name() == place);
@@ -111,7 +111,8 @@ mod core {
         schema_names(word, &names).into_iter().map(str::to_owned).collect()
     }
 
-    /// Returns file extensions without the dot: of the files that `load` reads, and of the files that these refer to.
+    /// Returns two lists of file extensions without the dot: of files that `load` reads, and of files to which such
+    /// files refer.
     #[pyfunction]
     fn file_extensions() -> (Vec<&'static str>, Vec<&'static str>) {
         (raycam_formats::extensions().collect(), raycam_formats::COMPANION_EXTENSIONS.to_vec())

@@ -85,7 +85,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
 
 fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value> {
     let shape = array.shape().to_vec();
-    // The array converted to 64-bit numbers, counted twice, and the parts of a mesh.
+    // Memory for the array as 64-bit numbers, stored twice, and for the parts of a mesh.
     check_memory(&format!("{path}, an array of {} numbers,", array.len()), array.len().saturating_mul(40))?;
     let kind = array.dtype().kind();
     let last = path.rsplit('.').next().unwrap_or(path);

@@ -33,7 +33,8 @@ impl Aabb {
         (0..3).fold(0.0, |r, axis| self.lower[axis].abs().max(self.upper[axis].abs()).max(r))
     }
 
-    /// Largest distance along an axis between a point of the box and a point between two coordinates.
+    /// Largest distance along an axis between a point of the box and a point of the interval from `least` to
+    /// `greatest`.
     #[inline(always)]
     pub fn max_distance_along(&self, axis: usize, [least, greatest]: [f32; 2]) -> f32 {
         (self.upper[axis] - least).max(greatest - self.lower[axis])

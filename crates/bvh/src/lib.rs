@@ -34,7 +34,7 @@
 //! - Miri, over the partition of the builder, whose writes are not bounds-checked: `MIRIFLAGS="-Zmiri-tree-borrows
 //!   -Zmiri-ignore-leaks" cargo +nightly miri test -p raycam-bvh --lib partition`. Without the last word Miri runs
 //!   whole builds of smaller meshes, for many minutes. rayon's queues break stacked borrows, and its threads are never
-//!   joined; hence the flags.
+//!   joined; both flags are therefore required.
 
 // Loops over axes and lanes read several arrays with one index.
 #![allow(clippy::needless_range_loop)]

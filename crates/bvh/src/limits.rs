@@ -6,8 +6,8 @@ pub const MAX_TRIANGLES: usize = 1 << 30;
 /// The largest number of instances of a scene.
 pub const MAX_INSTANCES: usize = (1 << 31) - 2;
 
-/// Maximum number of nodes on a path from a root, in binary splits and therefore in wide nodes. Where the SAH would
-/// create deeper trees, primitives are halved. This limits the stack of every traversal.
+/// Maximum number of nodes on a path from a root, in binary splits and therefore in wide nodes. If the SAH would create
+/// deeper trees, primitives are halved. This limits the stack of every traversal.
 pub const MAX_DEPTH: usize = 56;
 
 /// Maximum coordinate of a tree: meshes and scenes with larger coordinates are scaled by a power of two.

@@ -7,8 +7,8 @@ pub const INVALID_ID: u32 = u32::MAX;
 
 /// A ray in scene-local float32 coordinates, relative to [`crate::Scene`]'s origin: 28 bytes.
 ///
-/// It covers `origin + t * direction` for `0 <= t <= t_max`; `direction` has any length, and `t` counts in its lengths.
-/// A ray with a NaN or infinite origin or direction, or a zero direction, misses.
+/// The ray covers `origin + t * direction` for `0 <= t <= t_max`; `direction` has any length, and `t` is measured in
+/// units of this length. A ray with a NaN or infinite origin or direction, or a zero direction, misses.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
@@ -73,7 +73,7 @@ pub struct ExactRay {
     pub t_max: f64,
 }
 
-/// The closest hit in float64, computed from float64 corners; fields as of [`Hit`].
+/// The closest hit in float64, computed from float64 corners: the fields of [`Hit`], the normal and the side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactHit {
     /// Distance along the ray, in units of the direction's length; infinity for a miss.
@@ -86,7 +86,7 @@ pub struct ExactHit {
     pub instance: u32,
     /// Index into the triangles of that instance's mesh, or [`INVALID_ID`].
     pub triangle: u32,
-    /// (b - a) x (c - a) of the triangle a, b, c in the world, as long as twice its area; 0 for a miss.
+    /// (b - a) x (c - a) of the triangle a, b, c in the world; its length is twice the triangle's area; 0 for a miss.
     pub normal: [f64; 3],
     /// The sign of the ray's direction along that normal, exactly: 1 or -1; 0 for a miss.
     pub side: i32,
@@ -153,9 +153,9 @@ pub trait HitFilter {
 /// The point of a scene that is closest to a given point, computed from float64 corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosestPoint {
-    /// In world units; infinity if no point is within reach.
+    /// Distance in world units; infinity if no point is within reach.
     pub distance: f64,
-    /// In world coordinates; NaN if no point is within reach.
+    /// Position in world coordinates; NaN if no point is within reach.
     pub position: [f64; 3],
     /// Barycentric weights of the corners, with sum 1; 0 if no point is within reach.
     pub weights: [f64; 3],
@@ -176,7 +176,7 @@ impl ClosestPoint {
     };
 }
 
-/// Knowledge of the caller about a batch. Coherence only affects speed; hits do not depend on it.
+/// The caller's hint about a batch. Coherence only affects speed; hits do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coherence {
     /// Nothing is known; the batch is examined.

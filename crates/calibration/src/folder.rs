@@ -26,7 +26,7 @@ impl Folder {
         Self::open(&self.path.join(name), assets)
     }
 
-    /// True if it contains a file or folder with this name.
+    /// True if the folder contains a file or folder with this name.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.names.iter().any(|known| known == name)
     }

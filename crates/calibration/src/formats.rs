@@ -39,11 +39,11 @@ struct CalibrationFormat {
     detect: Detect,
     read: Read,
     write: Option<Write>,
-    /// The same for a folder, if the format has folders that no single file represents.
+    /// Functions that recognise and read a folder, if the format has folders that no single file represents.
     folder: Option<(DetectFolder, ReadFolder)>,
     /// True if the format specifies which cameras belong to a rig.
     supports_rigs: bool,
-    /// True if the format specifies neither direction nor axes of its poses, so that the caller may.
+    /// True if the format specifies neither direction nor axes of its poses, so that the caller may specify them.
     open_poses: bool,
 }
 
@@ -476,7 +476,7 @@ fn unknown_file(source: &InputFile) -> FormatError {
         &source.path,
         format!(
             "unknown calibration format; supported: {known}. If you specify the format (--format NAME, \
-             format=\"NAME\"), its reader reports the line that it cannot read{broken}"
+             format=\"NAME\"), the error message contains the line that cannot be read{broken}"
         ),
     )
 }
@@ -545,7 +545,7 @@ fn finish(
     if known.poses.is_some() && !format.open_poses && !calibration.used_convention {
         return Err(FormatError::whole(
             path,
-            format!("{} specifies the direction and the axes of its poses; omit these arguments", format.name),
+            format!("{} specifies the direction and the axes of its poses; omit direction and axes", format.name),
         ));
     }
     if let Some(intrinsics) = &known.intrinsics

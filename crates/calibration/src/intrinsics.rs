@@ -41,13 +41,13 @@ pub(crate) fn refuse_terms<'a>(terms: impl IntoIterator<Item = (&'a str, f64)>) 
     }
 }
 
-/// Makes a record the complete panorama of its size.
+/// Sets K and the lens of a record, which becomes a complete panorama of its size.
 pub(crate) fn set_panorama(record: &mut CameraRecord) -> Result<(), String> {
     let Some(size) = record.size else {
         return Err("a panorama requires its size; set it with --size WIDTHxHEIGHT or size=(width, height)".into());
     };
     if size[0] != 2 * size[1] {
-        return Err(format!("a panorama of {} x {}; expected a width of twice the height", size[0], size[1]));
+        return Err(format!("a panorama of {} x {}; expected a width that is twice the height", size[0], size[1]));
     }
     let lens = Lens::new(LensModel::Equirectangular, &[]).map_err(|error| error.to_string())?;
     record.k = lens.full_panorama(size, record.pixel_center);

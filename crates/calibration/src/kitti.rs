@@ -114,7 +114,7 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
     let Some(&(_, line, values)) = row else { return Ok(None) };
     let size: [f64; 2] = numbers(path, line, values)?;
     if size.iter().any(|v| v.fract() != 0.0 || !(1.0..65537.0).contains(v)) {
-        return Err(FormatError::line(path, line, "expected the number of columns and rows"));
+        return Err(FormatError::line(path, line, "expected width and height, whole numbers from 1 to 65536"));
     }
     Ok(Some(size.map(|v| v as u32)))
 }
@@ -187,7 +187,7 @@ pub(crate) fn write_poses(records: &[CameraRecord], _: &Path) -> Result<OutputFi
     Ok(OutputFiles {
         notices: vec![Notice::new(
             NoticeCode::NotWritten,
-            "KITTI poses contain only poses; names, sizes, K and lens are not written",
+            "a file of KITTI poses stores only poses; names, sizes, K and lens are not written",
         )],
         ..OutputFiles::one(text)
     })

@@ -41,8 +41,8 @@ const FILES: [&[&str]; 29] = [
     &["camera.yaml", "camera.yml", "camera.json", "camera.xml"],
 ];
 
-/// Extensions of calibrations (of compressed ones, the extension before `.gz`). If several files could be a
-/// calibration: the maximum size of a file and the maximum number of files that are examined.
+/// Extensions of calibration files; the extension of a compressed file is the extension before `.gz`. If several files
+/// could be a calibration, `MAX_BYTES` and `MAX_FILES` limit the files that are examined.
 const ENDINGS: [&str; 18] = [
     "yaml",
     "yml",

@@ -52,7 +52,7 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
         } else if !(panorama || (-0.5..=width).contains(&cx) && (-0.5..=height).contains(&cy)) {
             outside.push((record, cx, cy));
         }
-        // At the centre of the image with columns and rows exchanged.
+        // True if the principal point is at the centre of the image after columns and rows are exchanged.
         let middle = |at: f64, side: f64| (2.0 * at / side - 1.0).abs() < SAME_RATIO;
         let is_turned = middle(cx, height) && middle(cy, width) && (width / height - 1.0).abs() > 4.0 * SAME_RATIO;
         turned.extend((is_turned && !panorama).then_some((record, size)));

@@ -18,14 +18,14 @@ impl Rotation {
     /// Creates a rotation from a quaternion w, x, y, z, whose length may differ from 1 by rounding (1e-2).
     ///
     /// # Errors
-    /// A quaternion of another length, which usually means that its numbers are other columns.
+    /// A quaternion of another length, which usually means that its numbers come from the wrong columns.
     pub(crate) fn unit_quaternion(quaternion: [f64; 4]) -> Result<Self, String> {
         let [w, x, y, z] = quaternion;
         let length = w.hypot(x).hypot(y).hypot(z);
         if length.is_nan() || (length - 1.0).abs() > 1e-2 {
             return Err(format!(
                 "the quaternion has length {length:.4} (w {w}, x {x}, y {y}, z {z}); expected 1, so check the columns \
-                 and their order (w 1 and x y z 0 is no rotation)"
+                 and their order (w = 1, x = y = z = 0 is the identity)"
             ));
         }
         Ok(Self::Quaternion(quaternion))

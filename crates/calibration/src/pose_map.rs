@@ -31,7 +31,7 @@ fn parts<'a>(at: &Cursor<'a>) -> Option<([Cursor<'a>; 4], Vec<Cursor<'a>>)> {
     Some((rotation, translation))
 }
 
-/// True for a map with a quaternion and a translation, as the transforms of ROS.
+/// True for a map with a quaternion and a translation, such as the transforms of ROS.
 pub(crate) fn is_pose_map(at: &Cursor<'_>) -> bool {
     at.is_map() && (parts(at).is_some() || at.any(&["transform", "pose"]).is_some_and(|at| is_pose_map(&at)))
 }

@@ -82,7 +82,7 @@ impl CameraRecord {
         self.pose.as_ref().map_or((DMat3::IDENTITY, DVec3::ZERO), Pose::r_c)
     }
 
-    /// Its pose; computed from the matrix if there is only a matrix.
+    /// The camera's pose; computed from the matrix if there is only a matrix.
     pub(crate) fn require_pose(&self) -> Result<Pose> {
         match (&self.pose, self.matrix) {
             (Some(pose), _) => Ok(pose.clone()),

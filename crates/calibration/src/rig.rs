@@ -41,14 +41,14 @@ pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: 
     let other = |mount: &&&RigMount| (&mount.rig, &mount.frame) != (&first.rig, &first.frame);
     if let Some(other) = mounts.iter().find(other) {
         return Err(FormatError::encode(format!(
-            "{format} stores one rig at one pose, but these cameras are {:?} at {:?} and {:?} at {:?}",
+            "{format} stores one rig at one pose; got rig {:?} at pose {:?} and rig {:?} at pose {:?}",
             first.rig, first.frame, other.rig, other.frame
         )));
     }
     if !first.body.is_identity() {
         notices.push(Notice::new(
             NoticeCode::NotWritten,
-            format!("{format} cannot store a rig's pose in the world, which is not written"),
+            format!("{format} cannot store a rig's pose in the world; the pose is not written"),
         ));
     }
     Ok(mounts.iter().map(|mount| mount.camera.clone()).collect())

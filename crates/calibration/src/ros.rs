@@ -1,5 +1,5 @@
 //! ROS CameraInfo: the YAML of `camera_info_manager`, the equivalent INI file, and the message itself
-//! (`sensor_msgs/msg/CameraInfo`), of ROS 1 (D K R P) and 2 (d k r p). The camera is that of the raw image: K and D,
+//! (`sensor_msgs/msg/CameraInfo`), of ROS 1 (D K R P) and 2 (d k r p). The camera describes the raw image by K and D,
 //! cropped and binned as in `image_geometry`. R and P belong to the rectified image.
 
 use std::fmt::Write as _;
@@ -173,7 +173,7 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
         return Err(at_k.fail(match p.filter(|p| *p != [0.0; 12]) {
             Some(_) => {
                 "all numbers are 0: the raw camera is not calibrated, and the file contains only projection_matrix \
-                 (P) of the rectified camera; to use that, write the first three columns of P as K and 0 as D"
+                 (P) of the rectified camera; to use this camera, write the first three columns of P as K and 0 as D"
             }
             None => "all numbers are 0: the camera is not calibrated (ROS publishes this before a calibration)",
         }));
@@ -192,7 +192,8 @@ fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
         notices.push(Notice::new(
             NoticeCode::AssumedConvention,
             format!(
-                "roi and binning are applied: the camera shows {} x {} of {} x {} pixels, with K as in image_geometry",
+                "roi and binning are applied, as in image_geometry: the camera has {} x {} pixels, and the full image \
+                 has {} x {}; K is adjusted",
                 size[0], size[1], full[0], full[1]
             ),
         ));

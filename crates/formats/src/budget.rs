@@ -1,4 +1,4 @@
-//! Budgets: limits on what a file may make raycam read and store.
+//! Budgets: limits on the data that raycam reads and stores for a file.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ pub struct Budget {
     /// Pixels of one image.
     pub image_pixels: u64,
     /// Bytes of memory for textures and their mip maps; textures that do not fit are moved to a temporary file: see
-    /// [`TextureMemory`](raycam_scene::TextureMemory). `None` keeps all textures in memory.
+    /// [`TextureCache`](raycam_scene::TextureCache). `None` keeps all textures in memory.
     pub texture_memory: Option<u64>,
     /// Steps for cutting polygons with reflex corners into triangles: some hundreds per corner, and many more if a
     /// contour intersects itself.

@@ -41,7 +41,11 @@ pub enum FormatError {
         message: Message,
     },
     /// The file requires more than the budget allows.
-    #[error("{}: {amount} {what} exceed the remaining budget of {left}; raise the budget if you trust the file", path.display())]
+    #[error(
+        "{}: {amount} {what} exceed the remaining budget of {left}; use smaller files, or set texture_memory if \
+         textures are large",
+        path.display()
+    )]
     Budget {
         /// The file.
         path: PathBuf,

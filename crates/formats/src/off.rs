@@ -358,13 +358,10 @@ impl OffColors {
             return None;
         }
         if self.odd > 0 {
+            let odd = self.odd;
             notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!(
-                    "{shown}: {what} have colour values that are negative or not numbers, which are treated as 0: \
-                    {}",
-                    self.odd
-                ),
+                format!("{shown}: {odd} colour values of {what} are negative or not finite and are treated as 0"),
             ));
         }
         let bytes = largest > if self.fractions { 1.01 } else { 1.0 };

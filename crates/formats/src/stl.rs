@@ -177,7 +177,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     if whole.is_some_and(|[.., alpha]| alpha < 255) {
         notices.push(Notice::new(
             NoticeCode::IgnoredTransparency,
-            format!("{}: its transparency is ignored", path.display()),
+            format!("{}: the transparency of the header's colour is ignored", path.display()),
         ));
     }
     Ok(Solid { name: String::new(), vertices, triangles, colors, color })
@@ -370,7 +370,7 @@ impl TextParser<'_> {
         Ok(())
     }
 
-    /// True if the statement follows one that contains no data, such as `outer loop`, and that the file omits.
+    /// True if the file omits a statement without data, such as `outer loop`, before this statement.
     fn is_missing(&self, statement: Statement) -> bool {
         use {ParserState as P, Statement as S};
         matches!(

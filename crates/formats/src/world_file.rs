@@ -65,8 +65,8 @@ fn parse_tree(text: &str, path: &Path) -> Result<SpannedValue> {
     }
 }
 
-/// Number of bytes of a text with many objects that are parsed at a time, because the parser takes more than a kilobyte
-/// for each table, several times the memory of the result.
+/// Number of bytes of a text with many objects that are parsed at a time. The parser takes more than a kilobyte for
+/// each table, several times the memory of the result.
 const PIECE_BYTES: usize = 1 << 16;
 
 /// Tree of a text whose objects are parsed a few at a time; `None` if the text has another form.
@@ -75,8 +75,8 @@ fn parse_in_pieces(text: &str, path: &Path) -> Option<SpannedValue> {
     if text.len() < 2 * PIECE_BYTES {
         return None;
     }
-    // Inside a multi-line string this line may not be a header; in that case neither the piece that it ends nor the
-    // text is complete.
+    // A line inside a multi-line string may look like a header. In that case, the piece that ends at this line is
+    // incomplete, and so is the text after it.
     let mut headers = text.match_indices(OBJECT).map(|(at, _)| at);
     let mut start = headers.find(|&at| begins_line(text, at))?;
     let mut root = parse_piece(text, 0..start, path).ok()?;

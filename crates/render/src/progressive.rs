@@ -52,8 +52,8 @@ impl Progressive {
     /// Returns a frame without samples. `settings.samples` is the number at which [`Progressive::add_for`] ends.
     ///
     /// # Errors
-    /// [`RenderError::Settings`] for invalid settings, for settings that end by themselves, and for ground truth, which
-    /// does not depend on samples.
+    /// [`RenderError::Settings`] for invalid settings, for a noise threshold or a time limit, for shadow catchers that
+    /// are not shown as surfaces, and for channels that do not depend on samples, such as ground truth.
     pub fn new(
         world: Arc<World>,
         prepared: Arc<PreparedWorld>,

@@ -324,8 +324,8 @@ impl RenderRequest<'_> {
         Ok(())
     }
 
-    /// Adds samples while they fit into the time, and continues until the number of samples belongs to the chosen
-    /// frame. Returns the number.
+    /// Adds samples while they fit into the time. Stops only at a number of samples for which a frame has the chosen
+    /// texture filter and scene. Returns the number.
     fn add_rounds(
         &self,
         renderer: &TileRenderer,

@@ -35,9 +35,9 @@ pub enum Catchers {
     /// Shadow catchers are rendered like all other surfaces.
     #[default]
     Show,
-    /// Shadow catchers show the background and hide everything behind it.
+    /// Shadow catchers show the background and hide everything behind them.
     Hide,
-    /// Only shadow catchers are surfaces; all other objects show the background and hide everything behind it.
+    /// Only shadow catchers are surfaces; all other objects show the background and hide everything behind them.
     Only,
 }
 

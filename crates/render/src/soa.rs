@@ -3,7 +3,7 @@
 
 use glam::{DVec3, Vec3};
 
-/// Lanes of a batch: two registers of float64, one of float32 (AVX-512).
+/// Number of lanes of a batch: two registers of float64, one of float32 (AVX-512).
 pub(crate) const LANES: usize = 16;
 
 /// Three coordinates of every lane.

@@ -105,7 +105,7 @@ impl SceneError {
     pub fn in_context(self, parent: &str) -> Self {
         match self {
             Self::Camera(_) | Self::World(_) => Self::at_key(parent, self),
-            // Not a fault in the description, whichever part was read last.
+            // A storage error is not a fault in the description, so no key is added.
             storage @ Self::Storage { .. } => storage,
             Self::Schema { path, message, span } => {
                 let joint = if path.is_empty() || path.starts_with('[') { "" } else { "." };

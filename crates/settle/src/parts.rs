@@ -11,9 +11,9 @@ use crate::surface::Surface;
 
 /// Fraction of its hull that a mesh must fill for the hull to represent it.
 const CONVEX_SOLIDITY: f64 = 0.95;
-/// Concavity that a part may have, as a fraction of the whole.
+/// Maximum concavity of a part, from 0 to 1 (parameter of VHACD).
 const CONCAVITY: f64 = 0.01;
-/// Voxels along the longest side.
+/// Number of voxels along the longest side of the mesh.
 const RESOLUTION: u32 = 64;
 /// Maximum number of meshes whose parts are kept for further calls.
 const CACHE_SIZE: usize = 64;

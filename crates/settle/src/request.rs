@@ -45,7 +45,7 @@ pub struct Request {
     /// Properties of each object of the world; missing properties have default values. Density and parts have no effect
     /// on objects that do not move.
     pub physics: Vec<(usize, Physics)>,
-    /// Where objects are dropped with random poses; without a target they fall from their current poses.
+    /// Target above which objects are dropped with random poses; without a target, they fall from their current poses.
     pub target: Option<Target>,
     /// Seed of random poses.
     pub seed: u64,

@@ -113,8 +113,8 @@ impl World {
         .to_string()
     }
 
-    /// Returns the camera with this name; without a name the first camera, or one that frames everything in an image of
-    /// this size.
+    /// Returns the camera with this name; without a name, the first camera or, if the world has no camera, a camera
+    /// that frames everything in an image of this size.
     ///
     /// # Errors
     /// If there is no camera with this name, or no object to frame.
@@ -228,7 +228,7 @@ impl Camera {
         self.inner.roll_pitch_yaw(if z_up { Up::Z } else { Up::Y }).into()
     }
 
-    /// Origin and unit direction of the ray at pixel coordinates; NaN if no such point exists.
+    /// Origin and unit direction of the ray at pixel coordinates; NaN if no such ray exists.
     pub fn ray(&self, u: f64, v: f64) -> Vec<f64> {
         let (origin, direction) = self.inner.ray(DVec2::new(u, v));
         [origin.to_array(), direction.to_array()].as_flattened().into()

@@ -29,13 +29,13 @@ def flow(
     *,
     threads: int | None = None,
 ) -> Maps:
-    """Returns optical flow and scene flow from the image of `world` by `camera` to the image of `world2` by
-    `camera2`.
+    """Returns the optical flow and the scene flow between two images.
 
-    `world2` is `world` at another time (`world.at(0.5)`), or any world with the same objects and triangles. `world2`
-    and `camera2` default to `world` and `camera`. The surface point on each pixel's centre ray is identified by its
-    object, triangle and barycentric coordinates, so rigid and deforming meshes are both followed, in float64. Returns
-    arrays of the size of `camera`:
+    The first image shows `world` through `camera`, the second image `world2` through `camera2`. `world2` is `world` at
+    another time (`world.at(0.5)`), or any world with the same objects and triangles. `world2` and `camera2` default to
+    `world` and `camera`. The surface point on each pixel's centre ray is identified by its object, triangle and
+    barycentric coordinates, so rigid and deforming meshes are both followed, in float64. Returns arrays of the size of
+    `camera`:
 
     ========== ================= ========================================================================== ==========
     flow       float32 [h, w, 2] pixels right and down, from the pixel's centre to the point's new image    NaN
@@ -53,9 +53,9 @@ def flow(
     With a rolling shutter, each line shows the world at its own time, in both images. In the second image, points
     move linearly between the times of two lines.
 
-    Raises `WorldError` if the worlds differ in objects or triangles. If the second camera has a rolling shutter, it
-    also raises `WorldError` if the copies of the moving parts for all lines exceed 2 GiB: about 1 KiB per object, and
-    128 bytes per vertex and triangle of deforming meshes, for each line.
+    Raises `WorldError` if the worlds differ in objects or triangles. If the second camera has a rolling shutter, each
+    line requires its own copy of the moving parts. A copy has about 1 KiB per object, and 128 bytes per vertex and
+    triangle of deforming meshes. If all copies together exceed 2 GiB, `WorldError` is raised, too.
     """
     world = world_of(world)
     camera = camera_of(world, camera)
@@ -80,9 +80,9 @@ def disparity(
     (NaN for the background), and `occluded` and `outside` bool [h, w] for the other camera, as in `flow`. With focal
     length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
 
-    Raises `CameraError` if the cameras are not a rectified pair. A rectified pair has the same rotation, focal
-    lengths, skew and row of the principal point, no lens, and its right camera is displaced along the x axis of
-    the left one. `Rig.rectified` creates such a pair from any two cameras.
+    Raises `CameraError` if the cameras are not a rectified pair. Both cameras of
+    a rectified pair have the same rotation, focal lengths, skew and principal point row, and no lens. The right
+    camera is displaced along the x axis of the left camera. `Rig.rectified` creates such a pair from any two cameras.
     """
     world = world_of(world)
     if isinstance(left, str) and left in world.rigs:

@@ -38,7 +38,7 @@ Region = tuple[int, int, int, int]
 @one_line
 @dataclass(frozen=True)
 class Box3D:
-    """The smallest box around an object whose edges run along the axes of its mesh.
+    """The smallest enclosing box of an object; its edges are parallel to the axes of the mesh.
 
     The box of a sheared object is aligned with the rotation nearest to its transform.
     """

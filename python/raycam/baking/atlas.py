@@ -27,12 +27,13 @@ CELL_GAP_TEXELS = 1.0
 
 
 def mesh_with_atlas(mesh: ObjectMesh, atlas: Atlas, size: int) -> ObjectMesh:
-    """The mesh with the texture coordinates of an atlas of `size` x `size` texels as its only set.
+    """Returns the mesh with an atlas of `size` x `size` texels as its only texture coordinates.
 
-    "xatlas" unwraps charts with the library xatlas, "cells" places each pair of triangles in a square cell of its own:
-    this works for every mesh, but each edge is a seam. Notices report faces that have no texels.
+    "xatlas" unwraps the mesh into charts with the library xatlas. "cells" places each pair of triangles in its own
+    square cell, which works for every mesh, but makes each edge a seam. A notice reports faces without texels.
 
-    Raises `SettingsError` for another kind, if xatlas is not installed, and for more faces than cells of four texels.
+    Raises `SettingsError` if `atlas` has another value, if xatlas is not installed, or if the cells would have fewer
+    than 4 x 4 texels. Raises `WorldError` if the charts of xatlas do not fit into `size`.
     """
     one_of("atlas", atlas, ATLASES)
     uvs = _unwrapped(mesh.corners, size) if atlas == "xatlas" else cells(mesh.faces, size)

@@ -90,10 +90,10 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         return len(self.maps)
 
     def to_world(self, name: str, low: float = 0.0, high: float = 1.0) -> World:
-        """Returns a world with the object, unlit, in vertex colours of a map: black for `low`, 1 for `high`.
+        """Returns a world with the object as an unlit mesh whose vertex colours are a map's values.
 
-        Requires maps of vertices. Raises `SettingsError` for maps of textures, an unknown map, and values outside
-        `low` to `high`.
+        The values are scaled linearly: `low` becomes 0 (black), `high` becomes 1. Requires maps of vertices. Raises
+        `SettingsError` for maps of textures, an unknown map, and values outside `low` to `high`.
         """
         if self.vertices is None or self.faces is None:
             raise SettingsError(

@@ -16,10 +16,10 @@ GUTTER = 8
 
 
 def fill_gutters(values: npt.NDArray[Any], known: Bools, width: int = GUTTER) -> npt.NDArray[Any]:
-    """Returns a copy of `values` [h, w, k] whose texels within `width` of a known texel have the mean of known
-    neighbours.
+    """Returns a copy of `values` [h, w, k] with `width` texels filled around the known texels.
 
-    Integers are copied from one neighbour instead. The texture does not wrap around.
+    Texels are filled outwards, step by step, with the mean of the neighbours that already have a value. Integers are
+    copied from one neighbour instead. The texture does not wrap around.
     """
     height, wide = known.shape
     rows = values.reshape(height * wide, -1).copy()

@@ -13,9 +13,10 @@ __all__ = ["hemisphere_directions"]
 def hemisphere_directions(
     normals: Floats, keys: npt.NDArray[np.int64], sample: int, samples: int, cone: float = np.pi
 ) -> Floats:
-    """Returns unit directions [n, 3]: for each normal the `sample`-th of `samples`, by cosine density.
+    """Returns unit direction number `sample` of `samples` for each normal, [n, 3].
 
-    They are in a cone with the opening angle `cone` in radians: pi is the hemisphere, with the density cosine / pi.
+    The density of the directions is proportional to the cosine. The directions are in a cone with the opening angle
+    `cone` in radians; for pi, the cone is the hemisphere and the density is cosine / pi.
 
     A Hammersley set is shifted by a hash of `keys` [n] (Cranley and Patterson 1976) and mapped by Malley's method.
     """

@@ -67,7 +67,7 @@ def _weights(barycentric: Floats) -> Floats:
 
 
 def warn_of_default_lights(world: World) -> None:
-    """Warns if a world has no lights, so that its light is that of the default lights."""
+    """Warns if a world has no lights, because its light maps then show the default lights."""
     if world._core.lit_by_default_lights:
         warn(
             Notice(

@@ -59,19 +59,20 @@ def bake(
 
     `BakedMaps` describes the maps: `position`, `normal`, `shading_normal`, `tangent_normal`, `ao`, `bent_normal`,
     `thickness`, `curvature`; `irradiance`, `direct`, `radiance`; `albedo`, `roughness`, `metallic`, `emission`;
-    `instance`, `material`, `triangle`. `samples` is the number of rays or paths for each texel, `distance` the length
-    of occlusion rays in metres, `cone` the opening angle of the rays of `thickness` in degrees, `green` the direction
-    of green in `tangent_normal` ("down" for DirectX), and `max_depth` the number of segments of light paths.
+    `instance`, `material`, `triangle`. `samples` is the number of rays or paths for each texel, and
+    `distance` the length of occlusion rays in metres. `cone` is the opening angle of the rays of `thickness` in
+    degrees. `green` is the direction of green in `tangent_normal` ("down" for DirectX). `max_depth` is the maximum
+    number of segments of a light path.
 
     The additional maps `irradiance_error`, `direct_error` and `radiance_error` contain the standard error of the
     luminance of `irradiance`, `direct` and `radiance`; `denoise` removes their noise with Open Image Denoise (requires
     `pip install raycam[denoise]`).
 
-    With `source`, a world or its file, maps show this detailed model: a texel's point is the source's nearest point
-    along the object's shading normal, up to `cage` metres outwards or inwards (default: 2 % of the object's diagonal).
-    Only the source occludes and emits light then. A notice reports the number of texels without such a point; light,
-    curvature and materials are 0 there. `atlas` "xatlas" or "cells" computes texture coordinates, as in
-    `texture_from_photos`.
+    With `source`, a world or its file, maps show this detailed model. A texel's point is then the source's nearest
+    point along the object's shading normal, at most `cage` metres outwards or inwards (default: 2 % of the object's
+    diagonal). In this case, only the source occludes and emits light. A notice reports the number of texels without
+    such a point; light, curvature and materials are 0 there. `atlas` "xatlas" or "cells" computes texture coordinates,
+    as in `texture_from_photos`.
 
     `to="vertices"` bakes to the vertices, which are the different positions of the corners: arrays are [v] and [v, 3],
     and `BakedMaps.to_world` returns a mesh in vertex colours. A value is the mean over the faces at the vertex, by

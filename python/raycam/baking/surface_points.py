@@ -92,7 +92,8 @@ def transfer(
 def material_numbers(points: SurfacePoints, threads: int | None) -> npt.NDArray[np.int32]:
     """The numbers of the materials [n] at points of an object, as in the channel `material`.
 
-    Rays start at the points against the normals, and end at their own triangles, within the rounding error.
+    Short rays against the normals hit the triangles on which the points are. The rays start just outside the surface
+    and end just inside, at a distance of the points' rounding error.
     """
     if not len(points.position):
         return np.zeros(0, np.int32)

@@ -43,10 +43,11 @@ def corner_tangents(positions: Floats, normals: Floats, uvs: Floats) -> Floats:
 
 
 def tangent_space_normals(normals: Floats, shading: Floats, tangents: Floats, signs: Floats) -> Floats:
-    """Unit normals [n, 3] in tangent space: x along `tangents` [n, 3], z along `shading` [n, 3], y with `signs` [n].
+    """Returns `normals` [n, 3] as unit normals [n, 3] in tangent space.
 
-    Tangents need not be perpendicular to the normals: the result is such that a renderer that adds the scaled axes gets
-    `normals` [n, 3].
+    The x axis is along `tangents` [n, 3], the z axis along `shading` [n, 3], and `signs` [n] are the signs of the y
+    axis. Tangents need not be perpendicular to the normals: the sum of the axes, scaled by the result, has the
+    direction of `normals`, as renderers compute it.
     """
     tangent = tangents / np.maximum(np.sqrt((tangents**2).sum(axis=1, keepdims=True)), 1e-300)
     bitangent = np.cross(shading, tangent) * signs[:, None]

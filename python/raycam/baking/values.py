@@ -40,7 +40,7 @@ class FacePoints:
 
 
 class BakedObject:
-    """An object of a world whose maps are computed, and a detailed source or None."""
+    """An object whose maps are baked, its world, and the detailed source (None if not used)."""
 
     def __init__(
         self,
@@ -115,7 +115,7 @@ class BakedObject:
     def _tangent_normals(self, at: FacePoints, own: SurfacePoints, points: SurfacePoints) -> Floats:
         """Shading normals in the object's tangent space [n, 3]."""
         assert self.tangents is not None
-        # glTF's tangents belong to the mesh's frame, in which normals are turned by the transpose.
+        # glTF's tangents belong to the mesh's frame; the transpose of `linear` transforms normals to this frame.
         linear = self.world.objects[self.settings.number].matrix[:3, :3]
         normals = np.einsum("nk,nkj->nj", at.weights, _corner_normals(self.mesh, linear)[at.face])
         shading = unit_vectors(normals, own.normal @ linear)

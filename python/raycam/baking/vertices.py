@@ -28,7 +28,10 @@ UNIT_VECTOR_MAPS = ("normal", "shading_normal", "bent_normal")
 
 
 def bake_vertices(baked: BakedObject, name: int | str) -> BakedMaps:
-    """The maps at the vertices, which are the distinct positions of corners: means over faces, weighted by area."""
+    """Returns the maps at the vertices, as area-weighted means over the faces.
+
+    The vertices are the distinct positions of the faces' corners.
+    """
     corners = baked.mesh.corners
     vertices, vertex = unique_rows(corners.reshape(-1, 3))
     count = len(vertices)

@@ -1,8 +1,9 @@
 """Benchmark: rays per second through the public array interface, with Embree for comparison.
 
-The scenes are generated (`bench.scenes`). The rays are those of an image: `primary` rays from the camera, `shadow` rays
-from their hits to a point light, `bounce` rays from the hits in cosine-weighted random directions, and `shuffled`, the
-bounce rays in random order. Every measurement covers a complete call, from the input arrays to the output arrays.
+The scenes are generated (`bench.scenes`). `primary` rays start at the camera, one for each pixel. `shadow` rays lead
+from the hits to a point light. `bounce` rays start at the hits in cosine-weighted random directions. `shuffled` rays
+are the bounce rays in random order. Every measurement covers a complete call, from the input arrays to the output
+arrays.
 
 If embreex is installed, its Embree traces the same rays. embreex traces single float32 rays on one thread, so its rates
 compare with raycam's on one thread; its builds use all threads. Embree has faster modes (packets, more threads) that no
@@ -213,7 +214,7 @@ def _measure(
     normal = hits["normal"][met].astype(np.float64)
     starts = _to_float32(hits["position"][met] + RAY_OFFSET * np.ptp(scene.vertices, 0).max() * normal)
     yield row("shadow", starts, _to_float32(np.asarray(scene.light) - starts), 1.0)
-    # A point on the unit sphere around the tip of the normal: cosine-weighted about it.
+    # Random points on the unit sphere around the normal's tip give cosine-weighted directions.
     rng = np.random.default_rng(seed)
     ball = rng.normal(size=starts.shape)
     ways = _to_float32(normal + ball / np.linalg.norm(ball, axis=1)[:, None])
@@ -223,8 +224,9 @@ def _measure(
 
 
 def tile_order(width: int, height: int) -> Floats:
-    """Returns the pixel centres [n, 2] of an image in the order of 8 x 8 tiles, so that neighbours are traced
-    together.
+    """Returns the pixel centres [n, 2] of an image, tile by tile (8 x 8 pixels).
+
+    Neighbouring pixels are therefore traced together.
     """
     v, u = np.divmod(np.arange(width * height), width)
     order = np.lexsort((u % 8, v % 8, u // 8, v // 8))

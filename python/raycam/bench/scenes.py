@@ -40,7 +40,7 @@ class BenchScene(NamedTuple):
 def generate(name: str, triangles: int, seed: int = 1) -> BenchScene:
     """Generates a scene of about `triangles` triangles (a rock: the nearest 20 * 4^n).
 
-    Raises `SettingsError` for a name that is not in `SCENES`, with the nearest one.
+    Raises `SettingsError` with the most similar name for a name that is not in `SCENES`.
     """
     if name not in SCENES:
         raise SettingsError(nearest("scene", name, list(SCENES)), code="unknown_name")

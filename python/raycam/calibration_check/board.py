@@ -98,16 +98,18 @@ class Board:
         one = np.column_stack([first, first + columns + 1, first + columns + 2])
         two = np.column_stack([first, first + columns + 2, first + 1])
         faces = np.stack([one, two], axis=1).reshape(-1, 3)
-        # Like print: paper is not quite white, ink not quite black.
+        # As in print, paper is not quite white, and ink is not quite black.
         shades = np.where(cells.ravel(), 0.9, 0.02).repeat(2)
         world = World()
         world.add_mesh(vertices, faces, name="board", face_colors=np.repeat(shades[:, None], 3, axis=1))
         return world
 
     def cameras(self, camera: Camera, count: int) -> list[Camera]:
-        """`camera` at `count` poses, so that the board covers all parts of the image, tilted up to 40 degrees.
+        """Returns `camera` at `count` poses.
 
-        The poses depend only on the arguments. Raises `SettingsError` if no pose shows the board.
+        In all images together, the board covers all parts of the image. The board is tilted by up to 40 degrees. The
+        poses depend only on the arguments. Raises `SettingsError` if fewer than `count` of the tried poses show the
+        board.
         """
         if camera.is_parallel:
             raise SettingsError(

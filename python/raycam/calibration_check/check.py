@@ -75,7 +75,10 @@ class SelfCheck:
 
     @property
     def cause(self) -> str:
-        """The source of the residual: "detector", or "image" if the error of the image is equally large."""
+        """The source of the residual: "picture" if the image's error is large, otherwise "detector".
+
+        The error is large if it exceeds half of `detector_rms`.
+        """
         picture = max(self.picture_largest, self.exact.picture_error, self.detector_bias)
         return "picture" if picture > self.detector_rms / 2 else "detector"
 
@@ -122,7 +125,9 @@ def selfcheck(
     progress: Progress | None = None,
     keep: Callable[[int, Frame], object] | None = None,
 ) -> SelfCheck:
-    """Renders a board through `camera` from `views` positions, calibrates with OpenCV, and compares.
+    """Renders a board through `camera`, calibrates with OpenCV and compares the results.
+
+    The board is rendered from `views` positions.
 
     `camera` (default: 1920 x 1080 with five coefficients) has a lens that OpenCV calibrates: none, "opencv" with any of
     its coefficients, or "fisheye". The camera's pose does not matter. `size` (width, height) replaces the camera's

@@ -101,7 +101,7 @@ def checked_pixel_center(pixel_center: object) -> PixelCenter:
 
 
 def make(constructor: str, *args: Any) -> _core.Camera:
-    """Creates a core camera by the name of its constructor, "" for the class."""
+    """Creates a core camera with the constructor of this name ("": the class itself)."""
     *numbers, size, pixel_center = args
     checked_pixel_center(pixel_center)
     make: Any = getattr(_core.Camera, constructor) if constructor else _core.Camera

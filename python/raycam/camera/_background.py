@@ -25,10 +25,10 @@ class Background:
     """The image behind the rendered objects: a photograph that the camera took, or any other image.
 
     With `fit="exact"`, a photograph of the camera's size is used pixel by pixel. A photograph with the same aspect
-    ratio but another size is resampled. A photograph by another `camera`, for example an undistorted photograph with
-    its pinhole, is warped to this camera's size, intrinsics and lens; both cameras must have the same position and
-    orientation. With `fit="cover"`, the image is scaled until it covers the frame, and cropped evenly on opposite
-    sides.
+    ratio but another size is resampled. A photograph by another `camera`, for example an undistorted photograph,
+    whose camera is a pinhole, is warped to this camera's size, intrinsics and lens. Both cameras must have the same
+    position and orientation. With `fit="cover"`, the image is scaled until it covers the frame, and cropped evenly on
+    opposite sides.
 
     Raises `CameraError` for an unknown `fit` or `orientation`, and for a `camera` together with `fit="cover"`.
     """

@@ -133,7 +133,7 @@ class Constructors(CameraGeometry):
 
         `rvec` is the rotation camera_from_world as a Rodrigues vector [3], [3, 1] or [1, 3] (axis times angle in
         radians) or as a matrix [3, 3]; `tvec` [3], [3, 1] or [1, 3] is t = -R C. `distortion` are the coefficients
-        of `cv2.calibrateCamera`, or with `model="fisheye"` of `cv2.fisheye.calibrate`, in any shape.
+        of `cv2.calibrateCamera`, or with `model="fisheye"` of `cv2.fisheye.calibrate`: [n], [n, 1] or [1, n].
         """
         k = matrix("K", K).tolist()
         shapes: tuple[tuple[int | str, ...], ...] = ((3,), (3, 1), (1, 3))
@@ -184,9 +184,10 @@ class Constructors(CameraGeometry):
 
         `axes` are the camera axes of the matrix: "opencv" (x right, y down, z forward), "opengl" (x right, y up, z
         backward: Blender, NeRF) or "x_forward" (x forward, y left, z up: ROS bodies, Waymo). The positional arguments
-        may be K, pose, size, as in `from_opengl`, or K, size, pose. Raises `CameraError` without a size, unless
-        exactly one matrix is given, for a last row other than 0 0 0 1 (with a hint if the matrix is transposed), and
-        if the 3x3 part is not a rotation.
+        may be K, pose, size, as in `from_opengl`, or K, size, pose.
+
+        Raises `CameraError` if the size is missing, or if not exactly one matrix is given. Also raises `CameraError`
+        if the last row is not 0 0 0 1 (with a hint if the matrix is transposed), or the 3x3 part is not a rotation.
         """
         if size is None:
             raise CameraError("expected size, (width, height) in pixels", code="missing_value")
@@ -371,11 +372,11 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Self:
-        """Returns a panorama camera at `location` [3] that projects onto a cylinder around its y axis: 360 degrees
-        horizontally.
+        """Returns a panorama camera at `location` [3] that covers 360 degrees on a cylinder.
 
-        Columns are longitudes as in `equirectangular`; rows are heights y / hypot(x, z) on the cylinder. Pixels are
-        square at the horizon, which is in the middle of the image. Vertical lines are straight in the image.
+        The axis of the cylinder is the camera's y axis. Columns are longitudes as in `equirectangular`; rows are
+        heights y / hypot(x, z) on the cylinder. Pixels are square at the horizon, which is in the middle of the image.
+        Vertical lines are straight in the image.
         """
         return cls._panorama("cylindrical", location, (roll, pitch, yaw), size, pixel_center, up)
 

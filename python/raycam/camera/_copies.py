@@ -117,11 +117,12 @@ class Copies(Optics):
         return self._with_same_photo(self._of(self._core.with_intrinsics(K.tolist(), size), self.up))
 
     def undistorted(self, balance: float = 0.0, *, size: Size | None = None) -> Self:
-        """Returns the pinhole camera for the undistorted image, at the same pose and with the same size or `size`.
+        """Returns the pinhole camera for the undistorted image, at the same pose.
 
-        With `balance` 0, every pixel of the undistorted image shows a part of the original image; with 1, the
-        undistorted image contains the whole original image; in between, K is interpolated. `pixel_map` maps between the
-        two images. Raises `CameraError` for parallel rays, and for lenses with too wide a field of view for `balance`.
+        The image size stays the same unless `size` is given. With `balance` 0, every pixel of the undistorted image
+        shows a part of the original image; with 1, the undistorted image contains the whole original image; in between,
+        K is interpolated. `pixel_map` maps between the two images. Raises `CameraError` for parallel rays, and for
+        lenses with too wide a field of view for `balance`.
 
         Source: OpenCV, `getOptimalNewCameraMatrix`, whose `alpha` is `balance` here. OpenCV uses nine points per side
         and five iterations of the inverse lens model; raycam uses all border pixels and the exact inverse. For strong
@@ -179,8 +180,8 @@ class Copies(Optics):
     def with_background(self, background: Background | str | os.PathLike[str] | None) -> Self:
         """Returns the same camera with a background: the path of a photo that the camera took, or a `Background`.
 
-        None removes the background. Raises `CameraError` for an array; pass arrays to
-        `raycam.render(..., background=array)` instead.
+        None removes the background. Raises `CameraError` for an array, and for a `Background` with an `orientation`
+        other than "auto"; pass these to `raycam.render(..., background=background)` instead.
         """
         if background is None:
             return self._of(self._core.with_background(None, False, None), self._up)

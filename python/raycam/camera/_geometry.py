@@ -140,8 +140,10 @@ class CameraGeometry(DictSerializable):
 
     @property
     def corner(self) -> float:
-        """The value of both pixel coordinates at the image's top left corner: -0.5 for `pixel_center` "integer", else
-        0."""
+        """The value of both pixel coordinates at the image's top left corner: -0.5 or 0.
+
+        The value is -0.5 for `pixel_center="integer"` and 0 for `"half"`.
+        """
         return -0.5 if self.pixel_center == "integer" else 0.0
 
     @property
@@ -178,12 +180,12 @@ class CameraGeometry(DictSerializable):
         return pixels.reshape((*array.shape[:-1], 2)), in_front.reshape(array.shape[:-1])[()]
 
     def rays(self, pixels: npt.ArrayLike | None = None) -> tuple[Floats, Floats]:
-        """Returns origins and unit directions [n, 3] in the world of rays through pixels [n, 2]: the inverse of
-        `project`.
+        """Returns the rays through pixels [n, 2]: origins and unit directions [n, 3] in the world.
 
-        A single pixel [2] returns two vectors [3]. Without `pixels`, the rays of all pixel centres are returned:
-        [height, width, 3]. The direction is NaN for pixels without a ray (see `valid`). Parallel rays start on the
-        plane through `location`. Rays pass through the centre of the aperture, at the middle of the line's exposure.
+        This is the inverse of `project`. A single pixel [2] returns two vectors [3]. Without `pixels`, the rays of all
+        pixel centres are returned: [height, width, 3]. The direction is NaN for pixels without a ray (see `valid`).
+        Parallel rays start on the plane through `location`. Rays pass through the centre of the aperture, at the middle
+        of the line's exposure.
         """
         array = self._centers() if pixels is None else floats("pixels", pixels, ("n", 2), (2,))
         shape = (*array.shape[:-1], 3)
@@ -207,9 +209,7 @@ class CameraGeometry(DictSerializable):
         return array
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
-        """Returns the camera at another pose, camera_from_world [3, 3] and centre [3]; the camera's motion is moved,
-        too.
-        """
+        """Returns the camera, with its motion, at the pose camera_from_world [3, 3] and centre [3]."""
         return self._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
 
 

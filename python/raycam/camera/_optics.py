@@ -93,8 +93,9 @@ class Optics(CameraGeometry):
     def with_vignetting(self, *, cos4: bool = False, polynomial: npt.ArrayLike = ()) -> Self:
         """Returns the camera with vignetting.
 
-        The colour is multiplied by 1 + a r² + b r⁴ + ... with the coefficients `polynomial`, where r is the distance
-        from the principal point in focal lengths, and by cos⁴ of the angle to the principal axis if `cos4`.
+        The colour is multiplied by 1 + a r² + b r⁴ + ... with the coefficients a, b, ... in `polynomial`; r is the
+        distance from the principal point in focal lengths. If `cos4` is True, the colour is also multiplied by cos⁴
+        of the angle to the principal axis.
         """
         terms = floats("polynomial", polynomial, ("n",), error=CameraError).tolist()
         return self._changed(vignetting={"cos4": flag("cos4", cos4, error=CameraError), "polynomial": terms})
@@ -107,14 +108,14 @@ class Optics(CameraGeometry):
         readout: float = 0.0,
         direction: Readout = "down",
     ) -> Self:
-        """Returns the camera in motion while its shutter is open: motion blur, and with a `readout` a rolling
-        shutter.
+        """Returns the camera in motion while its shutter is open, which causes motion blur.
 
-        Lines (rows from the top for `direction` "down", from the bottom for "up"; columns for "right" and "left") open
-        one after another within `readout` seconds, each for `exposure` seconds. A line at the fraction f of the image
-        is open from f * readout to f * readout + exposure. The camera moves from its own pose, when the first line
-        opens, to the pose of the camera `to`, when the last line closes; or along a list of (seconds, camera). Centres
-        are interpolated linearly, rotations along the shortest arc.
+        With a `readout`, the camera has a rolling shutter. Lines (rows from the top for `direction` "down", from the
+        bottom for "up"; columns for "right" and "left") open one after another within `readout` seconds, each for
+        `exposure` seconds. A line at the fraction f of the image is open from f * readout to f * readout + exposure.
+        The camera moves from its own pose, when the first line opens, to the pose of the camera `to`, when the last
+        line closes; or along a list of (seconds, camera). Centres are interpolated linearly, rotations along the
+        shortest arc.
 
         The pose (`R`, `C`, `P`) of the result is the pose at the middle, (readout + exposure) / 2. `rays`, `project`
         and all channels but `color` use the middle of each line's exposure.

@@ -58,9 +58,9 @@ class Camera(Constructors, Copies):
     A matrix R that differs from a rotation by at most 1e-3 in an entry is converted to the nearest rotation, with a
     notice.
 
-    Raises `CameraError` if K does not have this form, R is not a rotation (with the deviation), a number is not
-    finite, the size is 0 or exceeds 65536 per side or 2^28 pixels, or the lens model requires another number of
-    coefficients.
+    Raises `CameraError` if K does not have this form, R is not a rotation (with the deviation), or a number is not
+    finite. Also raises `CameraError` if the size is 0 or exceeds 65536 per side or 2^28 pixels, or if the lens model
+    requires another number of coefficients.
 
     Source: Hartley and Zisserman, Multiple View Geometry, 2nd edition, chapter 6; OpenCV's `calib3d` and `fisheye`
     (Kannala and Brandt 2006); COLMAP's `sensor/models.h`; Devernay and Faugeras 2001 (fov); Fitzgibbon 2001
@@ -98,7 +98,9 @@ class Camera(Constructors, Copies):
     def sample(
         self, world: World, *, frame: int = 0, threads: int | None = None, **options: Any
     ) -> dict[str, npt.NDArray[Any]]:
-        """Renders the world and returns the channels' arrays by name; the camera's implementation of `raycam.Sensor`.
+        """Renders the world and returns the channels' arrays by name.
+
+        This method implements `raycam.Sensor`.
 
         `options` are those of `raycam.render`, which returns a `Frame` with the same arrays.
         """

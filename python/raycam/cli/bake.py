@@ -55,7 +55,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--cage",
         metavar="METRES",
         type=float,
-        help="largest distance in metres to the detailed model (default: 2 %% of the object's diagonal)",
+        help="largest distance in metres between the object and the detailed model, along the object's normals "
+        "(default: 2 %% of the object's diagonal)",
     )
     command.add_argument(
         "--atlas",

@@ -30,7 +30,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="N",
         type=int,
         default=5,
-        help="number of repetitions; the best one counts (default: 5)",
+        help="number of repetitions, of which the fastest is reported (default: 5)",
     )
     command.add_argument(
         "--threads",

@@ -185,7 +185,7 @@ def _rigs(
     from ..world import World
 
     if options.cameras is not None or not isinstance(world, World):
-        raise SettingsError("--rig cannot be combined with --cameras and --sample", code="conflicting_values")
+        raise SettingsError("--rig cannot be combined with --cameras or --sample", code="conflicting_values")
     rig = find_rig(world, options)
     assert rig is not None
     rig = mount_lidars(rig, options.lidar)

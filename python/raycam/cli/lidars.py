@@ -13,7 +13,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "lidar",
         metavar="NAME|FILE",
         nargs="?",
-        help="device, or calibration file of a unit, to describe (default: list all devices)",
+        help="device to describe, or the calibration file of an individual device (default: list all devices)",
     )
     command.set_defaults(run=_run)
 

@@ -167,7 +167,7 @@ def _render(
     settings = given_render_options(options)
     by_job = any(value is not None for value in (options.workers, options.cluster, options.shard))
     if by_job:
-        reject_options(options, ("background",), "cannot be combined with --workers, --cluster and --shard")
+        reject_options(options, ("background",), "cannot be combined with --workers, --cluster or --shard")
         lit = set(filter(is_shaded, names))
         shown, settings = apply_look(
             world, camera, options, settings, shaded=bool(lit), truth_of_world=lit == set(names)
@@ -280,7 +280,7 @@ def _render_rig(
     """Renders and saves a frame for each camera of the rig."""
     if any(value is not None for value in (options.workers, options.cluster, options.shard)):
         raise SettingsError(
-            "--rig cannot be combined with --workers, --cluster and --shard; use raycam dataset",
+            "--rig cannot be combined with --workers, --cluster or --shard; use raycam dataset",
             code="conflicting_values",
         )
     lower_priority(options)

@@ -18,8 +18,8 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--lidar",
         metavar="NAME|FILE",
-        help="lidar of the world file, device by name (raycam lidars lists them), or the calibration file of a unit "
-        "(default: the world file's lidar)",
+        help="lidar of the world file, device by name (raycam lidars lists them), or the calibration file of an "
+        "individual device (default: the world file's lidar)",
     )
     command.add_argument(
         "-o",

@@ -27,7 +27,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--show-unseen",
         action="store_true",
-        help="show texels that are not visible to any camera in magenta (default: nearest visible colour)",
+        help="show in magenta the texels that are not visible to any camera (default: nearest visible colour)",
     )
     command.add_argument(
         "--atlas",
@@ -57,8 +57,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--memory",
         metavar="SIZE",
         default="1 GiB",
-        help='memory for the views of texels, such as "4 GiB" (default: 1 GiB); photographs are read again if it is '
-        "too small for all texels",
+        help='memory for the colours that the photographs show at each texel, such as "4 GiB" (default: 1 GiB); if the '
+        "memory is too small for all texels, photographs are read more than once",
     )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     command.set_defaults(run=_run)

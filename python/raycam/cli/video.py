@@ -39,7 +39,12 @@ def _add(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="turn once around the world, in --seconds (default: 4), instead of the motion in the file",
     )
-    group.add_argument("--seconds", metavar="N", type=float, help="play the same motion in N seconds")
+    group.add_argument(
+        "--seconds",
+        metavar="N",
+        type=float,
+        help="length of the video; the motion is played faster or slower to fit",
+    )
     group.add_argument(
         "--fps", metavar="N", type=float, help="frames per second (default: the world's, or 24)"
     )

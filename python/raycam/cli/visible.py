@@ -63,13 +63,13 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--facing",
         metavar="SIDE",
         default="auto",
-        help="front: ignore cameras behind a face; both: count them; auto (default): front, unless the mesh is "
-        "inside out",
+        help="front: ignore cameras behind a face; both: include these cameras; auto (default): front, unless the mesh "
+        "is inside out",
     )
     command.add_argument(
         "--heat",
         metavar="PNG",
-        help="image of the faces from outside, coloured by the number of cameras and lidars to which they are visible",
+        help="image of the mesh, with each face coloured by the number of cameras and lidars to which it is visible",
     )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     command.set_defaults(run=_run)

@@ -39,10 +39,10 @@ POLL_INTERVAL = 0.2  # seconds between polls for a first worker
 
 
 def connect(address: str, threads: int | None = None, tell: Callable[[Notice], object] = warn) -> DaskPool:
-    """Connects to the Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT"; "local:N" starts a cluster of N
-    processes.
+    """Connects to the Dask cluster at "tcp://HOST:PORT" or "tls://HOST:PORT".
 
-    `tell` is called with notices while the pool waits for workers.
+    The address "local:N" starts a cluster of N processes. `tell` is called with notices while the pool waits for
+    workers.
 
     Raises `SettingsError` for an invalid address and if Dask is not installed, `NetworkError` if no scheduler answers.
     """
@@ -143,8 +143,12 @@ class DaskPool:
             self.notices.append(Notice(message, "insecure_cluster"))
 
     def threads(self, left: int) -> int | None:
-        """Returns the given number of threads; otherwise None (all) for the only worker on a machine, and 1 for
-        others."""
+        """Returns the number of threads for the next frame.
+
+        This is the number given to the pool, if any. Otherwise, a cluster started by "local:N" divides the cores among
+        its workers. In other clusters, the number is None (all) if each machine has a single worker with one thread,
+        and 1 if not.
+        """
         if self._given is not None:
             return self._given
         if self._cluster is not None:

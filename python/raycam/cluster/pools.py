@@ -33,12 +33,16 @@ def make_pool(
 ) -> contextlib.AbstractContextManager[Pool]:
     """Returns a context manager with a pool of workers for `Job.run`.
 
-    * None: this process. * a number: this many processes on this machine, fewer if memory is short. A worker that dies
-    does not affect other workers. * "local:N": a Dask cluster of N processes on this machine. * "tcp://HOST:PORT",
-    "tls://HOST:PORT": the Dask cluster of the scheduler there. * an `Executor` of `concurrent.futures`, which stays
-    open, or a function that creates an executor, called again if the executor breaks. Its workers import this version
-    of raycam. They read the package from the job's folder; a worker without access to the folder receives the package
-    with its frame.
+    `where` is one of these:
+
+    * None: this process
+    * a number: this many processes on this machine, or fewer if memory is insufficient; a worker that dies does not
+      affect other workers
+    * "local:N": a Dask cluster of N processes on this machine
+    * "tcp://HOST:PORT" or "tls://HOST:PORT": the Dask cluster of the scheduler at this address
+    * an `Executor` of `concurrent.futures`, which stays open, or a function that creates an executor and is called
+      again if the executor breaks. Its workers import this version of raycam. They read the package from the job's
+      folder; a worker without access to the folder receives the package with its frame.
 
     `threads` is the number of threads per worker; None divides the cores, if their number is known. `tell` is called
     immediately with urgent notices, such as a cluster without workers.
@@ -72,7 +76,7 @@ class InProcessPool:
         cache_package(package)
 
     def threads(self, left: int) -> int | None:
-        """The number of threads for each frame that this pool was given, or None for all."""
+        """Returns the number of threads per frame that was given to this pool, or None (all)."""
         return self._threads
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:
@@ -118,7 +122,7 @@ class ExecutorPool:
         self._package = package
 
     def threads(self, left: int) -> int | None:
-        """The number of threads for each frame that this pool was given, or None for all."""
+        """Returns the number of threads per frame that was given to this pool, or None (all)."""
         return self._threads
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:

@@ -38,7 +38,8 @@ def __getattr__(name: str) -> Any:
 class RayMeshIntersector:
     """Ray queries for one mesh, which is any object with `vertices` [n, 3] and `faces` [m, 3].
 
-    The mesh may change; its world is rebuilt when its hash differs. `scale_to_box` is accepted and has no effect.
+    The mesh may change; the world is rebuilt if the hash of the mesh has changed. `scale_to_box` is accepted and has no
+    effect.
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True) -> None:
@@ -57,8 +58,9 @@ class RayMeshIntersector:
     def intersects_location(
         self, ray_origins: npt.ArrayLike, ray_directions: npt.ArrayLike, multiple_hits: bool = True
     ) -> tuple[Floats, Ids, Ids]:
-        """Returns the hits of rays [n, 3]: locations [m, 3], and the ray and triangle of each, in the order of
-        `intersects_id`.
+        """Returns the hits of rays [n, 3]: locations [m, 3], ray int64 [m], and triangle int64 [m].
+
+        The order is the order of `intersects_id`.
         """
         triangle, ray, location = self.intersects_id(
             ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True, max_hits=None
@@ -73,12 +75,12 @@ class RayMeshIntersector:
         max_hits: int | None = 100,
         return_locations: bool = False,
     ) -> Any:
-        """Returns the hits of rays [n, 3]: triangle int64 [m], ray int64 [m], and with `return_locations` locations
-        [m, 3].
+        """Returns the hits of rays [n, 3]: triangle int64 [m] and ray int64 [m].
 
-        The first hits of all rays are returned in the order of the rays, followed by all second hits, and so on. With
-        `multiple_hits`, hits are crossings (`World.intersections`), at most `max_hits` per ray. Without, a hit is the
-        first triangle including its edges (`World.cast_rays`), also at the border of an open mesh.
+        With `return_locations`, the locations [m, 3] of the hits are also returned. The first hits of all rays are
+        returned in the order of the rays, followed by all second hits, and so on. With `multiple_hits`, hits are
+        crossings (`World.intersections`), at most `max_hits` per ray. Without, a hit is the first triangle including
+        its edges (`World.cast_rays`), also at the border of an open mesh.
         """
         origins, directions = _rays(ray_origins, ray_directions)
         fields = ["triangle", "position"] if return_locations else ["triangle"]
@@ -126,8 +128,8 @@ class RayMeshIntersector:
 def closest_point(mesh: Any, points: npt.ArrayLike) -> tuple[Floats, Floats, Ids]:
     """Returns the closest points of a mesh to `points` [n, 3]: positions [n, 3], distances [n], triangles int64 [n].
 
-    As in `trimesh.proximity.closest_point`, the triangle most directed towards the point is returned among triangles
-    at equal distance.
+    If several triangles are at the same distance, the triangle that faces the point most directly is returned, as in
+    `trimesh.proximity.closest_point`.
     """
     queries = _points(points)
     found = _world_for(mesh).closest_points(queries)
@@ -156,7 +158,7 @@ def _choose_facing(
     doubtful = np.flatnonzero(facing < distance * (1 - 1e-12))
     query, candidate = _triangles_around(corners, triangle[doubtful])
     query = doubtful[query]
-    # The distance to a triangle's plane is at most that to the triangle.
+    # The distance to a triangle's plane is at most the distance to the triangle.
     plane = np.abs(np.einsum("ni,ni->n", normals[candidate], queries[query] - corners[candidate, 0]))
     near = plane <= distance[query] + np.sqrt(MERGE_TOLERANCE)
     query, candidate = query[near], candidate[near]

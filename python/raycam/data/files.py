@@ -33,8 +33,9 @@ NAMES = (
 
 
 def spot() -> World:
-    """Returns the documentation's world: Spot, a cow by Keenan Crane (CC0), and solids on a floor, z up, with a
-    camera.
+    """Returns the documentation's world: the cow Spot and solids on a floor.
+
+    Spot is by Keenan Crane (CC0). The world is z up and has a camera.
 
     Each call returns a new world, which may be changed.
     """
@@ -57,8 +58,9 @@ def sky() -> Path:
 
 
 def path(name: str = "spot/cow.obj") -> Path:
-    """Returns the path of a bundled file, one of `NAMES`; raises `SettingsError` for other names, with the nearest
-    one.
+    """Returns the path of a bundled file, one of `NAMES`.
+
+    Raises `SettingsError` with the most similar name for other names.
     """
     if name not in NAMES:
         raise SettingsError(nearest("file of raycam.data", name, list(NAMES)), code="unknown_name")
@@ -66,8 +68,9 @@ def path(name: str = "spot/cow.obj") -> Path:
 
 
 def bundled(name: str | os.PathLike[str]) -> Path | None:
-    """Returns the bundled file for a name such as "spot.toml", unless such a file exists; None for names of other
-    files.
+    """Returns the bundled file for a name such as "spot.toml".
+
+    Returns None if no bundled file has this name, or if a file exists at the path `name`.
     """
     given = os.fspath(name)
     if os.path.exists(given) or given not in NAMES:

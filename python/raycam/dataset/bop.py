@@ -26,7 +26,7 @@ SEEN = 0.1
 
 
 def check(plan: Plan) -> None:
-    """Raises an error unless all cameras are pinholes without skew and have the same size."""
+    """Raises `CameraError` for cameras with a lens, and `SettingsError` for invalid options."""
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole":
             raise CameraError(
@@ -179,7 +179,10 @@ def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
 
 
 def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, int]) -> Iterator[bytes]:
-    """Iterates over the text of a JSON object with a row per image; models have their ids in the data set."""
+    """Iterates over the text of a JSON object with a row per image.
+
+    In the rows of scene_gt, the model numbers are replaced by the ids of the data set, `ids`.
+    """
     yield b"{"
     for number, record in enumerate(records()):
         row = record[key]
@@ -192,8 +195,9 @@ def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, in
 def coco_rows(
     records: Callable[[], Iterator[Record]], ids: Mapping[int, int], every: Sequence[int], modal: bool
 ) -> Iterator[bytes]:
-    """Iterates over the text of the scene in COCO's format, with boxes around the visible part (`modal`) or the whole
-    object.
+    """Iterates over the text of the scene in COCO's format.
+
+    Boxes are around the visible part of an object if `modal`, otherwise around the whole object.
 
     Source: the BOP toolkit's scripts/calc_gt_coco.py.
     """

@@ -88,10 +88,11 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def camera_of(shot: Shot) -> Record:
-    """Returns raycam's own keys of a row of `images`: the camera's name, K in pixels, lens, and pose
-    camera_from_world.
+    """Returns raycam's own keys of a row of `images`, which describe the camera.
 
-    K uses the camera's own `pixel_center`. A camera with parallel rays has only its matrix P.
+    The keys are the camera's name, `pixel_center`, K in pixels, R and C (camera_from_world), lens model and
+    coefficients, and time. K uses the camera's own `pixel_center`. A camera with parallel rays has its matrix P
+    instead of K, R and C.
     """
     camera, view = shot.camera, shot.view
     found: Record = {"camera": view.label or view.name, "pixel_center": camera.pixel_center}

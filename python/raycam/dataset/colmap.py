@@ -31,7 +31,7 @@ FRONT = 1e-12
 
 
 def check(plan: Plan) -> None:
-    """Raises `CameraError` for cameras that COLMAP does not support."""
+    """Raises `CameraError` for unsupported cameras, and `SettingsError` for invalid options."""
     for number, view in enumerate(plan.shots):
         try:
             model(view.camera)
@@ -75,8 +75,9 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def in_front(camera: Camera, points: Floats) -> npt.NDArray[np.bool_]:
-    """Returns True for points [..., 3] in front of the camera's plane, as COLMAP requires for any lens; False for
-    NaN.
+    """Returns True for points [..., 3] in front of the camera's plane, and False for NaN.
+
+    COLMAP requires such points for any lens model.
     """
     found: npt.NDArray[np.bool_] = product(points - camera.C, camera.R[2]) > FRONT
     return found

@@ -1,4 +1,4 @@
-"""What an inertial measurement unit measures on a body that moves through given poses."""
+"""Measurements of an inertial measurement unit on a body that moves through given poses."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class BodyMotion:
         """
         if len(times) < LEAST_POSES or (np.diff(times) <= 0.0).any():
             raise SettingsError(
-                f"imu requires at least {LEAST_POSES} poses with ascending times; got {len(times)} poses",
+                f"imu requires at least {LEAST_POSES} poses, and ascending times; got {len(times)} poses",
                 code="missing_value",
             )
         turns = quaternions.copy()

@@ -19,11 +19,12 @@ JOINTS = "joints"
 def joint_keypoints(
     world: World | Recipe | WorldSequence, format: str
 ) -> tuple[dict[str, Any], list[Notice]]:
-    """Returns the option `keypoints` of "coco" for the robots of a world, by category, and notices; for "yolo", the
-    same in "robots".
+    """Returns the value of the option `keypoints` for the robots of a world, and notices.
 
-    The names are the names of all joints that are not fixed. The skeleton connects each joint with the next joint
-    towards the root. Raises `SettingsError` for other formats, and if no robot was added with `category="robot"`.
+    For "coco", the value contains an entry for each robot, by category; for "yolo", these entries are the value of its
+    key "robots". The names are the names of all joints that are not fixed. The skeleton connects each joint with the
+    next joint towards the root. Raises `SettingsError` for other formats, and if no robot was added with
+    `category="robot"`.
     """
     if format not in ("coco", "yolo"):
         raise SettingsError(

@@ -32,7 +32,10 @@ CLEAR, PARTLY = 0.95, 0.5
 
 
 def check(plan: Plan) -> None:
-    """Raises an error unless cameras are pinholes without skew and, for flow, have the same size."""
+    """Raises an error unless cameras are pinholes without skew, and rigs are rectified pairs.
+
+    Also raises an error for invalid values of the options `baseline` and `flow`.
+    """
     for number, view in enumerate(plan.shots):
         if view.camera.model != "pinhole" or view.camera.K[0, 1] != 0.0:
             raise CameraError(
@@ -124,8 +127,9 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def right_camera(plan: Plan, shot: Shot, number: int) -> Camera | None:
-    """Returns the right camera: the rig's second camera, or the shot's camera shifted by the baseline; None without
-    either.
+    """Returns the right camera of the stereo pair; None without a rig and without a baseline.
+
+    The camera is the rig's second camera, or the shot's camera shifted by the option `baseline`.
     """
     if plan.rigs:
         return plan.shots[plan.rigs[number][1]].camera
@@ -208,7 +212,7 @@ def calibration(camera: Camera, other: Camera | None) -> str:
 
 
 def loss_of(kind: Literal["depth", "disparity"], what: str, values: Floats) -> Record:
-    """Returns the number of finite values that `fixed_point_u16` converts to 0."""
+    """Returns the record of the finite values that `fixed_point_u16` converts to 0."""
     seen = np.isfinite(values)
     return lost(kind, what, seen & (fixed_point_u16(values) == 0), seen)
 
@@ -221,8 +225,9 @@ def fixed_point_u16(values: Floats) -> npt.NDArray[np.uint16]:
 
 
 def disparities(shot: Shot, right: Camera, base: str, name: str) -> tuple[dict[str, bytes], Record]:
-    """Returns disparity maps of all surfaces and of the surfaces that are visible in both cameras, and the record of
-    losses.
+    """Returns disparity maps, and the record of lost values.
+
+    One map contains all surfaces, the other map only the surfaces that are visible in both cameras.
     """
     found = disparity(shot.world, shot.camera, right, threads=shot.plan.threads)
     exact = found["disparity"].astype(np.float64)
@@ -236,7 +241,10 @@ def disparities(shot: Shot, right: Camera, base: str, name: str) -> tuple[dict[s
 
 
 def flows(shot: Shot, following: Shot, base: str, name: str) -> tuple[dict[str, bytes], Record]:
-    """Returns flow maps to the next image, for all surfaces and for surfaces visible in it, and the loss record."""
+    """Returns maps of the flow to the next image, and the record of lost values.
+
+    One map contains all surfaces, the other map only the surfaces that are visible in the next image.
+    """
     found = flow(shot.world, shot.camera, following.world, following.camera, threads=shot.plan.threads)
     both = ~found["occluded"] & ~found["outside"]
     every = flow16(found["flow"], np.ones_like(both))
@@ -249,7 +257,10 @@ def flows(shot: Shot, following: Shot, base: str, name: str) -> tuple[dict[str, 
 
 
 def flow16(moved: npt.NDArray[np.float32], wanted: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint16]:
-    """Encodes flow: u and v in pixels times 64 plus 2^15, and 1 for valid; flow beyond 512 pixels is invalid."""
+    """Encodes flow: u and v in pixels times 64 plus 2^15, and 1 for valid.
+
+    Pixels are valid if they are `wanted` and the flow is from -512 to less than 512 pixels.
+    """
     with np.errstate(invalid="ignore"):
         scaled = np.rint(moved.astype(np.float64) * 64.0) + 32768.0
         valid = wanted & ((scaled >= 0) & (scaled <= 65535)).all(axis=2)

@@ -31,10 +31,10 @@ def check_depth_scale(scale: Any) -> None:
 def depth_units(
     depth: npt.NDArray[np.float32], scale: float | None
 ) -> tuple[npt.NDArray[np.uint16], float, Record]:
-    """Returns depth in metres [h, w] as uint16 (0 for the background and beyond the range), its unit in mm, and the
-    losses.
+    """Returns depth [h, w] in metres as uint16, its unit in mm, and the record of lost pixels.
 
-    The default unit is the finest of `DEPTH_SCALES` that can represent the farthest surface.
+    The background and depth beyond the range become 0. The default unit is the finest of `DEPTH_SCALES` that can
+    represent the farthest surface.
     """
     seen = np.isfinite(depth)
     with np.errstate(invalid="ignore"):

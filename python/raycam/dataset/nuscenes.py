@@ -41,7 +41,10 @@ def token(*parts: object) -> str:
 
 
 def check(plan: Plan) -> None:
-    """Raises an error unless all views are of rigs with a lidar, and the cameras are pinholes."""
+    """Raises an error for a world, views or cameras that nuScenes does not support.
+
+    The world must be z up, all views must belong to rigs with a lidar, and the cameras must be pinholes.
+    """
     if not plan.rigs or sum(len(frame) for frame in plan.rigs) != len(plan.shots):
         raise SettingsError(
             "nuscenes requires a rig with a lidar, such as "
@@ -72,12 +75,12 @@ def _check_options(plan: Plan) -> None:
     every, fps, start = (plan.options[name] for name in ("key_every", "fps", "start_time"))
     if isinstance(every, bool) or not isinstance(every, int) or every < 1:
         raise SettingsError(
-            f"key_every is {every!r}, expected a whole number of 1 or more", code="out_of_range"
+            f"key_every is {every!r}, expected a whole number, at least 1", code="out_of_range"
         )
     if isinstance(fps, bool) or not (isinstance(fps, int | float) and fps > 0):
         raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
     if isinstance(start, bool) or not (isinstance(start, int | float) and 0 <= start < 2**40):
-        raise SettingsError(f"start_time is {start!r}, expected seconds of 0 or more", code="out_of_range")
+        raise SettingsError(f"start_time is {start!r}, expected seconds, at least 0", code="out_of_range")
 
 
 def timestamp(plan: Plan, number: int) -> int:

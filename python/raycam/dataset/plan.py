@@ -180,7 +180,7 @@ class Plan:
     def world_of(self, view: View) -> World:
         """The world of a view, at its time."""
         if view.world is not None and self.recipe is not None:
-            with self._lock:  # several views of one world may be made at the same time
+            with self._lock:  # several views of one world may be processed at the same time
                 world = self._worlds.get(view.world)
                 if world is None:
                     world = self._worlds[view.world] = self.recipe.world(view.world)
@@ -261,7 +261,7 @@ class Shot:
 
     @property
     def background_name(self) -> str | None:
-        """The name of the image that the recipe draws for the view, in its folder; None if there is none."""
+        """The file name of the background image that the recipe draws for the view, or None."""
         recipe, world = self.plan.recipe, self.view.world
         return None if recipe is None or world is None else recipe.background_name(world, self.background_key)
 
@@ -295,7 +295,7 @@ class Shot:
         values = frame[name]
         if name != "category" or (self.plan.recipe is None and self.plan.whole is None):
             return values
-        # A world has ids for its own categories, the data set for those of all worlds.
+        # A world's ids number its own categories; the data set's ids number the categories of all worlds.
         found = np.full_like(values, -1)
         for number, category in self.world.categories.items():
             found[values == number] = self.plan.category_ids[category]
@@ -324,7 +324,7 @@ def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: 
 
 
 def check_poses(plan: Plan, format: str) -> None:
-    """Raises `CameraError` for cameras with parallel rays, and for cameras that move during the exposure."""
+    """Raises `CameraError` for parallel rays, and for moving cameras with a rolling shutter."""
     for number, view in enumerate(plan.shots):
         if view.camera.is_parallel:
             raise CameraError(

@@ -29,7 +29,7 @@ def check(plan: Plan) -> None:
             )
         if camera.size != first.size or not np.array_equal(camera.K, first.K):
             raise CameraError(
-                f"camera {number} has another K or size than the first; an RGB-D sequence has one camera",
+                f"camera {number} differs from camera 0 in K or size, which an RGB-D sequence does not support",
                 code="unsupported_camera",
             )
     check_depth_scale(plan.options["depth_scale"])
@@ -90,7 +90,10 @@ def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def make_scannet(plan: Plan, number: int) -> Made:
-    """Makes colour, depth in steps of `depth_scale`, and the pose (camera to world)."""
+    """Makes colour, depth, pose (camera to world), instance and label files.
+
+    Depth is in steps of `depth_scale`.
+    """
     shot = plan.shot(number)
     frame = shot.render(["color", "depth", "instance", "category"])
     depth, _, loss = depth_units(frame["depth"], plan.options["depth_scale"])
@@ -107,7 +110,10 @@ def make_scannet(plan: Plan, number: int) -> Made:
         ("label", np.maximum(shot.channel(frame, "category"), 0)),
     ):
         if ids.max() > 65535:
-            raise SettingsError(f"{kind} {ids.max()} does not fit the 16 bits of a PNG", code="out_of_range")
+            raise SettingsError(
+                f"{kind} value {ids.max()} does not fit into a 16-bit PNG; the largest value is 65535",
+                code="out_of_range",
+            )
         made[f"{kind}/{number}.png"] = png(ids.astype(np.uint16))
     return made, loss
 
@@ -127,8 +133,9 @@ def four_by_four(matrix: Floats) -> str:
 
 
 def quaternion(rotation: Floats) -> Floats:
-    """Returns the quaternion (w, x, y, z) of a rotation, w >= 0. Source: Shepperd, Quaternion from rotation matrix,
-    1978.
+    """Returns the quaternion (w, x, y, z) of a rotation, w >= 0.
+
+    Source: Shepperd, Quaternion from rotation matrix, 1978.
     """
     r = rotation
     squares = np.array([r[0, 0] + r[1, 1] + r[2, 2], r[0, 0], r[1, 1], r[2, 2]])

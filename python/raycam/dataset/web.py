@@ -48,8 +48,9 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def tar(plan: Plan, views: Iterable[int]) -> Iterator[Piece]:
-    """Iterates over the pieces of a tar file; each view is rendered when its piece is due. Source: POSIX.1-1988,
-    ustar.
+    """Iterates over the pieces of a tar file.
+
+    A view is rendered when its first piece is requested. Source: POSIX.1-1988, ustar.
     """
     size = 0
     for view in views:

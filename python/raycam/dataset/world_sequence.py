@@ -26,7 +26,8 @@ class WorldSequence:
 
     `worlds` is a sequence of worlds, an iterator over worlds, or a function that returns world i. `count` is the number
     of worlds; a sequence has its own length. `categories` are the names of all categories, or a mapping from ids to
-    names; by default, those of a sequence's worlds, or those of the first world.
+    names; the default is all categories of a sequence's worlds, or the categories of the first world for an iterator or
+    a function.
 
     Raises `SettingsError` if the count is missing or wrong.
     """

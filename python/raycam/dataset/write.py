@@ -146,7 +146,7 @@ def write(
     licence: str = "",
     **options: Any,
 ) -> DatasetResult:
-    """Renders views of a world with ground truth and writes them to a folder in one of `FORMATS`.
+    """Renders views of a world with ground truth and writes them in one of the `FORMATS`.
 
     `cameras` and `times` are as in `views`. With a rig as `cameras`, `poses` may be a trajectory file ("tum", "euroc",
     "kitti-poses", ...) of its body, whose times are used unless `times` is given. `options` are those of
@@ -171,7 +171,7 @@ def write(
       represent its depth), `model_ids` ({category or object name: obj_id}). Objects with equal meshes share one model.
       Without `model_ids`, the obj_id is the category if that is a whole number, or else an unused number in the order
       of the categories' names
-    * "kitti": `baseline` in metres adds a right camera with its images (image_3) and disparity; so do a rig's first two
+    * "kitti": `baseline` in metres adds a right camera with its images (image_3) and disparity; so does a rig of two
       cameras, which must be a rectified pair; `flow` (False) adds optical flow to the next view
     * "semantickitti": scans of a rig's lidar, with labels of points, calibration, poses and times; the first camera's
       images. `lidar` (default: the only one), `sequence` ("00"), `labels` ({category: id}, default: the ids of the
@@ -228,8 +228,8 @@ def write(
     cameras, which must have the same names in all worlds, or all with `cameras`. `categories` lists the categories of
     all worlds; by default, they are those of a list's worlds, or else of the first world. The worlds are created in
     this process and rendered on all threads; `shard` divides them among several processes. A resumed call does not
-    request the worlds of finished views again. An exception are the index files of "bop" and of formats with one data
-    set per world; these formats therefore require a list or a function.
+    request the worlds of finished views again. However, the index files of "bop" and of formats with one data set per
+    world require all worlds again; these formats therefore require a list or a function.
 
     The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted
     one and keeps its finished views; `resume=False` starts again. `workers` and `shard` (i, n) are as in `make_pool`
@@ -405,7 +405,7 @@ def make_plan(
         ):
             raise SettingsError(
                 "the given cameras have no pose (they are at the origin) and would replace the recipe's cameras, whose "
-                'poses are drawn by the key see; omit cameras, and write calibration = "FILE" into [[camera]] '
+                'random poses come from the key "see"; omit cameras, and write calibration = "FILE" into [[camera]] '
                 "instead of size, fov or K",
                 code="conflicting_values",
             )
@@ -423,7 +423,7 @@ def late_times(plan: Plan) -> list[Notice]:
     ends = [animation.duration for animation in plan.world.animations]
     ends.extend([video.frames / video.fps] if video is not None else [])
     times = [view.time for view in plan.shots if view.time is not None]
-    # Up to one frame later is allowed, because the last frame lasts that long.
+    # Times up to one frame after the end are allowed, because the last frame lasts that long.
     end = max(ends, default=0.0) + (1 / video.fps if video is not None else 0.0)
     out = [time for time in times if not 0 <= time <= end]
     if plan.recipe is not None or not ends or not out:

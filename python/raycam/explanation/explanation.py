@@ -123,7 +123,8 @@ def explain(
         camera, pixel = (None, camera) if isinstance(camera, tuple | list) else (camera, None)
     if pixel is None:
         raise SettingsError(
-            "pixel is missing: (column, row), whole numbers from (0, 0) at the top left", code="missing_value"
+            "pixel is missing; pass (column, row), whole numbers from (0, 0) at the top left",
+            code="missing_value",
         )
     world = world_of(world)
     camera = camera_of(world, camera)

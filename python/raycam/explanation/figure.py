@@ -1,6 +1,6 @@
 """Figure of an explanation: the image with the marked pixel, ray and triangle in 3D, and the inside test.
 
-The figure shows the subjects of the lecture's figures in their colours and marks, without a browser.
+The figure shows the same subjects as the lecture's figures, with the same colours and marks, and requires no browser.
 The 3D drawing is scaled to the triangle for any distance of the camera; a long ray is shortened with an axis
 break. Directions and all points of the plane are exact.
 """
@@ -247,7 +247,10 @@ def _corner_labels(A: Floats, B: Floats, C: Floats, middle: Floats) -> list[Labe
 
 
 def to_page_points(to_page: Callable[[Floats], Floats], c: Candidate) -> tuple[Floats, Floats]:
-    """Where u meets the edges' lines on the page: the crossings [n, 2], and nearby intersections that do not count."""
+    """Returns the points on the page at which u meets the lines through the edges.
+
+    The points are the crossings [n, 2], and nearby intersections that do not count.
+    """
 
     def places(chosen: Bools) -> Floats:
         points = np.asarray(c.f + c.along_u[chosen][:, None] * c.u)

@@ -48,8 +48,9 @@ class LensSteps:
 
 
 def at_line(camera: Camera, column: int, row: int) -> Camera:
-    """Returns the camera at rest, at the middle of the exposure of the pixel's line; unchanged if the camera does not
-    move.
+    """Returns the camera at rest, in the middle of the exposure of the pixel's line.
+
+    A camera without a shutter is returned unchanged.
     """
     if camera.shutter is None:
         return camera

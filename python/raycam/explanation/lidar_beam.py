@@ -95,9 +95,9 @@ def check_beam_figure(path: str | os.PathLike[str]) -> None:
 def explain_beam(world: World, lidar: Lidar | str, firing: int, *, frame: int = 0) -> BeamExplanation:
     """Explains pulse number `firing` of a lidar: its sub-rays, the surfaces that they meet, and the echoes.
 
-    `lidar` is a `Lidar`, or the name of a lidar of the world; `frame` is the number of the frame, as in `raycam.scan`,
-    whose points this explains. Raises `LidarError` for an unknown lidar, and `SettingsError` for a pulse that the
-    pattern does not contain.
+    `lidar` is a `Lidar`, or the name of a lidar of the world; `frame` is the number of the frame, as in `raycam.scan`;
+    the explained echoes become the points of this scan. Raises `LidarError` for an unknown lidar, and `SettingsError`
+    for a pulse that the pattern does not contain.
     """
     if isinstance(lidar, str):
         lidar = lidar_named(world, lidar)

@@ -57,7 +57,7 @@ class Svg:
     def rectangle(
         self, x: float, y: float, width: float, height: float, fill: str, stroke: str = "none"
     ) -> None:
-        """Returns a rectangle, with slightly rounded corners if it has a stroke."""
+        """Adds a rectangle, with slightly rounded corners if it has a stroke."""
         corner = 0 if stroke == "none" else 6
         self.parts.append(
             f'<rect x="{_n(x)}" y="{_n(y)}" width="{_n(width)}" height="{_n(height)}" rx="{corner}" '

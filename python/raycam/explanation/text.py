@@ -158,7 +158,10 @@ def color_section(e: PixelSteps) -> Iterator[str]:
 
 
 def aside(e: PixelSteps) -> str:
-    """Returns the principal axis of a camera with a lens, because no earlier step contains it."""
+    """Returns the principal axis of a camera with a lens as text; empty without a lens.
+
+    With a lens, no earlier step contains the principal axis.
+    """
     return "" if e.lens is None else f" v = {vector(e.lens.forward)}"
 
 

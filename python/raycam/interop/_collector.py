@@ -141,7 +141,10 @@ def to_array(image: Any) -> Array:
 
 
 def to_linear(colors: Any) -> Array:
-    """Converts sRGB colours [n, 3 or 4], integers or floats in 0..1, to linear; opacity is unchanged."""
+    """Converts sRGB colours [n, 3 or 4], integers or floats in 0..1, to linear.
+
+    Opacity is unchanged; an opacity of 1 in all rows is omitted, and the result is [n, 3].
+    """
     array = np.asarray(colors)
     array = (
         array / np.iinfo(array.dtype).max if array.dtype.kind == "u" else np.clip(array.astype(float), 0, 1)

@@ -38,8 +38,8 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     to `path`, and the folder is synced, so that `path` is complete even after a crash. If the block raises, the
     temporary file is removed and an existing `path` is kept. Temporary files of killed processes are removed.
 
-    Symbolic links are followed. A file that cannot be replaced is overwritten instead, which is not atomic: a pipe, a
-    device, a file that is mounted into a container, and a file in a folder without write permission.
+    Symbolic links are followed. Files that cannot be replaced are overwritten instead, which is not atomic. Such files
+    are pipes, devices, files mounted into a container, and files in a folder without write permission.
 
     Raises the `OSError`s of `check_writable` and of the disk.
     """
@@ -213,7 +213,10 @@ def _move(temporary: str, found: _Destination) -> None:
 
 @contextlib.contextmanager
 def with_path(path: str | os.PathLike[str], instead_of: str | None = None) -> Iterator[None]:
-    """Adds `path` to `OSError`s of the block that contain no file name, or the name `instead_of`."""
+    """Adds `path` to `OSError`s of the block that contain no file name.
+
+    The file name `instead_of` is replaced by `path`, too.
+    """
     try:
         yield
     except OSError as fault:
@@ -244,9 +247,9 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
 
     A temporary file is created and removed, so that quotas, read-only disks and limits of names are also detected.
 
-    Raises `FileNotFoundError` or `NotADirectoryError` if there is no such folder, `IsADirectoryError` if `path` is a
-    folder, `PermissionError` if the folder or the existing file is write-protected, and `OSError` if the disk has too
-    little space (ENOSPC) or does not accept the name (ENAMETOOLONG).
+    Raises `FileNotFoundError` or `NotADirectoryError` if the folder does not exist, and `IsADirectoryError` if `path`
+    is a folder. Raises `PermissionError` if the folder or the existing file is write-protected. Raises `OSError` if the
+    disk has too little space (ENOSPC) or does not accept the name (ENAMETOOLONG).
     """
     target = os.fspath(path)
     found = _check_destination(target, size)

@@ -11,7 +11,10 @@ __all__ = ["check_folder"]
 
 
 def check_folder(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> None:
-    """Raises `SettingsError` unless a file is in a folder, by its path or by the target of its links."""
+    """Raises `SettingsError` for a file outside a folder.
+
+    A file is in the folder if its path, or the target of its links, is in the folder.
+    """
     file, root = Path(path), Path(folder)
     if not any(resolved(file).is_relative_to(resolved(root)) for resolved in (Path.resolve, Path.absolute)):
         raise SettingsError(

@@ -32,8 +32,9 @@ def read_at(file: int, count: int, place: int) -> bytes:
 
 
 def write_at(file: int, data: bytes, place: int) -> int:
-    """Writes bytes to an open file from the offset `place`, and returns their number; on Windows this moves the file's
-    position.
+    """Writes bytes to an open file from the offset `place`, and returns their number.
+
+    On Windows, this call moves the file's position.
     """
     if hasattr(os, "pwrite"):
         return os.pwrite(file, data, place)
@@ -57,8 +58,8 @@ def sync_file(file: int) -> None:
 def sync(path: str | os.PathLike[str]) -> None:
     """Syncs a file or folder to the disk.
 
-    Windows syncs a file only if it is open for writing, and has no sync of a folder, whose entries NTFS journals.
-    Raises `OSError` from the disk.
+    Windows syncs a file only if it is open for writing. It cannot sync a folder, but NTFS keeps a journal of a folder's
+    entries. Raises `OSError` from the disk.
     """
     windows = os.name == "nt"
     if windows and os.path.isdir(path):
@@ -121,12 +122,12 @@ MMAP_THRESHOLD = -3
 
 
 def give_memory_back() -> bool:
-    """Makes the C library return freed blocks to the system; returns False without effect for C libraries other than
-    glibc.
+    """Makes the C library return freed blocks to the system.
 
-    By default glibc raises its mmap and trim thresholds after a large block is freed, so each thread may keep up to
-    64 MiB of freed memory. This call fixes the thresholds: blocks of 256 KiB or more (image planes, trees) are mapped
-    separately and returned immediately, and each thread keeps at most 128 KiB.
+    Returns False, without effect, for C libraries other than glibc. By default, glibc raises its mmap and trim
+    thresholds after a large block is freed, so each thread may keep up to 64 MiB of freed memory. This call fixes the
+    thresholds: blocks of 256 KiB or more (image planes, trees) are mapped separately and returned immediately, and each
+    thread keeps at most 128 KiB.
     """
     import ctypes
 

@@ -14,12 +14,12 @@ A kind of job is a function `factory(world, settings, threads)`, given to `jobs.
 folder, with `/` between folders. An index of all frames is created by the caller of `run`, from `finished()`.
 
 In the folder, `.raycam/` contains `job.json` (a readable description), `package` (the complete package),
-`journal.jsonl` (the journal: finished frames with the hashes of their files; one more for each shard), and `failed/`
-(logs of failed frames). All other files are results. A file with its final name is complete: results are written to a
-temporary name, synced, renamed, and their folder is synced, before the journal records them.
+`journal.jsonl` (the journal: finished frames with the hashes of their files; each shard has a journal of its own), and
+`failed/` (logs of failed frames). All other files are results. A file with its final name is complete: results are
+written to a temporary name, synced, renamed, and their folder is synced, before the journal records them.
 
-This file imports no module of the package: a worker may import one in a thread while another thread imports the
-package, which would deadlock if the package imported the module in turn.
+This file imports no module of the package. A worker may import such a module in one thread while another thread
+imports the package; if the package imported the module in turn, the two threads would deadlock.
 """
 
 from __future__ import annotations

@@ -71,7 +71,9 @@ def digest(pieces: Iterable[bytes]) -> Stamp:
 
 
 def read(path: Path) -> Iterator[tuple[int, JournalEntry | None]]:
-    """Iterates over the entries of a journal with their byte offsets, oldest first; returns None for a damaged line.
+    """Iterates over the entries of a journal with their byte offsets, oldest first.
+
+    Yields None for a damaged line.
 
     A partial line at the end, left by a killed process, is skipped. A missing file has no entries.
     """

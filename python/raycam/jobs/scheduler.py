@@ -108,8 +108,8 @@ def schedule(
 
     At most `pool.slots()` frames are submitted at a time. A frame that raises an error of raycam itself fails at once,
     because the error would occur again; after other errors and deaths of workers it is tried `attempts` times. If a
-    pool cannot determine which of several frames killed a worker, these frames are retried at the end, one at a time,
-    so that no frame fails because of another. When no other frames are left, a straggler is also given to a second
+    pool cannot determine which of several frames killed a worker, these frames are retried at the end, one at a time.
+    So no frame fails because of another frame. When no other frames are left, a straggler is also given to a second
     worker.
 
     Raises `JobError` if all workers are lost, and `OSError` if the job's disk fails.

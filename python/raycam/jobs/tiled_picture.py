@@ -144,10 +144,11 @@ def render_tiled(
     progress: Progress | None = None,
     save: Callable[[Frame], object] | None = None,
 ) -> Frame | None:
-    """Renders the image of a package from `job_package` by a job in `folder`; None if other shards lack tiles.
+    """Renders the image of a package from `job_package`, with a job in `folder`.
 
-    With `save`, `save(image)` is called and the job removed; returns None if another shard has already saved the
-    image. Other arguments are as in `Job.run`, whose errors are raised.
+    Returns None if tiles of other shards are not finished yet. With `save`, `save(image)` is called and the job
+    removed; returns None if another shard has already saved the image. Other arguments are as in `Job.run`, whose
+    errors are raised.
     """
     job = Job(folder, package, resume=resume)
     notices = dict.fromkeys(job.status().notices)

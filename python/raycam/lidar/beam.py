@@ -13,10 +13,12 @@ __all__ = ["beam_rays", "hexagonal_set"]
 
 
 def hexagonal_set(samples: int) -> tuple[Floats, Floats]:
-    """Returns points [k, 2] in radii of the beam at 1/e², the centre first, and their weights [k], all 1 / k.
+    """Returns points [k, 2] that sample the beam's cross section, and their weights [k].
 
-    Points have the angles of a hexagonal lattice. The points of a shell represent an annulus with their share of the
-    energy of the Gaussian exp(-2 r²), at its mean of r², so that the mean of r² over all points is the Gaussian's, 1/2.
+    The first point is the centre. The unit is the beam's radius at 1/e². All weights are 1 / k. The points have the
+    angles of a hexagonal lattice. The points at one radius represent an annulus, which contains their share of the
+    energy of the Gaussian exp(-2 r²). Their radius is chosen so that the mean of r² over all points equals the
+    Gaussian's mean, 1/2.
     """
     rings = {1: 0, 7: 1, 19: 2, 37: 3}[samples]
     points = [

@@ -76,7 +76,7 @@ class Lidar:
     wavelength      in nanometres
     visibility      visibility in fog, in metres: the attenuation is ln(20) / visibility (default: the world's fog;
                     infinite: no fog)
-    overlap         pairs (distance in metres, share of the light that the receiver sees), by ascending distance
+    overlap         pairs (distance in metres, share of the light that reaches the receiver), by ascending distance
     signal_gain     counts of the field `signal` for a white target at normal incidence at 1 m
     waveform        True: the field `waveform`
     near_ir_samples light paths per point for the field `near_ir` (default: 0, without this field)
@@ -365,7 +365,10 @@ class Lidar:
 
     @property
     def pulse_extent(self) -> float:
-        """The pulse's full width at half maximum, in metres of distance: half the way of light in this time."""
+        """The pulse's full width at half maximum, in metres of distance.
+
+        This is half the distance that light travels in `pulse_length`.
+        """
         return float(self._value("pulse_length", 4e-9)) * LIGHT_SPEED / 2.0
 
     @property
@@ -380,7 +383,7 @@ class Lidar:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """All settings by name, as used; None for unknown numbers."""
+        """All effective settings by name; None for a value that is not specified."""
         found = {name: self._value(name) for name in _CHECKS}
         found.update(
             rate=self.rate,
@@ -430,7 +433,10 @@ class Lidar:
 
     @property
     def assumed(self) -> list[str]:
-        """The settings that neither the device's documents nor you specify, so that general defaults apply."""
+        """The names of the settings for which general defaults apply.
+
+        Neither the device's documents nor the caller specify these settings.
+        """
         known = {
             *self._settings,
             *self._description,
@@ -455,7 +461,10 @@ class Lidar:
         return make_pattern({**self._description, **self._mode()}, self.rate, frame)
 
     def pixel_shifts(self, columns: int) -> list[int]:
-        """Returns how many columns each row of an Ouster's image is shifted, from its metadata or else its azimuths."""
+        """Returns the shift of each row of an Ouster's image, in columns.
+
+        The shifts come from the metadata, or are computed from the azimuths if the metadata contain none.
+        """
         table = self._description["ouster"]
         listed = table.get("pixel_shift_by_row")
         if listed:
@@ -471,7 +480,7 @@ class Lidar:
     def placed(
         self, location: npt.ArrayLike, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
     ) -> Self:
-        """Returns the lidar at `location` [3], turned by angles in degrees, as `Camera.from_pose`.
+        """Returns the lidar at `location` [3], turned as in `Camera.from_pose` (angles in degrees).
 
         With all angles 0, the lidar looks along +x of a z-up world (along -z if `up` is "y"). Positive yaw turns left.
         """
@@ -519,10 +528,10 @@ class Lidar:
         return self._copy(track=track)
 
     def moving_by(self, first: Floats, second: Floats, seconds: float) -> Self:
-        """Returns the lidar moving from its pose in the same way as a body that moves from `first` to `second` in
-        `seconds`.
+        """Returns the lidar moving from its pose in the same way as a given body.
 
-        `first` and `second` are poses [4, 4]; the lidar has the same motion in its own axes.
+        The body moves from the pose `first` [4, 4] to the pose `second` [4, 4] in `seconds`. The lidar has the same
+        motion in its own axes.
         """
         back = first[:3, :3].T
         turn, shift = product(back, second[:3, :3]), product(back, second[:3, 3] - first[:3, 3])

@@ -160,7 +160,10 @@ def _conical(table: dict[str, Any], rate: float, frame: int) -> Pattern:
 
 
 def survey_grid(table: dict[str, Any]) -> tuple[Floats, Floats]:
-    """Returns the elevations [rows] and azimuths [columns] of a survey in degrees, both ends included."""
+    """Returns the elevations [rows] and azimuths [columns] of a survey in degrees.
+
+    The last value of each range is included if it is a whole number of steps from the first value.
+    """
     axes = []
     for name in ("elevations", "azimuths"):
         first, last, step = table[name]

@@ -1,4 +1,4 @@
-"""The light of the world that a lidar receives along its beams, besides its own."""
+"""The light of the world that a lidar receives along its beams, without its own light."""
 
 from __future__ import annotations
 

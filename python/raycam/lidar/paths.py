@@ -140,13 +140,13 @@ def trace_paths(
     max_bounces: int,
     threads: int | None,
 ) -> Contributions:
-    """Returns the light from surfaces for beams of rays [n, k, 3] with weights [k], at `times` [n] (None: the world's).
+    """Returns the light that surfaces return to beams of rays [n, k, 3] with weights [k].
 
-    `drift` [n, k] is the rate of change of distances along each ray because the sensor moves (default: 0).
-    Fog is below the coordinate `fog_top[1]` of the axis `fog_top[0]` (default: everywhere).
-    Each ray's path is a tree: at a smooth interface, the share F is reflected and 1 - F is refracted (Fresnel). Each
-    share is squared, because the light returns along the same path. Both branches are followed, up to `max_bounces`
-    interfaces; no random numbers are used.
+    `times` [n] are the times of the beams (None: the world's time). `drift` [n, k] is the rate of change of distances
+    along each ray because the sensor moves (default: 0). Fog is below the coordinate `fog_top[1]` of the axis
+    `fog_top[0]` (default: everywhere). Each ray's path is a tree: at a smooth interface, the share F is reflected and
+    1 - F is refracted (Fresnel). Each share is squared, because the light returns along the same path. Both branches
+    are followed, up to `max_bounces` interfaces; no random numbers are used.
     """
     count, samples = origins.shape[:2]
     every = np.arange(count * samples)

@@ -70,7 +70,11 @@ def grid_pattern(
     range_offset: npt.ArrayLike = 0.0,
     range_scale: npt.ArrayLike = 1.0,
 ) -> Pattern:
-    """Returns the pattern of a spinning device from arrays [columns, lasers], [columns, lasers, 3] and [lasers]."""
+    """Returns the pattern of a spinning device from arrays over columns and lasers.
+
+    `times` is [columns, lasers], `directions` and `origins` are [columns, lasers, 3] and `rings` is [lasers]; the other
+    arguments are single values or arrays that broadcast to [columns, lasers].
+    """
     columns, lasers = times.shape
     every = np.arange(columns * lasers)
 
@@ -113,7 +117,10 @@ def free_pattern(
 
 
 def unit_vectors(vectors: Floats) -> Floats:
-    """Returns `vectors` [n, 3] divided by their lengths; raises `LidarError` for a zero vector, with its row."""
+    """Returns `vectors` [n, 3] divided by their lengths.
+
+    Raises `LidarError`, with the row, for a zero vector.
+    """
     largest = np.abs(vectors).max(axis=1, initial=0.0)
     is_extreme = (largest < 1e-100) | (largest > 1e100)  # squares would overflow or underflow
     scale = np.where(is_extreme & (largest > 0.0) & np.isfinite(largest), largest, 1.0)
@@ -130,7 +137,10 @@ def unit_vectors(vectors: Floats) -> Floats:
 
 
 def cosines(angles: Iterable[float]) -> Floats:
-    """Returns the cosines of angles in radians. NumPy's own depend on the processor in the last bit."""
+    """Returns the cosines of angles in radians, equal on every processor.
+
+    The last bit of NumPy's cosines depends on the processor.
+    """
     return np.fromiter(map(math.cos, angles), np.float64)
 
 

@@ -1,4 +1,4 @@
-"""Patterns of device descriptions, by family."""
+"""Pulse patterns from device descriptions, with one function for each device family."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ def make_pattern(description: dict[str, Any], rate: float, frame: int) -> Patter
 
 
 def velodyne_lasers(table: dict[str, Any]) -> list[Laser]:
-    """Returns the lasers of a description: a list of their corrections, or columns of angles in degrees."""
+    """Returns the lasers of a Velodyne's description.
+
+    The table contains either `lasers`, a list of corrections, or columns of angles in degrees.
+    """
     if "lasers" in table:
         return [Laser(**laser) for laser in table["lasers"]]
     elevations = table["elevations"]
@@ -42,7 +45,7 @@ def velodyne_lasers(table: dict[str, Any]) -> list[Laser]:
 
 
 def ouster_unit(table: dict[str, Any]) -> OusterUnit:
-    """Returns the calibration of the Ouster that a device description describes."""
+    """Returns the calibration in the description of an Ouster."""
     angles = table["beam_azimuth_angles"]
     shifts = table.get("pixel_shift_by_row")
     return OusterUnit(
@@ -135,7 +138,7 @@ FAMILIES: dict[str, Callable[[dict[str, Any], float, int], Pattern]] = {
 
 
 def check_family(description: dict[str, Any]) -> None:
-    """Raises `LidarError` for a description without a known family and its table."""
+    """Raises `LidarError` if the family is unknown, or if its table is missing."""
     family = description.get("family")
     if family not in FAMILIES or family not in description:
         raise LidarError(

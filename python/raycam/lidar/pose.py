@@ -25,7 +25,10 @@ class Track:
     """The positions of the poses [k, 3], metres."""
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
-        """Returns rotations [n, 3, 3] and positions [n, 3]: lines, and the shortest arcs, between the poses."""
+        """Returns rotations [n, 3, 3] and positions [n, 3] at `times` [n].
+
+        Positions are interpolated linearly, and rotations along the shortest arc.
+        """
         if len(self.times) == 1:
             return np.broadcast_to(self.rotations[0], (len(times), 3, 3)), np.broadcast_to(
                 self.positions[0], (len(times), 3)
@@ -49,7 +52,8 @@ class Track:
     def velocity_at(self, times: Floats) -> tuple[Floats, Floats]:
         """Returns velocities in m/s and angular velocities in rad/s in world axes, [n, 3] each.
 
-        They are 0 before the first pose and after the last, and at a pose those of the motion after it.
+        Both are 0 before the first pose and after the last. At the time of a pose, they are the velocities of the
+        motion that follows.
         """
         linear, angular = np.zeros((len(times), 3)), np.zeros((len(times), 3))
         piece = np.searchsorted(self.times, times, side="right")
@@ -79,7 +83,10 @@ def _arc(first: Floats, last: Floats) -> tuple[Floats, float]:
 
 
 def transform(turns: Floats, vectors: Floats) -> Floats:
-    """Returns the vectors [n, 3] turned by the matrices [n, 3, 3], the same to the last bit on every processor."""
+    """Returns the vectors [n, 3] rotated by the matrices [n, 3, 3].
+
+    The result has the same bits on every processor.
+    """
     if len(turns) and not turns.strides[0]:  # the same matrix for all pulses
         turns = turns[:1]
     x, y, z = vectors.T

@@ -1,4 +1,7 @@
-"""The rate at which the distance between a lidar and a surface changes, as FMCW lidars measure it."""
+"""The rate of change of the distance between a lidar and a surface.
+
+FMCW lidars measure this rate.
+"""
 
 from __future__ import annotations
 
@@ -18,10 +21,10 @@ __all__ = ["radial_velocities", "sensor_drift"]
 
 
 def sensor_drift(track: Track, times: Floats, origins: Floats, directions: Floats) -> Floats:
-    """Returns the rate [n, k] at which rays from a moving sensor become shorter or longer because the sensor moves.
+    """Returns the rate [n, k] at which the motion of a sensor lengthens its rays, in m/s.
 
-    `origins` and `directions` [n, k, 3] are the starts of rays minus the sensor's position, and unit vectors, both in
-    world axes. In m/s, negative for a sensor that moves along the ray.
+    `origins` [n, k, 3] are the starts of the rays relative to the sensor's position, and `directions` [n, k, 3] are
+    unit vectors; both are in world axes. The rate is negative if the sensor moves along the ray.
     """
     linear, angular = track.velocity_at(times)
     moved = linear[:, None] + np.cross(angular[:, None], origins)
@@ -37,12 +40,13 @@ def radial_velocities(
     times: Floats,
     threads: int | None,
 ) -> npt.NDArray[np.float32]:
-    """Returns the rate of change of the distances of hits with `fields` at `times`, in m/s, float32 [n].
+    """Returns the rates at which the distances of hits change, in m/s, float32 [n].
 
-    The rate is positive if the distance increases. `drift` [n] is the rate caused by the motion of the sensor, mirrors
-    and glass; `arrival` [n, 3] is the direction of the light at the surface times the refractive index. Only the motion
-    of the surface's point and of the points on mirrors and glass counts: by Fermat's principle, a shift of the points
-    at which the path meets mirrors and glass does not change the path's length.
+    `fields` describes the hits, and `times` [n] are their times. The rate is positive if the distance increases.
+    `drift` [n] is the rate caused by the motion of the sensor, mirrors and glass; `arrival` [n, 3] is the direction of
+    the light at the surface times the refractive index. Only the motion of the surface's point and of the points on
+    mirrors and glass counts. The path may also meet mirrors and glass at other points than before, but by Fermat's
+    principle such a shift does not change the path's length.
     """
     moved = surface_velocities(world, fields, times, threads)
     rate: npt.NDArray[np.float32] = (drift + (moved * arrival).sum(axis=1)).astype(np.float32)

@@ -20,7 +20,7 @@ __all__ = ["Prism", "risley_pattern"]
 
 @dataclass(frozen=True)
 class Prism:
-    """A wedge prism that rotates about the x axis; one of its faces is perpendicular to the axis."""
+    """A wedge prism that rotates about the x axis and has one face perpendicular to this axis."""
 
     wedge: float
     """The angle between its faces, in degrees."""
@@ -33,7 +33,10 @@ class Prism:
 
 
 def risley_pattern(prisms: Sequence[Prism], pulse_rate: float, rate: float, frame: int) -> Pattern:
-    """Returns the pulses of frame number `frame`; the pattern continues from frame to frame without repeating."""
+    """Returns the pulses of frame number `frame`.
+
+    The pattern continues from frame to frame without repeating.
+    """
     count = round(pulse_rate / rate)
     check_count(count)
     pulses = np.arange(count) + frame * count

@@ -21,7 +21,7 @@ LOST = ("kept", "nothing hit", "too weak", "too near", "too far", "reflected awa
 
 
 def warn_of_device(lidar: Lidar) -> None:
-    """Warns if the angles are the model's nominal angles, although each unit has angles of its own."""
+    """Warns if the angles are the model's nominal angles; the angles of each unit differ."""
     if not lidar.is_generic:
         return
     remedy = 'pass the unit\'s file to raycam.load_lidar("FILE")'
@@ -54,13 +54,13 @@ def warn_of_times(world: World, lidar: Lidar) -> None:
 
 
 def warn_of_assumed_reflectance(wavelength: float, colored: bool) -> None:
-    """Warns that colours were used as reflectances, if their channels differ."""
+    """Warns that colours were used as reflectances, if the colours are not grey."""
     if colored:
         text = f"materials have no reflectance at {wavelength:g} nm; the red channel of their colour is used"
         warn(Notice(text, "assumed_reflectance"))
 
 
 def warn_of_empty_scan(lidar: Lidar, reasons: npt.NDArray[np.int8]) -> None:
-    """Warns of a scan without points, with the numbers of pulses by the reason for which they were lost."""
+    """Warns about a scan without points and reports how many pulses were lost for each reason."""
     counts = ", ".join(f"{LOST[code]}: {np.count_nonzero(reasons == code)}" for code in np.unique(reasons))
     warn(Notice(f"{lidar.name}: the scan has no points; pulses lost: {counts}", "empty_scan"))

@@ -29,9 +29,10 @@ Array = npt.NDArray[Any]
 
 
 class Scan(Mapping[str, Array]):
-    """The points of a lidar's frame: a read-only mapping from field names to arrays with one row per point.
+    """The points of a lidar's frame: a read-only mapping from field names to arrays.
 
-    `raycam.scan` lists the fields. `lidar` is the lidar that was used, `pattern` its pulses.
+    Arrays have one row for each point. `raycam.scan` lists the fields. `lidar` is the lidar that was used, `pattern`
+    its pulses.
     """
 
     __slots__ = ("_columns", "_lidar", "_notices", "_pattern", "_up")
@@ -102,22 +103,25 @@ class Scan(Mapping[str, Array]):
 
     @property
     def waveform_offsets(self) -> Floats:
-        """The distances of the samples of `waveform` from the echo's maximum, float64 [65], in metres.
+        """The distances of the samples of `waveform` from the echo's maximum, metres, float64 [65].
 
         The maximum is at the point's distance without noise.
         """
         return waveform_offsets(self._lidar.pulse_extent)
 
     def in_world(self) -> Floats:
-        """Returns the measured points in world coordinates, each by the pose at its own time, float64 [n, 3]."""
+        """Returns the measured points in world coordinates, float64 [n, 3].
+
+        Each point is transformed by the pose at its own time.
+        """
         turns, places = self._lidar.track.at(self["time"])
         return transform(turns, self["position"]) + places
 
     def deskewed(self, time: float | None = None) -> Floats:
-        """Returns the points in the sensor axes at one time, float64 [n, 3], as if all pulses were emitted from the
-        sensor's pose at that time.
+        """Returns the points in the sensor axes at one time, float64 [n, 3].
 
-        `time` is in seconds from the frame's start (default: its middle).
+        The points are as if all pulses had been emitted from the sensor's pose at that time. `time` is in seconds from
+        the frame's start (default: its middle).
         """
         moment = (
             0.5 / self._lidar.rate if time is None else real("time", time, what="seconds", error=LidarError)
@@ -127,11 +131,12 @@ class Scan(Mapping[str, Array]):
         return transform(np.broadcast_to(turns[0].T, (len(apart), 3, 3)), apart)
 
     def image(self, field: str = "distance", *, staggered: bool = True, echo: int = 0) -> Array:
-        """Returns a field as an image [rings, columns, ...], as sent by the device; row 0 has the highest elevation.
+        """Returns a field as an image [rings, columns, ...], as the device sends it.
 
-        `echo` is the echo's number if the lidar reports several per pulse. Pixels without a point are NaN, 0 for
-        unsigned and -1 for other integers. With `staggered=False`, the rows of an Ouster are shifted by
-        `pixel_shift_by_row`, as by Ouster's `destagger`. Raises `LidarError` for patterns without rows and columns.
+        Row 0 has the highest elevation. `echo` is the echo's number if the lidar reports several per pulse. Pixels
+        without a point are NaN, 0 for unsigned and -1 for other integers. With `staggered=False`, the rows of an Ouster
+        are shifted by `pixel_shift_by_row`, as by Ouster's `destagger`. Raises `LidarError` for patterns without rows
+        and columns.
         """
         rows, columns = self._pattern.shape
         if not rows:

@@ -62,12 +62,13 @@ def scan(
     keep_lost: bool = False,
     threads: int | None = None,
 ) -> Scan:
-    """Scans `world` with one frame of `lidar`; returns a `Scan`, a mapping from names of fields to arrays.
+    """Scans `world` with one frame of `lidar`; returns a `Scan`.
 
-    The frame starts at the world's time (`world.at(t)`): each pulse uses the world and the lidar's pose at its own
-    time. `frame` is the frame's number: it selects the random numbers, and the part of a pattern that does not repeat.
-    `lidar` may also be the name of a lidar of the world (`World.sensors`), as in "car/top". With `keep_lost`, pulses
-    without an echo are listed too, with NaN positions and the reason in `lost`.
+    A `Scan` is a mapping from field names to arrays. The frame starts at the world's time (`world.at(t)`): each pulse
+    uses the world and the lidar's pose at its own time. `frame` is the frame's number: it selects the random numbers,
+    and the part of a pattern that does not repeat. `lidar` may also be the name of a lidar of the world
+    (`World.sensors`), as in "car/top". With `keep_lost`, pulses without an echo are listed too, with NaN positions and
+    the reason in `lost`.
 
     ================= ================ ========================================================================
     position          float64 [n, 3]   the measured point, in sensor axes at the pulse's own time
@@ -75,7 +76,7 @@ def scan(
     time              float64 [n]      of the pulse, in seconds from the frame's start
     ring, laser, column  int32 [n]     ring as the manufacturer's driver numbers it; laser in firing order
     return, returns   int32 [n]        number of the echo, from 0, in the order of distance; number of echoes kept
-    intensity         uint8 [n]        the device's number
+    intensity         uint8 [n]        as the device reports it: a number from 0 to 255
     reflectivity      float32 [n]      1 for a white diffuse surface at normal incidence
     signal            uint16 [n]       the returned light, in counts: `signal_gain` for a white surface at 1 m
     true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without
@@ -168,9 +169,10 @@ def scan_many(
 
 
 def lidar_named(world: World, name: str) -> Lidar:
-    """Returns a lidar of the world by its name, or by the name without its rig if only one lidar has it.
+    """Returns a lidar of the world by its name.
 
-    Raises `LidarError` with similar names for an unknown one.
+    The name without the rig is sufficient if only one lidar has it. Raises `LidarError`, with similar names, for an
+    unknown name.
     """
     lidars = {key: sensor for key, sensor in world.sensors.items() if isinstance(sensor, Lidar)}
     if name in lidars:
@@ -191,9 +193,10 @@ def trace_pulses(
     pulses: tuple[int, int] | None = None,
     uses_energy: bool = True,
 ) -> Contributions:
-    """Returns the contributions of all pulses, or of the pulses from `pulses[0]` to before `pulses[1]`.
+    """Returns the contributions of pulses: of all, or of `pulses[0]` to before `pulses[1]`.
 
-    Unless the caller uses the energy (`uses_energy`), no notice reports that reflectances are derived from colours.
+    With `uses_energy=False`, the caller does not use the energy, and no notice reports that reflectances are derived
+    from colours.
     """
     settings = lidar.settings
     count, samples = len(pattern), settings["beam_samples"]
@@ -307,7 +310,10 @@ def _nearest_on_axis(found: Contributions, pulse: npt.NDArray[np.int64], length:
 def detect_echoes(
     pattern: Pattern, found: Contributions, lidar: Lidar, frame: int
 ) -> tuple[Echoes, npt.NDArray[np.int8], Floats]:
-    """Returns the echoes, why each is lost (0: kept), and its signal-to-noise ratio (inf without range_10)."""
+    """Returns the echoes, the reasons why they are lost (0: kept), and signal-to-noise ratios.
+
+    The ratios are infinite without the setting `range_10`.
+    """
     settings = lidar.settings
     echoes = find_echoes(found, lidar.pulse_extent)
     signal = np.full(len(echoes.pulse), np.inf)
@@ -456,7 +462,10 @@ def lost_reasons(
     found: Contributions,
     chosen: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.int8]:
-    """Returns for each pulse the reason why it has no point, from its strongest echo; 0 if it has a point."""
+    """Returns the reason why each pulse has no point; 0 for a pulse with a point.
+
+    The pulse's strongest echo determines the reason.
+    """
     reasons = np.full(pulses, NOTHING_HIT, np.int8)
     reasons[found.deflected] = REFLECTED_AWAY
     if (np.diff(echoes.pulse) > 0).all():

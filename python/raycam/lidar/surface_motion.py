@@ -24,9 +24,9 @@ def world_moves(world: World) -> bool:
 def surface_velocities(
     world: World, fields: dict[str, npt.NDArray[Any]], times: Floats | None, threads: int | None
 ) -> Floats:
-    """Returns the velocities in the world [n, 3] of hit points as parts of their surfaces, in m/s; 0 for instance -1.
+    """Returns the velocities [n, 3] of hit points that move with their surfaces, in m/s.
 
-    `times` [n] are seconds after the world's time.
+    Velocities are in world axes, and 0 for instance -1. `times` [n] are seconds after the world's time.
     """
     count = len(fields["instance"])
     if times is None or not count or not world_moves(world):

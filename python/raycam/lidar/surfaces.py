@@ -131,7 +131,7 @@ class SurfaceTable:
 
     @property
     def has_tables(self) -> bool:
-        """True if a surface that was read has a table of coefficients of retroreflection."""
+        """True if a surface that was read has a table of retroreflection coefficients."""
         return any(surface.retroreflection_table for surface in self._known)
 
     def surface(self, number: int) -> Surface:
@@ -139,13 +139,13 @@ class SurfaceTable:
         return self._known[number]
 
     def values(self, name: str) -> npt.NDArray[Any]:
-        """Returns a property of all surfaces that were read; the last value is that of "no surface"."""
+        """Returns a property of all surfaces that were read, followed by the value for "no surface"."""
         if name not in self._columns:
             self._columns[name] = np.array([getattr(one, name) for one in (*self._known, Surface("solid"))])
         return self._columns[name]
 
     def column(self, surface: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
-        """Returns a property of the surface of each hit; the default of `Surface` for -1."""
+        """Returns a property of each hit's surface; the default of `Surface` for -1 (no hit)."""
         values = self.values(name)
         if name not in self._uniform:
             known = values[:-1]
@@ -162,7 +162,10 @@ def with_own(
     retroreflection: float | None,
     table: Sequence[Sequence[float]] | None,
 ) -> Surface:
-    """Returns a surface with an object's own values; a mirror or glass with such values scatters light instead."""
+    """Returns a surface with an object's own values for lidars.
+
+    A mirror or glass surface with such values scatters light instead.
+    """
     if reflectance is None and (retroreflection or table) and surface.kind != "solid":
         reflectance = 0.0
     if reflectance is not None:
@@ -172,7 +175,7 @@ def with_own(
 
 
 def read_surface(material: dict[str, Any]) -> Surface:
-    """Returns the surface of a material as JSON with the names of the core's `Material`."""
+    """Returns the surface of a material, given as JSON data with the core's names (`Material`)."""
     model = material["model"]
     opacity = float(material["opacity"]) if material["alpha"] == "Blend" else 1.0
     if model == "Unlit":
@@ -279,8 +282,9 @@ def _tabulated_sheeting(table: SurfaceTable, surface: npt.NDArray[Any], cosine: 
 
 
 def dielectric_reflectance(cosine: Floats, ratio: Floats) -> Floats:
-    """Returns the unpolarised Fresnel reflectance [n]; `ratio` is the index in front of the surface divided by the
-    index behind it.
+    """Returns the unpolarised Fresnel reflectance [n] of a dielectric.
+
+    `ratio` is the index of refraction in front of the surface divided by the index behind it.
     """
     sine2 = ratio**2 * (1.0 - cosine**2)
     total = sine2 >= 1.0
@@ -292,7 +296,10 @@ def dielectric_reflectance(cosine: Floats, ratio: Floats) -> Floats:
 
 
 def conductor_reflectance(cosine: Floats, ior: Floats, extinction: Floats) -> Floats:
-    """Returns the unpolarised Fresnel reflectance [n] of a metal. Source: Born and Wolf, section 14.2."""
+    """Returns the unpolarised Fresnel reflectance [n] of a metal.
+
+    Source: Born and Wolf, section 14.2.
+    """
     c2, s2 = cosine**2, 1.0 - cosine**2
     base = ior**2 - extinction**2 - s2
     root = np.sqrt(base**2 + 4.0 * ior**2 * extinction**2)

@@ -54,9 +54,10 @@ def velodyne_rings(lasers: Sequence[Laser]) -> list[int]:
 
 
 def velodyne_pattern(lasers: Sequence[Laser], offsets: Sequence[float], cycle: float, rate: float) -> Pattern:
-    """Returns one turn: complete firing cycles of `cycle` seconds, in which laser i fires after `offsets[i]` seconds.
+    """Returns one turn, made of complete firing cycles.
 
-    The azimuth of the rotor is 360 degrees * rate * time, clockwise as seen from above, and 0 is x.
+    A cycle takes `cycle` seconds, and laser i fires `offsets[i]` seconds after its start. The azimuth of the rotor is
+    360 degrees * rate * time, clockwise as seen from above, and 0 is x.
     """
     columns = math.floor(1.0 / rate / cycle)
     check_count(columns * len(lasers))
@@ -114,7 +115,10 @@ _NUMBERS = tuple(Laser.__dataclass_fields__)
 
 
 def laser_from_keys(keys: dict[str, float], where: str) -> Laser:
-    """Returns the laser of a calibration file; raises `LidarError` with `where` for missing or impossible values."""
+    """Returns the laser in a calibration file.
+
+    Raises `LidarError`, with `where`, for missing or impossible values.
+    """
     for name in ("vert_correction", "rot_correction"):
         if name not in keys:
             raise LidarError(f"{where}: key {name} is missing", code="missing_value")

@@ -32,11 +32,12 @@ def waveform_offsets(pulse_length: float) -> Floats:
 def sample_waveforms(
     found: Contributions, pulse: npt.NDArray[np.int64], length: Floats, pulse_length: float
 ) -> npt.NDArray[np.float32]:
-    """Returns the sum of E g(r - L) over the contributions of each echo's pulse, float32 [n, 65].
+    """Returns the waveforms around echoes, float32 [n, 65].
 
-    `pulse` and `length` [n] are the echoes' pulses and maxima, r = `length` + `waveform_offsets`; E and L are the
-    energy and the length of a contribution; g is the pulse with height 1, so that the unit is the energy of a white
-    target at normal incidence at 1 m. `found` is sorted by pulse.
+    A waveform is the sum of E g(r - L) over the contributions of the echo's pulse. E and L are the energy and the
+    length of a contribution, r is `length` + `waveform_offsets`, and g is the pulse with height 1. The unit is
+    therefore the energy of a white target at normal incidence at 1 m. `pulse` and `length` [n] are the echoes' pulses
+    and maxima. `found` is sorted by pulse.
     """
     sigma, offsets = pulse_length * FWHM_TO_SIGMA, waveform_offsets(pulse_length)
     first = np.searchsorted(found.pulse, pulse, side="left")

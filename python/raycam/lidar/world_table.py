@@ -35,11 +35,12 @@ def read_lidar_table(
     up: str,
     time: float | None,
 ) -> Lidar:
-    """Returns the lidar of a table of a world file, in the axes of the world or of its rig's body.
+    """Returns the lidar in a world file's table.
 
-    `pose` is the rotation sensor_from_parent and the position; with a trajectory, the parent is the body that moves
-    along it. `time` is the frame's start in seconds; None means a static world with the trajectory's first pose.
-    Raises `LidarError`, `FormatError` and `CameraError`, each with the sensor's name.
+    The lidar is in world coordinates, or in the coordinates of the body of its rig. `pose` is the rotation
+    sensor_from_parent and the position; with a trajectory, the parent is the body that moves along it. `time` is the
+    frame's start in seconds; None means a static world with the trajectory's first pose. Raises `LidarError`,
+    `FormatError` and `CameraError`, each with the sensor's name.
     """
     settings = dict(table)
     device = settings.pop("device", None)

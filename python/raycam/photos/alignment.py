@@ -24,7 +24,10 @@ ROUNDS = 5
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """The fit of each photograph to the other photographs; arrays [cameras], NaN for photographs without overlap."""
+    """The fit of each photograph to the other photographs.
+
+    Arrays are [cameras]; values are NaN for photographs without overlap.
+    """
 
     shift: Floats
     """Root mean square of the shifts of a photograph's parts, in pixels."""
@@ -34,7 +37,9 @@ class Alignment:
 
 
 def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment:
-    """Measures the fit of photographs of `sizes` [cameras, 2], whose colours are divided by `gains` [cameras, 3].
+    """Measures the fit of each photograph to the other photographs.
+
+    Photographs have the sizes `sizes` [cameras, 2]; their colours are divided by `gains` [cameras, 3].
 
     A part's shift d solves I(u) - others = gradient(I) d in the least squares sense, where `others` is the mean of the
     other photographs at the same points. Source: Lucas and Kanade, An iterative image registration technique with an

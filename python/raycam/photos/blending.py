@@ -48,9 +48,9 @@ class TexelViews:
 
 
 def robust_mean(weights: Single, colors: Single) -> tuple[Single, Single]:
-    """The weighted mean [n, 3] of colours [n, k, 3] without outliers, and the relative spread [n] of luminance.
+    """The weighted mean [n, 3] of colours [n, k, 3], and the relative spread [n] of luminance.
 
-    Outliers differ from the weighted median of luminance by more than max(3 MAD, 6 %).
+    The mean excludes outliers, whose luminance differs from the weighted median by more than max(3 MAD, 6 %).
     """
     order = np.argsort(-weights, axis=1, kind="stable")
     heavy = np.take_along_axis(weights.astype(np.float64), order, axis=1)
@@ -67,7 +67,10 @@ def robust_mean(weights: Single, colors: Single) -> tuple[Single, Single]:
 
 
 def luminance_outliers(light: Floats, weights: Floats) -> npt.NDArray[np.bool_]:
-    """True [n, k] for luminances off their row's weighted median by more than max(3 MAD, 6 %)."""
+    """Mask [n, k] of luminances that differ too much from their row's weighted median.
+
+    The limit is max(3 MAD, 6 %), where MAD is the median absolute deviation.
+    """
     median = weighted_median(light, weights)[:, None]
     off = np.abs(light - median)
     mad = weighted_median(off, weights)[:, None]

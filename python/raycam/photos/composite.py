@@ -35,7 +35,7 @@ FINE_TEXELS, COARSE_TEXELS = 8, 32
 
 @dataclass(frozen=True, eq=False)
 class Composite:
-    """The texels [n] of a surface."""
+    """The colours and photographs of the texels [n] of a composed texture."""
 
     colors: Single
     """Linear colours [n, 3]."""
@@ -240,7 +240,10 @@ def _wanted_steps(
 def add_detail(
     best: Single, blended: Single, known: npt.NDArray[np.bool_], index: Ints, size: tuple[int, int]
 ) -> Single:
-    """Colours [n, 3] with the low frequencies of `blended`, the high frequencies of `best`, and their mean in between.
+    """Colours [n, 3] that combine the details of `best` with the coarse colours of `blended`.
+
+    Low spatial frequencies come from `blended`, high frequencies from `best`; frequencies in between are the mean of
+    both.
 
     Sources: Burt and Adelson, A multiresolution spline with application to image mosaics, 1983; Allène, Pons and
     Keriven, Seamless image-based texture atlases using multi-band blending, 2008.
@@ -263,7 +266,10 @@ def add_detail(
 
 
 def smooth(image: Floats, radius: int) -> Floats:
-    """Three box averages [h, w, k] of 2 `radius` / 3 + 1 texels to each side, close to a Gaussian; 0 outside."""
+    """The image [h, w, k] after three box averages, which approximate a Gaussian.
+
+    The boxes have sides of about 2 `radius` / 3 + 1 texels; the image is 0 outside.
+    """
     reach = max(1, round(2 * radius / 3 / 2))
     for axis in (0, 1):
         for _ in range(3):

@@ -35,9 +35,9 @@ class SparseSymmetric:
 
     @classmethod
     def sum_of(cls, size: int, row: Ints, column: Ints, values: Floats) -> SparseSymmetric:
-        """The matrix with `values` [m] at `row` and `column` [m], where values at the same place are added.
+        """The matrix with `values` [m] at the places `row` and `column` [m].
 
-        Each row must have a value on the diagonal.
+        Values at the same place are added. Each row must have a value on the diagonal.
         """
         key = row * size + column
         order = np.argsort(key, kind="stable")
@@ -49,7 +49,7 @@ class SparseSymmetric:
         return cls(total, columns.astype(np.int32), starts, total[rows == columns])
 
     def times(self, x: Floats) -> Floats:
-        """The product with each column of x [n, k]."""
+        """The product of the matrix with each column of x [n, k]."""
         found: Floats = np.stack(
             [
                 np.add.reduceat(self.values * each.take(self.column), self.starts)
@@ -60,7 +60,7 @@ class SparseSymmetric:
         return found
 
     def parts(self) -> Ints:
-        """The number of each row's connected component [n]: entries connect the rows of a component."""
+        """The number of each row's connected component [n]; an entry connects its row and column."""
         label = np.arange(len(self.starts))
         while True:
             lower = np.minimum.reduceat(label.take(self.column), self.starts)

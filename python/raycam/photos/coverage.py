@@ -39,8 +39,9 @@ UNSEEN = np.array([0.85, 0.0, 0.55])
 
 
 def coverage_colors(views: npt.NDArray[np.int32], most: int | None = None) -> npt.NDArray[np.uint8]:
-    """Returns sRGB colours uint8 [n, 3]: magenta for 0 views, and from dark blue for 1 view to yellow for `most` or
-    more.
+    """Returns sRGB colours uint8 [n, 3] for the numbers of views [n].
+
+    Faces with 0 views are magenta; other colours range from dark blue for 1 view to yellow for `most` or more.
     """
     top = max(int(views.max(initial=1)) if most is None else most, 2)
     colors = viridis(np.clip((views - 1) / (top - 1), 0, 1))
@@ -59,9 +60,10 @@ def viridis(values: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.uint8]:
 def coverage_world(
     world: World, seen: SurfaceVisibility, most: int | None = None, shaded_from: npt.ArrayLike | None = None
 ) -> World:
-    """Returns a world with the faces of `seen`, in unlit colours that show each face's camera count.
+    """Returns a world whose faces have unlit colours that show each face's camera count.
 
-    With `shaded_from` [3], a point in the world, faces that are turned away from it are darker.
+    `seen` contains the faces, as returned by `surface_visibility`. With `shaded_from` [3], a point in the world, faces
+    that are turned away from it are darker.
     """
     made = World(world.up)
     colors = coverage_colors(seen.views, most)

@@ -38,7 +38,11 @@ class DepthEdges:
 
 
 def find_depth_edges(world: World, camera: Camera, reach: float, threads: int | None = None) -> DepthEdges:
-    """The distances up to `reach` pixels from pixels whose neighbours show a surface off their tangent plane."""
+    """Finds the distances in pixels to the nearest jump of depth, up to `reach`.
+
+    A jump is between neighbouring pixels if one of them shows no surface, or a surface point outside the tangent plane
+    of the other.
+    """
     width, height = camera.size
     cells = min(1.0, np.sqrt(MAX_CELLS / (width * height)))
     columns, rows = max(1, round(width * cells)), max(1, round(height * cells))
@@ -62,7 +66,10 @@ def find_depth_edges(world: World, camera: Camera, reach: float, threads: int | 
 
 
 def jumps(t: Floats, points: Floats, normals: Floats) -> Bools:
-    """True [rows, columns] for cells with a neighbour that misses the world or is off the tangent plane."""
+    """Mask [rows, columns] of the cells at a jump of depth.
+
+    One of two neighbouring cells misses the world, or its surface point is not in the tangent plane of the other.
+    """
     hit = np.isfinite(t)
     edges = np.zeros(hit.shape, bool)
     for a, b in (

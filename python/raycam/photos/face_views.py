@@ -49,8 +49,9 @@ class FaceTotals:
         )
 
     def candidates(self) -> FaceCandidates:
-        """The photographs between which each face chooses; photographs whose colour differs from the other photographs
-        are dropped.
+        """The photographs that may show each face.
+
+        Photographs that differ too much in luminance from the other photographs are dropped.
         """
         empty = (np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0), np.zeros((0, 3)))
         face, camera, weight, color = (np.concatenate(part) for part in zip(empty, *self.rows, strict=True))
@@ -78,7 +79,7 @@ class FaceTotals:
 
 @dataclass(frozen=True, eq=False)
 class FaceCandidates:
-    """Faces [n] that have texels, and the photographs [n, k] between which each chooses."""
+    """Faces [n] that have texels, and the photographs [n, k] that may show each of them."""
 
     faces: Ints
     """The indices of the faces, ascending."""
@@ -100,12 +101,12 @@ def neighbor_faces(vertices: Ints) -> Ints:
 
 
 def choose_views(candidates: FaceCandidates, pairs: Ints) -> Ids:
-    """The photograph of each face of `candidates`, with few seams between neighbours `pairs` [m, 2] (indices).
+    """Chooses the photograph of each face, with few seams between neighbours.
 
-    Loopy belief propagation minimises the sum of lost quality and seams approximately: min-sum messages between
-    neighbours under the Potts model; the best of all rounds is returned. Sources: Lempitsky and Ivanov, Seamless
-    mosaicing of image-based texture maps, 2007; Felzenszwalb and Huttenlocher, Efficient belief propagation for early
-    vision, 2006.
+    `pairs` [m, 2] are the neighbours, as indices of `candidates`. Loopy belief propagation minimises the sum of lost
+    quality and seams approximately: min-sum messages between neighbours under the Potts model; the best of all rounds
+    is returned. Sources: Lempitsky and Ivanov, Seamless mosaicing of image-based texture maps, 2007; Felzenszwalb and
+    Huttenlocher, Efficient belief propagation for early vision, 2006.
     """
     views = candidates.views
     best = candidates.weights.max(axis=1, keepdims=True, initial=0)
@@ -148,7 +149,10 @@ def choose_views(candidates: FaceCandidates, pairs: Ints) -> Ids:
 
 
 def smallest_place(table: Floats) -> Ints:
-    """The row [n] of the smallest value in each column of a table [k, n]; the first row among equal values."""
+    """The row [n] of the smallest value in each column of a table [k, n].
+
+    Among equal values, the first row is returned.
+    """
     place, low = np.zeros(table.shape[1], np.int64), table[0]
     for row, values in enumerate(table[1:], start=1):
         place[values < low] = row

@@ -25,9 +25,10 @@ PROPERTIES = (
 def save_faces(
     path: str | os.PathLike[str], world: World, seen: SurfaceVisibility, kept: npt.NDArray[np.bool_]
 ) -> None:
-    """Writes the faces where `kept` [n] is True as binary PLY, in world coordinates, with their visibility.
+    """Writes the faces where `kept` [n] is True as binary PLY, with their visibility.
 
-    Positions are float64 if float32 would round them. Vertices at the same position are merged.
+    Positions are in world coordinates. Positions are float64 if float32 would round them. Vertices at the same position
+    are merged.
     """
     every = {tuple(pair): number for number, pair in enumerate(world.triangle_ids().tolist())}
     rows = np.array([every[tuple(pair)] for pair in seen.ids[kept].tolist()], np.int64)

@@ -1,4 +1,7 @@
-"""Gains of photographs: exposure and white balance, estimated from the photographs' overlaps."""
+"""Gains of photographs: exposure and white balance.
+
+Gains are estimated from the photographs' overlaps.
+"""
 
 from __future__ import annotations
 
@@ -29,9 +32,9 @@ def estimate_gains(survey: Survey) -> Floats:
     """The factors [cameras, 3] of each photograph's linear red, green and blue.
 
     The logarithms are the least squares solution of log color = log reflected + log gain over points that are visible
-    in two photographs, reweighted so that outliers count less; their mean is 0 for each group of photographs that
-    overlap. Photographs without overlap have the gain 1. Source: Brown and Lowe, Automatic panoramic image stitching
-    using invariant features, 2007.
+    in two photographs. Reweighting reduces the effect of outliers. The mean of the logarithms is 0 for each group of
+    photographs that overlap. Photographs without overlap have the gain 1. Source: Brown and Lowe, Automatic panoramic
+    image stitching using invariant features, 2007.
     """
     gains = np.ones((survey.cameras, 3))
     usable = np.all((survey.color > DARKEST) & (survey.color < BRIGHTEST), axis=1)

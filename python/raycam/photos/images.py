@@ -67,7 +67,7 @@ class PhotoSource:
             place = "the mapping's paths" if isinstance(photos, Mapping) else os.fspath(photos)
             raise with_code(
                 FileNotFoundError(
-                    f"{place}: {_counted(lost, wanted)} missing; remove their cameras, or correct the folder"
+                    f"{place}: {_counted(lost, wanted)} missing; remove their cameras, or correct the paths"
                 )
             )
 
@@ -158,7 +158,10 @@ def _counted(names: list[str], wanted: list[str]) -> str:
 
 
 class Pyramid:
-    """A photograph with its halvings, for lookups of a footprint; levels are computed when they are used."""
+    """A photograph with copies at half, quarter, ... size, for averages over areas of pixels.
+
+    The copies are computed when they are used.
+    """
 
     def __init__(self, photo: npt.NDArray[np.float32]) -> None:
         self.levels = [photo]
@@ -175,8 +178,9 @@ class Pyramid:
         return self.levels[number]
 
     def at(self, places: Floats, footprint: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.float32]:
-        """Returns colours [n, 4] at `places` [n, 2] in pixels from the image's corner, averaged over `footprint` [n]
-        pixels.
+        """Returns colours [n, 4] at `places` [n, 2], averaged over `footprint` [n] pixels.
+
+        Places are in pixels from the image's corner.
         """
         level = np.clip(np.log2(np.maximum(footprint, 1.0)), 0, self.top)
         low = np.floor(level).astype(int)

@@ -65,18 +65,19 @@ class FacePoints:
     ) -> npt.NDArray[np.int64]:
         """Returns the samples, ascending, that are nearest to a point among the samples of its face.
 
-        `corners` [k, 3, 3] are those of `faces` [k]; face i has the samples `first[i]` to before
-        `first[i] + numbers[i]` of `weights` [m, 3].
+        `corners` [k, 3, 3] are the corners of `faces` [k]; face i has the samples `first[i]` to before `first[i] +
+        numbers[i]` of `weights` [m, 3].
         """
         counts = self.counts(faces)
         point, face = _ranges(self.offsets[faces], counts), np.repeat(np.arange(len(faces)), counts)
         return np.unique(_nearest(self.barycentric[point], face, corners, weights, first, numbers))
 
     def cover(self, faces: npt.NDArray[np.int64], corners: Floats, places: Floats) -> Bools:
-        """Returns True [n] for places on `faces` [n] whose nearest sample is also the nearest sample of a lidar point.
+        """Returns True [n] for places on `faces` [n] that are covered by lidar points.
 
-        `corners` [n, 3, 3] are those of the faces, `places` [n, 3] weights of the corners. A face has the samples that
-        `surface_visibility` uses for this lidar alone.
+        A place is covered if the sample nearest to it is also the sample nearest to a lidar point on the face.
+        `corners` [n, 3, 3] are the corners of `faces` [n]; `places` [n, 3] are weights of the corners. A face has the
+        samples that `surface_visibility` uses for this lidar alone.
         """
         found = np.zeros(len(faces), bool)
         some = np.flatnonzero(self.counts(faces))
@@ -133,7 +134,10 @@ def _ranges(first: npt.NDArray[np.int64], counts: npt.NDArray[np.int64]) -> npt.
 def points_on_faces(
     world: World, lidar: Lidar, ids: npt.NDArray[np.int32], threads: int | None
 ) -> FacePoints:
-    """Returns the points of a lidar's frame on the faces `ids` [n, 2], which are in ascending order."""
+    """Returns the points of a lidar's frame on the faces `ids` [n, 2].
+
+    The ids must be in ascending order.
+    """
     found = measured_faces(world, lidar, threads=threads)
     key, wanted = _keys(ids), _keys(found.ids)
     face = np.searchsorted(key, wanted)

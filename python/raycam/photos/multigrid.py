@@ -1,4 +1,7 @@
-"""Poisson's equation on a subset of a grid's texels, solved with a hierarchy of coarser grids."""
+"""Poisson's equation on a subset of a grid's texels.
+
+It is solved with a hierarchy of coarser grids.
+"""
 
 from __future__ import annotations
 
@@ -106,7 +109,9 @@ class _Level:
 
 
 def solve_poisson(links: GridLinks, right: Floats) -> Floats:
-    """The values [n, k] whose sums of differences to linked neighbours are `right` [n, k], in the least squares sense.
+    """Solves Poisson's equation on linked texels, in the least squares sense.
+
+    For each texel, the differences of the returned values [n, k] to linked neighbours sum to `right` [n, k].
 
     Conjugate gradients, with a multigrid cycle of float32 as the preconditioner. Sources: Briggs, Henson and McCormick,
     A multigrid tutorial, 2000; Braess, Towards algebraic multigrid for elliptic problems of second order, 1995.

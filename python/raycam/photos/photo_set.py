@@ -37,14 +37,17 @@ class PhotoSet:
     threads: int | None
 
     def photographs(self) -> Iterator[tuple[int, ViewedPhotograph]]:
-        """Iterates over the photographs with their numbers; each is read when its colours are first used."""
+        """Iterates over the photographs with their numbers.
+
+        A photograph is read when its colours are first used.
+        """
         for number, (name, camera) in enumerate(self.cameras.items()):
             yield number, ViewedPhotograph(self.world, camera, self.source, name, self.threads)
 
     def view(
         self, number: int, photo: ViewedPhotograph, part: SurfacePart, weighted: bool = True
     ) -> PartView:
-        """The points of a part that a photograph shows, in colours divided by its gain.
+        """The points of a part that the photograph shows, with colours divided by its gain.
 
         Without `weighted`, weights do not fall towards jumps of depth, which takes less time.
         """
@@ -75,7 +78,10 @@ class BlendedTexels:
 
 
 def blend_texels(photos: PhotoSet, memory: int, totals: FaceTotals | None) -> BlendedTexels:
-    """The robust means of all texels, with at most `memory` bytes for views at a time; `totals` is filled, if given."""
+    """The robust means of all texels.
+
+    Views use at most `memory` bytes at a time. If `totals` is given, the sums for each face are added to it.
+    """
     count = len(photos.surface.texels.index)
     found = BlendedTexels(
         np.zeros((count, 3), np.float32),

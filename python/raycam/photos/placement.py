@@ -1,4 +1,7 @@
-"""Check that cameras face the world, which reveals cameras in another coordinate frame or unit."""
+"""Check that cameras face the world.
+
+The check reveals cameras in another coordinate frame or unit.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +27,12 @@ INSIDE_SHARE = 0.9
 
 
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
-    """Returns a notice if fewer than half of the cameras show the world, with the best scale factor; otherwise an empty
-    list.
+    """Returns a list with a notice if fewer than half of the cameras show the world.
 
-    The notice is also given if most cameras show backs of faces, as if they were inside the mesh, but would show fronts
-    if the mesh were scaled.
+    The notice contains the best scale factor. Otherwise, the list is empty.
+
+    The notice is also returned if most cameras show backs of faces, as if they were inside the mesh, but would show
+    fronts if the mesh were scaled.
     """
     given = list(cameras.values())
     seeing, fronts = count_cameras(world, given)
@@ -55,9 +59,10 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
 
 
 def find_best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tuple[float, int]:
-    """Returns the factor at which the most cameras show fronts of the world, and the number of these cameras.
+    """Returns the scale at which the most cameras show fronts, and the number of these cameras.
 
-    `inside` excludes negative factors: an inside-out mesh around the origin is equally possible, and more common.
+    With `inside`, negative factors are not tried, because an inside-out mesh around the origin would look the same and
+    is more common.
     """
     counts = {1.0: count_cameras(world, cameras)[1]}
     for factor in (*SCALE_FACTORS, *OTHER_FACTORS):
@@ -71,10 +76,10 @@ def find_best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tu
 
 
 def count_cameras(world: World, cameras: Sequence[Camera], factor: float = 1.0) -> tuple[int, int]:
-    """Counts the cameras that show the world scaled by `factor` around the origin, and the cameras that show mainly
-    fronts.
+    """Counts the cameras that show the scaled world, and the cameras that show mainly fronts.
 
-    A camera shows the world if one of a grid of rays hits it. The back sides are the front sides of a mirrored world.
+    The world is scaled by `factor` around the origin. A camera shows the world if one of a grid of rays hits it. A
+    negative factor mirrors the world, which exchanges fronts and backs.
     """
     seeing = fronts = 0
     for camera in cameras:

@@ -1,4 +1,7 @@
-"""Levelled seams: additive adjustments on a mesh, and Poisson's equation in the texels along the seams."""
+"""Levelled seams between photographs.
+
+Adjustments are added on the mesh; Poisson's equation is then solved in the texels along the seams.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,9 @@ class SeamSamples:
 
 
 def level_vertices(count: int, links: Ints, samples: SeamSamples) -> Floats:
-    """Adjustments [count, 3] that make colours equal at seams and vary little along `links` [k, 2].
+    """Adjustments [count, 3] that equalise colours at seams and vary little along links.
+
+    `links` [k, 2] are pairs of unknowns.
 
     Source: Lempitsky and Ivanov, Seamless mosaicing of image-based texture maps, 2007.
     """
@@ -101,7 +106,10 @@ class TexelLinks:
 
 
 def link_texels(index: Ints, size: tuple[int, int], points: Floats, spacing: Floats) -> TexelLinks:
-    """The pairs of texels that are neighbours in the texture and on the surface; `index` is as in `Texels`."""
+    """The pairs of texels that are neighbours both in the texture and on the surface.
+
+    `index` is as in `Texels`.
+    """
     wide, high = size
     number = np.full(wide * high, -1, np.int64)
     number[index] = np.arange(len(index))
@@ -117,10 +125,11 @@ def link_texels(index: Ints, size: tuple[int, int], points: Floats, spacing: Flo
 
 
 def level_texels(colors: Floats, label: Ids, links: TexelLinks, wanted: Floats) -> Floats:
-    """Colours [n, 3] without steps at seams: links between texels with different labels have the step `wanted`.
+    """Colours [n, 3] without steps at seams.
 
-    `wanted` [m, 3] is used for these links only. Other steps are kept in the least squares sense, and texels more than
-    20 texels from a seam keep their colour. Source: Pérez, Gangnet and Blake, Poisson image editing, 2003.
+    A seam is a link between texels with different labels. There, the colour difference becomes `wanted` [m, 3]. Other
+    differences are kept in the least squares sense, and texels more than 20 texels from a seam keep their colour.
+    Source: Pérez, Gangnet and Blake, Poisson image editing, 2003.
     """
     seam = label[links.first] != label[links.second]
     if not seam.any():

@@ -1,4 +1,7 @@
-"""Visibility of surface points from a camera: pixel, incidence, occlusion, and resolution on the surface."""
+"""Visibility of surface points from a camera.
+
+Results are the pixel, the incidence, the occlusion, and the resolution on the surface.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +73,10 @@ def find_sight(
 
 
 def in_morton_order(points: Floats) -> npt.NDArray[np.int64]:
-    """Returns the order [n] of points along a Morton curve, so that neighbours are traced together."""
+    """Returns the order [n] of points along a Morton curve.
+
+    Rays to neighbouring points are then traced together.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     extent = max(float((high - low).max()), 1e-300)
     cells = np.clip((points - low) / extent * 1023, 0, 1023).astype(np.uint64)
@@ -83,8 +89,9 @@ def in_morton_order(points: Floats) -> npt.NDArray[np.int64]:
 
 
 def meets_front(world: World, camera: Camera, grid: Floats, threads: int | None = None) -> Bools:
-    """Returns, for each ray through pixels `grid` [n, 2] that hits the world, True if the first surface faces the
-    camera.
+    """Returns True for each ray whose first surface faces the camera, False for other hits.
+
+    The rays pass through the pixels `grid` [n, 2]; rays that miss the world are omitted.
     """
     found = world.cast_rays(*camera.rays(grid), fields=("t", "front"), threads=threads)
     front: Bools = found["front"][np.isfinite(found["t"])]

@@ -1,4 +1,4 @@
-"""Random points on surfaces, or on the parts of surfaces that are visible to cameras or lidars."""
+"""Random points on surfaces, or on the parts visible to cameras or lidars."""
 
 from __future__ import annotations
 
@@ -57,14 +57,15 @@ def sample_surface(
     seed: int = 0,
     threads: int | None = None,
 ) -> SurfaceSamples:
-    """Draws `count` points, uniform by area, on the surface or on its part that is visible to cameras or lidars.
+    """Draws `count` random points on the surface, uniform by area.
 
-    With `visible_to`, posed cameras and lidars as in `surface_visibility`, all points are visible to at least one of
-    them; a reconstruction is then compared only with surfaces that the photographs show. Points project through the
-    lens into the image, face the camera, and no triangle of the world is between them and the camera. A point is
-    visible to a lidar if the face's sample nearest to it is visible in `surface_visibility` for this lidar: the face
-    has a point of the lidar's first frame near it. `objects` are the ids or names of the objects that have points; all
-    objects occlude. `facing` is as in `surface_visibility`.
+    With `visible_to`, posed cameras and lidars as in `surface_visibility`, points are drawn only on the part of the
+    surface that is visible to at least one of them. A reconstruction is then compared only with surfaces that the
+    photographs show. To be visible to a camera, points must project through the lens into the image, face the camera,
+    and have no triangle of the world between them and the camera. A point is visible to a lidar if the face's sample
+    nearest to it is visible in `surface_visibility` for this lidar. Such a sample has a point of the lidar's first
+    frame near it. `objects` are the ids or names of the objects that have points; all objects occlude. `facing` is as
+    in `surface_visibility`.
 
     The same arguments give the same points on any number of threads. A notice is issued if fewer than half of the
     cameras show the world, and for a lidar without points. Raises `SettingsError` for invalid arguments, and

@@ -90,10 +90,11 @@ def view_part(
     edges: Callable[[], DepthEdges] | None,
     threads: int | None,
 ) -> PartView:
-    """Returns the points that are visible to the camera, with their colours and weights cos² sqrt(det J) border.
+    """Returns the points that are visible to the camera, with their colours and weights.
 
-    cos is the cosine of incidence, and J is the derivative of the pixel with respect to the surface. `border` rises
-    from 0 at the image's edge and, if `edges` are given, at jumps of depth. Transparent pixels have no colour.
+    The weight is cos² sqrt(det J) border, where cos is the cosine of incidence, and J is the derivative of the pixel
+    with respect to the surface. `border` rises from 0 at the image's edge and, if `edges` are given, at jumps of depth.
+    Transparent pixels have no colour.
     """
     sight = find_sight(
         world,
@@ -133,14 +134,15 @@ def view_part(
 
 
 def filtered(pyramid: Pyramid, places: Floats, footprint: Floats) -> Single:
-    """Colours [n, 4] averaged over the parallelogram `footprint` [n, 2, 2] in pixels for each texel.
+    """Colours [n, 4] averaged over a parallelogram for each texel.
 
-    Up to four lookups are placed along the longer axis, each with the width of the shorter axis. Source: McCormack,
-    Perry, Farkas and Jouppi, Feline: fast elliptical lines for anisotropic texture mapping, 1999.
+    `footprint` [n, 2, 2] contains the parallelograms in pixels. Up to four lookups are placed along the longer axis,
+    each with the width of the shorter axis. Source: McCormack, Perry, Farkas and Jouppi, Feline: fast elliptical lines
+    for anisotropic texture mapping, 1999.
     """
     footprint = np.nan_to_num(footprint)
     a, b, c, d = (footprint[:, i, j] for i in (0, 1) for j in (0, 1))
-    # Singular values, and the angle of the longer axis, of a matrix 2 x 2.
+    # Singular values of a 2 x 2 matrix, and the angle of the longer axis.
     p, q, r = a * a + b * b, c * c + d * d, a * c + b * d
     middle, off = (p + q) / 2, np.hypot((p - q) / 2, r)
     longer, shorter = np.sqrt(middle + off), np.sqrt(np.maximum(middle - off, 0))
@@ -160,7 +162,7 @@ def filtered(pyramid: Pyramid, places: Floats, footprint: Floats) -> Single:
 
 
 def vignetting_at(camera: Camera, pixels: Floats) -> Floats:
-    """The factors [n] by which the camera's vignetting darkens pixels [n, 2]; 1 without vignetting."""
+    """The factors [n] by which vignetting darkens pixels [n, 2]; 1 without vignetting."""
     known = camera.vignetting
     factor = np.ones(len(pixels))
     if known is None:

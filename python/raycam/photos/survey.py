@@ -1,4 +1,7 @@
-"""Views of selected texels in all photographs, from which the photographs' gains and shifts are estimated."""
+"""Views of selected texels in all photographs.
+
+The photographs' gains and shifts are estimated from these views.
+"""
 
 from __future__ import annotations
 
@@ -64,7 +67,7 @@ class ViewedPhotograph:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Views [m] of points by photographs."""
+    """Views [m]: points of the surface that photographs show."""
 
     points: int
     """The number of points."""
@@ -94,7 +97,10 @@ def take_survey(
     facing: Facing,
     threads: int | None,
 ) -> Survey:
-    """Views of evenly chosen texels, at most `MAX_VIEWS`: beyond that, every other texel is dropped."""
+    """Views of evenly chosen texels, at most `MAX_VIEWS`.
+
+    If there are more views, every other texel is dropped until the number is small enough.
+    """
     count = len(surface.texels.index)
     chosen = np.arange(0, count, max(1, -(-count // MAX_POINTS)))
     columns: list[npt.NDArray[Any]] = [np.zeros((0, *shape), kind) for kind, shape in COLUMNS]

@@ -70,33 +70,35 @@ def texture_from_photos(
     memory: int | str = "1 GiB",
     threads: int | None = None,
 ) -> PhotoTexture:
-    """Computes an object's texture of `size` x `size` texels from posed photographs, through their own lenses.
+    """Computes an object's texture of `size` x `size` texels from posed photographs.
 
-    `photos` is the folder with the photographs, or a mapping from their names to paths or arrays: uint8 and uint16 are
-    sRGB, floats are linear; [h, w] is grey, and a fourth channel masks pixels below one half. The object's texture
-    coordinates are kept, unless `atlas` is "xatlas" (requires `pip install raycam[atlas]`) or "cells" (two triangles in
-    each cell of a grid), which computes others; all objects of the world occlude.
+    Photographs are looked up through the lens models of their cameras.
 
-    With the `method` "blend", a texel's colour is the weighted mean of up to eight views: those with the largest
-    weights cos²(angle) sqrt(det J) border, where J is the derivative of the pixel with respect to the surface, and
-    border rises from 0 to 1 within 32 pixels of the image's edge and of jumps of depth. Views at angles above 80
-    degrees are omitted, as are views whose luminance differs from the weighted median by more than max(3 MAD, 6 %),
-    where MAD is the median absolute deviation. Vignetting is corrected.
+    `photos` is the folder with the photographs, or a mapping from their names to paths or arrays. Arrays of uint8 and
+    uint16 are sRGB, floats are linear; [h, w] is grey, and a fourth channel masks pixels below one half. The object's
+    texture coordinates are kept, unless `atlas` is "xatlas" (requires `pip install raycam[atlas]`) or "cells" (two
+    triangles in each cell of a grid), which computes others; all objects of the world occlude.
+
+    With the `method` "blend", a texel's colour is the weighted mean of the up to eight views with the largest weights
+    cos²(angle) sqrt(det J) border. J is the derivative of the pixel with respect to the surface, and border rises from
+    0 to 1 within 32 pixels of the image's edge and of jumps of depth. Views at angles above 80 degrees are omitted, as
+    are views whose luminance differs from the weighted median by more than max(3 MAD, 6 %), where MAD is the median
+    absolute deviation. Vignetting is corrected.
 
     "best" shows each face in one photograph, which is sharp even if poses are wrong: the choice balances the views'
-    weights and the number of seams. Seams are levelled by additive adjustments on the mesh, then by Poisson's
-    equation within 20 texels. "detail" combines the low spatial frequencies of "blend" with the high ones of "best".
+    weights and the number of seams. Seams are levelled by additive adjustments on the mesh, then by Poisson's equation
+    within 20 texels. "detail" combines the low spatial frequencies of "blend" with the high frequencies of "best".
 
     `exposure` "auto" divides each photograph by a gain for each channel, so that overlapping photographs agree. Texels
     that are not visible to any camera get the colour of the nearest visible texel, or magenta with `show_unseen`.
     Gutters of 8 texels surround the islands. The result is the same for any order of the photographs, any number of
     threads and any `memory`. `memory` is the number of bytes for views, in addition to 64 bytes for each texel (400 for
-    "best" and "detail"); photographs are read one at a time, and more than once if the views of all texels do not fit
+    "best" and "detail"). Photographs are read one at a time, and more than once if the views of all texels do not fit
     into `memory`.
 
-    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation, a texture that is too
-    small for the photographs, photographs that are shifted relative to the others, and a world that fewer than half of
-    the cameras show.
+    Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation, and a texture that is
+    too small for the photographs. They also report photographs that are shifted relative to the others, and a world
+    that fewer than half of the cameras show.
 
     With `orientation` "auto", a photograph is turned by its EXIF orientation if only the turned photograph has the
     camera's size. "apply" turns all photographs, as `cv2.imread` does, and "ignore" none.

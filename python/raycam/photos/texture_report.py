@@ -66,7 +66,10 @@ class TextureMaps(Protocol):
 
 
 def report_page(result: TextureMaps, photos: PhotoSet, number: int) -> str:
-    """The page's HTML: shares, maps, the photographs' fits, and three photographs next to the textured model."""
+    """The page's HTML: shares, maps, fits of photographs, and comparisons with the model.
+
+    Three photographs are shown next to the textured model.
+    """
     covered = result.covered
     share = 100 * result.seen.sum() / max(1, covered.sum())
     several = 100 * (result.views[covered] > 1).mean()
@@ -161,9 +164,10 @@ def _comparison(result: TextureMaps, photos: PhotoSet, number: int, fit: Photogr
 def compare_photograph(
     result: TextureMaps, photos: PhotoSet, number: int, fit: PhotographFit
 ) -> tuple[Bytes, Bytes, npt.NDArray[np.bool_]]:
-    """The photograph and the rendered model as sRGB [h, w, 3], and True [h, w] if the object is visible.
+    """The photograph and the rendered model as sRGB [h, w, 3], and the mask of the object.
 
-    Pixels that do not show the object contain the photograph.
+    The mask [h, w] is True for pixels in which the object is visible. Other pixels of the model's image contain the
+    photograph.
     """
     camera = photos.cameras[fit.name]
     scale = min(1.0, MAX_PHOTO_SIDE / max(camera.size))

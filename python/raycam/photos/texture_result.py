@@ -46,9 +46,9 @@ class PhotoTexture:
     _object: int
 
     def save_report(self, path: str | os.PathLike[str]) -> None:
-        """Writes a page with maps, the photographs' fits, and three photographs next to the textured model.
+        """Writes a page with maps, fits of photographs, and comparisons with the textured model.
 
-        The page is one HTML file that works offline. The three photographs are those with the largest, the median and
+        The page is one HTML file that works offline. It compares three photographs, with the largest, the median and
         the smallest disagreement. Raises `OSError` if the file cannot be written.
         """
         write(path, report_page(self, self._photos, self._object).encode())

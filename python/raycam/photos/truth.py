@@ -30,12 +30,12 @@ def photo_truth(
     images: Mapping[str, str] | None = None,
     **options: Any,
 ) -> DatasetResult:
-    """Writes depth, normals, masks and other channels for photographs, with the lens models of their cameras.
+    """Writes depth, normals, masks and other channels for photographs.
 
-    `world` contains the mesh in the cameras' coordinates; `cameras` are posed cameras, for example from
-    `load_cameras`. The files have the photographs' names (`cameras.images`, or `images` by camera name, or else the
-    cameras' names), in one folder per channel: depth/IMG_0001.png. Every value belongs to the exact ray through the
-    pixel's centre. Channels:
+    Images have the lens models of the cameras. `world` contains the mesh in the cameras' coordinates; `cameras` are
+    posed cameras, for example from `load_cameras`. The files have the photographs' names (`cameras.images`, or `images`
+    by camera name, or else the cameras' names), in one folder per channel: depth/IMG_0001.png. Every value belongs to
+    the exact ray through the pixel's centre. Channels:
 
     ========== ===================================================================================================
     depth      along the principal axis; uint16 PNG in steps of `depth_scale` millimetres (1), 0 without a surface
@@ -76,7 +76,7 @@ def photo_truth(
 def named_photographs(
     cameras: Mapping[str, Camera] | Sequence[Camera], images: Mapping[str, str] | None = None
 ) -> dict[str, Camera]:
-    """Returns cameras by their photographs' names, or otherwise by the cameras' names or numbers.
+    """Returns cameras by the names of their photographs, or by their own names or numbers.
 
     Raises `SettingsError` for objects other than cameras, and for two cameras with the same photograph.
     """

@@ -49,7 +49,10 @@ class FacePairs:
 @one_line
 @dataclass(frozen=True, eq=False)
 class SurfaceVisibility:
-    """The result of `surface_visibility`; arrays [n] have one value for each face, in the order of `ids`."""
+    """The result of `surface_visibility`.
+
+    Arrays [n] have one value for each face, in the order of `ids`.
+    """
 
     ids: npt.NDArray[np.int32]
     """(instance, triangle) of the faces, int32 [n, 2], in the order of `World.triangle_ids`."""
@@ -100,12 +103,12 @@ def surface_visibility(
     corners, moved inwards by 1 %; faces larger than 4 pixels in any camera have as many samples as pixels, up to 256.
 
     `cameras` may also contain lidars (`Rig.sensors`, `World.sensors`). A face is visible to a lidar if a pulse of its
-    first frame measures a point on it: exactly the faces of the points of `scan(world, lidar.replace(noise=False))`
-    with `bounces` 0, which takes into account the world and the lidar's pose at each pulse's time, the beam's samples,
-    `returns` and range limits. A sample is visible to a lidar if it is the face's sample nearest to a point; "faces"
-    uses one sample for 16 points on a face, from 4 to 256.
+    first frame measures a point on it. These are exactly the faces of the points of `scan(world,
+    lidar.replace(noise=False))` with `bounces` 0. The scan uses the world and the lidar's pose at each pulse's time,
+    the beam's samples, `returns` and range limits. A sample is visible to a lidar if it is the face's sample nearest to
+    a point; "faces" uses one sample for 16 points on a face, from 4 to 256.
 
-    `facing="front"` ignores cameras behind a face and points on its back, "both" includes them; "auto" means "front",
+    `facing="front"` ignores cameras behind a face and points on its back; "both" includes them. "auto" means "front",
     or "both" with a notice if at least 90 % of the rays that hit the world hit back sides first. `pairs=True` also
     returns the visible faces of each camera. A notice is issued if fewer than half of the cameras show the world, and
     for a lidar without points. Memory does not grow with the number of cameras, except with `pairs`; each point of a
@@ -148,10 +151,10 @@ def side_of(
     threads: int | None = None,
     lidars: Iterable[FacePoints] = (),
 ) -> Literal["front", "both"]:
-    """Returns "both", with a notice, if at least 90 % of the rays that hit the world hit back sides first; else
-    "front".
+    """Returns "both" if nearly all rays that hit the world hit back sides first, else "front".
 
-    For a lidar, the number of used points equals the number of a camera's rays.
+    The limit is 90 %; "both" is reported by a notice. Each lidar contributes about as many points as a camera has rays,
+    or all of its points if it has fewer.
     """
     hits = [meets_front(world, camera, pixel_grid(camera), threads) for camera in cameras]
     hits += [one.front[:: max(1, len(one.front) // GRID_SIDE**2)] for one in lidars]
@@ -203,7 +206,10 @@ def _chunks(
 
 
 def largest_areas(corners: Floats, cameras: Sequence[Camera]) -> Floats:
-    """Returns the largest area in pixels [n] of triangles [n, 3, 3] in any camera; 0 below `LARGE_FACE_PX`."""
+    """Returns the largest area in pixels [n] of triangles [n, 3, 3] among all cameras.
+
+    Areas below `LARGE_FACE_PX` are 0.
+    """
     largest = np.zeros(len(corners))
     for camera in cameras:
         pixels, in_front = camera.project(corners.reshape(-1, 3))
@@ -372,7 +378,10 @@ class _Totals:
 
 
 def smaller_singular_value(jacobian: Floats) -> Floats:
-    """Returns the smaller singular values [n] of matrices [n, 2, 2]; 0 for matrices that are not finite."""
+    """Returns the smaller singular values [n] of matrices [n, 2, 2].
+
+    The value is 0 for matrices that are not finite.
+    """
     a, b, c, d = (jacobian[:, i, j] for i in (0, 1) for j in (0, 1))
     with np.errstate(invalid="ignore"):
         s = np.hypot(a + d, c - b) / 2

@@ -20,10 +20,11 @@ ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".tif", ".tiff")
 class BackgroundFolder:
     """A folder of images, from which each camera of each world gets a random background.
 
-    `given` is the value of the key `background` of a recipe in `folder`: the name of a folder in it, or a table
-    {folder, fit}. With `fit = "cover"` (default), images are cropped to the frame. Subfolders are searched too.
+    `given` is the value of the key `background` of a recipe that is in `folder`. It is the name of a subfolder of
+    `folder`, or a table {folder, fit}. With `fit = "cover"` (default), images are cropped to the frame. Subfolders are
+    searched too.
 
-    Raises `WorldError` for unknown keys, a folder outside, and a folder without images.
+    Raises `WorldError` for unknown keys, a folder outside `folder`, and a folder without images.
     """
 
     def __init__(self, given: Any, folder: Path) -> None:

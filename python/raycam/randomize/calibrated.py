@@ -28,11 +28,11 @@ POSE = ("R", "C", "t", "location", "target", "up", "roll", "pitch", "yaw")
 
 
 def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[str, Any]:
-    """Returns a [[camera]] table in which `calibration` is replaced by the keys of that file's camera.
+    """Returns a [[camera]] table with the keys of its calibration instead of `calibration`.
 
-    A pose in the table replaces the file's. For a file with several cameras, the table's `name` selects one. `lens`
-    specifies the lens model if the file does not. Raises `WorldError` for keys that the file already contains, and for
-    files that cannot be read.
+    A pose in the table replaces the pose in the calibration file. For a file with several cameras, the table's `name`
+    selects one. `lens` specifies the lens model if the file does not. Raises `WorldError` for keys that the file
+    already contains, and for files that cannot be read.
     """
     more = {key: value for key, value in row.items() if key not in ("calibration", "lens")}
     for key in INTRINSICS:

@@ -1,7 +1,8 @@
-"""Random values in descriptions, as functions of the seed, the world's number and the key's path.
+"""Random values in descriptions.
 
-A draw is a table with a key of `DISTRIBUTIONS` instead of a value. Random numbers are hashes instead of a sequence,
-so a value does not depend on other draws or on the number of worlds.
+A value is a function of the seed, the world's number and the key's path. A draw is a table with a key of
+`DISTRIBUTIONS` instead of a value. Random numbers are hashes instead of a sequence, so a value does not depend on other
+draws or on the number of worlds.
 """
 
 from __future__ import annotations
@@ -22,7 +23,10 @@ DIGITS = 12
 
 
 class RejectedSample(WorldError):
-    """A sample in which an object has no space or a camera has no view; the sample is drawn again."""
+    """Error: an object has no space or a camera no view in this sample.
+
+    The sample is drawn again.
+    """
 
 
 class RandomStream:

@@ -20,8 +20,8 @@ MAX_SECONDS = 60.0
 class Drop:
     """The target of a dropped object, and its physical properties.
 
-    `drop` has `into` or `on`, the name of an object, and `seconds` (5). Raises `WorldError` with a message that begins
-    with `what`.
+    `drop` contains one of the keys `into` and `on`, whose value is the name of an object, and optionally `seconds` (5).
+    Raises `WorldError` with a message that begins with `what`.
     """
 
     def __init__(self, drop: Any, physics: Any, what: str) -> None:
@@ -31,10 +31,13 @@ class Drop:
         check_known_keys(f"drop of {what}", drop, DROP_KEYS)
         where = [key for key in ("into", "on") if key in drop]
         if len(where) != 1:
-            raise WorldError(f"{what}: drop requires one of the keys into and on", code="missing_value")
+            raise WorldError(
+                f'{what}: drop requires exactly one of the keys "into" and "on"', code="missing_value"
+            )
         if not isinstance(drop[where[0]], str):
             raise WorldError(
-                f"{what}: {where[0]} must be the name of an object, not {drop[where[0]]!r}", code="wrong_type"
+                f'{what}: "{where[0]}" must be the name of an object, not {drop[where[0]]!r}',
+                code="wrong_type",
             )
         seconds = real(f"{what}: seconds", drop.get("seconds", 5.0), 0.1, MAX_SECONDS, what="seconds")
         self.target = (where[0], str(drop[where[0]]), seconds)
@@ -49,10 +52,11 @@ def settle_drops(
     fixed: Mapping[str, Mapping[str, Any]],
     draw: RandomStream,
 ) -> None:
-    """Lets objects fall: all objects with the same target together, one target after another in order of appearance.
+    """Lets objects fall until they are at rest.
 
-    `fixed` are the properties of objects that do not move. Raises `RejectedSample` if they do not settle, and the other
-    errors of `raycam.settle`.
+    All objects with the same target fall together; targets are processed in order of appearance. `fixed` are the
+    properties of objects that do not move. Raises `RejectedSample` if objects do not settle, and the other errors of
+    `raycam.settle`.
     """
     for target in dict.fromkeys(drop.target for _, drop in dropped):
         key, name, seconds = target

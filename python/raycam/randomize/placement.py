@@ -57,7 +57,10 @@ class ConvexPrism:
         return ConvexPrism(product(self.outline, turn) + np.array([x, y]), self.low + z, self.high + z)
 
     def intersects(self, other: ConvexPrism, gap: float) -> bool:
-        """Returns True if the distance is below `gap`, by separating axes. Source: Ericson 2005, 5.2.1."""
+        """Returns True if the distance between the prisms is below `gap`.
+
+        Method: separating axes (Ericson 2005, 5.2.1).
+        """
         if self.low >= other.high + gap or other.low >= self.high + gap:
             return False
         axes = np.concatenate([_normals(self.outline), _normals(other.outline)])
@@ -66,7 +69,10 @@ class ConvexPrism:
         return bool(apart.max() < max(gap, 1e-12))
 
     def intersects_triangles(self, corners: Floats) -> bool:
-        """Returns True if any triangle of [n, 3, 3] intersects, by separating axes. Source: Ericson 2005, 5.2.9."""
+        """Returns True if any of the triangles [n, 3, 3] intersects the prism.
+
+        Method: separating axes (Ericson 2005, 5.2.9).
+        """
         box_low = np.append(self.outline.min(axis=0), self.low)
         box_high = np.append(self.outline.max(axis=0), self.high)
         near = ((corners.min(axis=1) < box_high) & (corners.max(axis=1) > box_low)).all(axis=1)
@@ -99,7 +105,10 @@ class ConvexPrism:
 
 
 def outline(points: Floats) -> Floats:
-    """Returns the convex hull [m, 2] of points [n, 2], counter-clockwise. Source: A. M. Andrew 1979."""
+    """Returns the convex hull [m, 2] of points [n, 2], counter-clockwise.
+
+    Source: A. M. Andrew 1979.
+    """
     ordered = np.unique(points, axis=0)
     if len(ordered) < 3:
         return ordered
@@ -191,9 +200,9 @@ class PlacementSampler:
         )
 
     def check_total_area(self, shapes: list[ConvexPrism], surface: str | None, what: str) -> None:
-        """Raises `RejectedSample` if the objects' total area exceeds the level surface that they are placed on.
+        """Raises `RejectedSample` if the objects' total area exceeds the area of the level surface.
 
-        `what` names the first object. Without this check, many attempts would be spent on the objects that still fit.
+        `what` names the first object. Without this check, many attempts would be spent on placing some of the objects.
         """
         ground, areas, _ = self._ground(surface)
         if not 0 < len(ground) <= MAX_HULL_TRIANGLES:

@@ -76,9 +76,9 @@ class Recipe:
       `{ integer = [low, high] }` (both included) or `{ choice = [...] }`, whose items may contain draws.
     * `one_of = [{...}, {...}]` in a table merges one of the tables, chosen at random, into it.
     * `count` repeats an object, a light or a camera, each with its own draws; names get numbers.
-    * `on` places an object on another one, by name: at a random position, with a random rotation about the up axis, its
-      lowest point on a level surface, at least `gap` (0.001 m) from all other objects. `on = ""` means any object.
-      Objects with `on` are placed only on objects without `on`.
+    * `on` places an object on another object, given by name. The position and the rotation about the up axis are
+      random; the lowest point is on a level surface, at least `gap` (0.001 m) from all other objects. `on = ""` means
+      any object. Objects with `on` are placed only on objects without `on`.
     * `drop = { into = "bin" }` or `{ on = "table" }` throws an object from above another one, with a random pose; all
       of them come to rest as with `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of any
       object has the properties that `raycam.settle` accepts.
@@ -202,7 +202,10 @@ class Recipe:
 
     @cached_property
     def categories(self) -> dict[int, str]:
-        """The categories that may occur in the worlds, by id; a whole number is its own id, names get unused ids."""
+        """The categories that may occur in the worlds, by id.
+
+        A whole number is its own id; names get unused ids.
+        """
         found = dict(self._base.categories) if self._base is not None else {}
         names = [str(value) for value in _values(self.description["object"], "category")]
         for name in names:
@@ -215,7 +218,10 @@ class Recipe:
 
     @property
     def files(self) -> dict[str, str]:
-        """The SHA-256 of each file that the recipe uses, including the files of its meshes and worlds."""
+        """The SHA-256 of each file that the recipe uses.
+
+        The files of its meshes and worlds are included.
+        """
         found: dict[str, str] = {}
         for key in ("mesh", "texture", "textures", "image", "profile", "world", "calibration"):
             for name in _values(self.description, key):
@@ -236,7 +242,7 @@ class Recipe:
                 raise WorldError(
                     f"camera[{number}]: all worlds of a data set must have the same cameras; count must be a number, "
                     "and "
-                    f"{ONE_OF} is only supported within see",
+                    f'{ONE_OF} is only supported within "see"',
                     code="conflicting_values",
                 )
 
@@ -285,7 +291,7 @@ class Recipe:
             if "drop" in how:
                 if how.keys() & {"on", "gap"} or item.keys() & {"location", "instance_of"}:
                     raise WorldError(
-                        f"{what}: on, gap, location and instance_of cannot be used with drop",
+                        f'{what}: the keys "on", "gap", "location" and "instance_of" cannot be used with "drop"',
                         code="conflicting_values",
                     )
                 dropped.append((item, Drop(how["drop"], how.get("physics", {}), what)))
@@ -296,7 +302,7 @@ class Recipe:
                 placed.append((item, how, place))
             elif how:
                 raise WorldError(
-                    f"object {item.get('name', '')!r}: gap requires the key on",
+                    f'{what}: the key "gap" requires the key "on"',
                     code="missing_value",
                 )
             else:
@@ -425,7 +431,7 @@ class Recipe:
         wanted = row.pop("see", None)
         name = row.get("name", "camera")
         if wanted is not None and not isinstance(wanted, Mapping):
-            raise WorldError(f"camera {name!r}: see must be a table, not {wanted!r}", code="wrong_type")
+            raise WorldError(f'camera {name!r}: "see" must be a table, not {wanted!r}', code="wrong_type")
         if "calibration" in row:
             path = self._inside(str(row["calibration"]))
             if path is None:
@@ -469,7 +475,7 @@ def _checked_gap(item: Mapping[str, Any], how: Mapping[str, Any], what: str) -> 
     """The gap of an object that is placed at random; raises `WorldError` for keys that do not fit."""
     if "location" in item or "instance_of" in item:
         raise WorldError(
-            f"{what}: location and instance_of cannot be used with the key on, which sets the position",
+            f'{what}: the keys "location" and "instance_of" cannot be used with "on", which sets the position',
             code="conflicting_values",
         )
     gap = how.get("gap", MIN_GAP)
@@ -478,7 +484,9 @@ def _checked_gap(item: Mapping[str, Any], how: Mapping[str, Any], what: str) -> 
             f"{what}: gap must be a distance in metres of at least 0, got {gap!r}", code="out_of_range"
         )
     if not isinstance(how["on"], str):
-        raise WorldError(f"{what}: on must be the name of an object, not {how['on']!r}", code="wrong_type")
+        raise WorldError(
+            f"{what}: the key 'on' must be the name of an object, not {how['on']!r}", code="wrong_type"
+        )
     return float(gap)
 
 

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 
 def pixel_centers(size: tuple[int, int], pixel_center: str = "integer") -> Floats:
-    """The centre (u, v) of every pixel, [height * width, 2], row by row; `size` is (width, height).
+    """The centres (u, v) of all pixels, [height * width, 2], row by row.
 
-    The first pixel's centre is (0, 0) for `pixel_center` "integer", (0.5, 0.5) for "half".
+    `size` is (width, height). The first pixel's centre is (0, 0) for `pixel_center` "integer", (0.5, 0.5) for "half".
     """
     if pixel_center not in ("integer", "half"):
         raise ValueError(f'pixel_center must be "integer" or "half", not {pixel_center!r}')
@@ -48,12 +48,12 @@ def render_triangles(
     background: npt.ArrayLike = (0.0, 0.0, 0.0),
     progress: Progress | None = None,
 ) -> dict[str, npt.NDArray[Any]]:
-    """Renders triangles by the lecture's procedure, with one exact ray through each pixel's centre.
+    """Renders triangles by the lecture's procedure, with one ray through each pixel centre.
 
-    `triangles` are corners [n, 3, 3] in the world, `P` is the camera matrix [3, 4], finite, of rank 3, of any
-    scale and sign. `size` is (width, height). `colors` [n, 3] are linear RGB per triangle (default white),
-    `ids` [n, 2] are (instance, triangle) (default: instance 0 and the index in `triangles`). `progress(done, total)` is
-    called with the number of finished pixels; an exception that it raises stops rendering.
+    The rays pass exactly through the centres. `triangles` are corners [n, 3, 3] in the world, `P` is the camera matrix
+    [3, 4], finite, of rank 3, of any scale and sign. `size` is (width, height). `colors` [n, 3] are linear RGB per
+    triangle (default white), `ids` [n, 2] are (instance, triangle) (default: instance 0 and the index in `triangles`).
+    `progress(done, total)` is called with the number of finished pixels; an exception that it raises stops rendering.
 
     Returns arrays [height, width, ...]:
 
@@ -131,7 +131,10 @@ def render(world: World, camera: Camera, progress: Progress | None = None) -> di
 
 
 def background(world: World) -> Floats:
-    """Linear RGB [3] of a pixel without a hit: the sum of the uniform skies; other skies count as black."""
+    """Linear RGB [3] of a pixel without a hit: the sum of the uniform skies.
+
+    Other skies count as black.
+    """
     skies = [light["radiance"] for light in world.lights if light["type"] == "sky" and "radiance" in light]
     return np.asarray(np.sum(np.asarray(skies, dtype=np.float64).reshape(-1, 3), axis=0))
 

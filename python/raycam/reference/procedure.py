@@ -57,7 +57,10 @@ def camera_center(P: Floats) -> Floats:
 
 
 def points_on_lines(P: Floats, pixels: Floats) -> Floats:
-    """X' = P⁺ x for pixels [n, 2]: homogeneous points [n, 4] that P maps to their pixels x = (u, v, 1)."""
+    """The points X' = P⁺ x for the pixels x = (u, v, 1).
+
+    Points are homogeneous, [n, 4], and P maps them to their pixels [n, 2].
+    """
     x = np.column_stack([pixels, np.ones(len(pixels))])
     return dot(np.asarray(np.linalg.pinv(P), dtype=np.float64), x[:, None])
 
@@ -74,18 +77,24 @@ def third_row_of_r(P: Floats) -> Floats:
 
 
 def at_infinity(X: Floats) -> Bools:
-    """True [n] for homogeneous points [n, 4] at infinity: their fourth coordinate is 0, up to rounding."""
+    """True [n] for homogeneous points [n, 4] whose fourth coordinate is 0, up to rounding."""
     return np.asarray(np.abs(X[:, 3]) <= ROUNDING * length(X))
 
 
 def lines(X: Floats, C: Floats) -> Floats:
-    """X' - C for the homogeneous X' [n, 4], [n, 3]; for an X' at infinity, its first three coordinates."""
+    """The directions X' - C [n, 3] for the homogeneous points X' [n, 4].
+
+    For a point at infinity, the direction is its first three coordinates.
+    """
     infinite = at_infinity(X)[:, None]
     return np.where(infinite, X[:, :3], X[:, :3] / np.where(infinite, 1.0, X[:, 3:]) - C)
 
 
 def pointed_forward(line: Floats, forward: Floats) -> Floats:
-    """The rays r [n, 3]: each `line`, or its opposite if the dot product with `forward` is negative."""
+    """The rays r [n, 3]: each `line`, or its opposite, so that the ray points forward.
+
+    A line is reversed if its dot product with `forward` is not positive.
+    """
     return np.where(dot(line, forward)[:, None] > 0, line, -line)
 
 
@@ -93,7 +102,10 @@ def pointed_forward(line: Floats, forward: Floats) -> Floats:
 
 
 def normals(triangles: Floats) -> Floats:
-    """The normals n = v2 x v1 with v1 = b - a and v2 = c - a, [n, 3], of triangles [n, 3, 3]. Zero for zero area."""
+    """The normals n = v2 x v1 [n, 3] of triangles [n, 3, 3].
+
+    Here, v1 = b - a and v2 = c - a. The normal of a triangle without area is zero.
+    """
     v1 = triangles[:, 1] - triangles[:, 0]
     v2 = triangles[:, 2] - triangles[:, 0]
     n = cross(v2, v1)
@@ -117,7 +129,10 @@ def plane_distances(n: Floats, a: Floats, C: Floats, r: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Crossings:
-    """The crossings of the segment from f to g with a triangle's edges; [...] is the shape of the points."""
+    """The crossings of the segment from f to g with a triangle's edges.
+
+    In the shapes of the arrays, ... is the shape of the points.
+    """
 
     g: Floats
     """The distant point a + v3, [..., 3]."""
@@ -144,10 +159,10 @@ def edge_vectors(triangles: Floats) -> Floats:
 
 
 def crossings(triangles: Floats, n: Floats, f: Floats, tolerance: Floats) -> Crossings:
-    """Intersects the segment from `f` to g = a + v3 with the edges of the triangle in whose plane `f` lies.
+    """Intersects the segment from `f` to g = a + v3 with the edges of a triangle.
 
-    `triangles` [..., 3, 3], their normals `n` [..., 3] and points `f` [..., 3] correspond one to one. A point whose
-    distance from an edge is at most `tolerance` [...] counts as on the edge.
+    The point `f` is in the triangle's plane. `triangles` [..., 3, 3], their normals `n` [..., 3] and points `f` [...,
+    3] correspond one to one. A point whose distance from an edge is at most `tolerance` [...] counts as on the edge.
     """
     edges = edge_vectors(triangles)
     starts = triangles - f[..., None, :]
@@ -182,9 +197,10 @@ def inside(found: Crossings) -> Bools:
 
 
 def edge_tolerance(triangles: Floats, n: Floats, C: Floats, r: Floats, f: Floats) -> Floats:
-    """Bound [...] on the rounding error of `f` within the plane; points this close to an edge count as on it.
+    """Bound [...] on the rounding error of `f` within the plane of the triangle.
 
-    The coordinates are rounded. The more oblique the ray, the larger the part of this error within the plane.
+    Points this close to an edge count as on the edge. The coordinates are rounded. The more oblique the ray, the larger
+    the part of this error within the plane.
     """
     size = np.abs(triangles).max(axis=(-2, -1)) + np.abs(C).max() + np.abs(f).max(axis=-1)
     cosine = np.abs(dot(n, r)) / (np.where(dot(n, n) > 0, length(n), 1.0) * length(r))
@@ -207,10 +223,10 @@ class Trace:
 
 
 def trace(triangles: Floats, C: Floats, r: Floats, progress: Progress | None = None) -> Trace:
-    """Returns the closest of `triangles` [n, 3, 3] for rays from `C` [3] along `r` [m, 3], by testing all triangles.
+    """Returns the closest of `triangles` [n, 3, 3] for each ray, by testing all triangles.
 
-    Memory is bounded for any n and m. The first of triangles with equal t wins. `progress(done, total)`
-    is called with the number of finished rays.
+    Rays start at `C` [3] and have the directions `r` [m, 3]. Memory is bounded for any n and m. Of triangles with equal
+    t, the first one is returned. `progress(done, total)` is called with the number of finished rays.
     """
     n = normals(triangles)
     index = np.full(len(r), -1, dtype=np.int64)

@@ -33,7 +33,7 @@ REMEDIES = {
 
 
 def is_unposed_within(world: World, camera: Camera) -> bool:
-    """True if the camera is at the origin, without rotation, and the origin is inside the world's bounds."""
+    """True if the camera is unrotated at the origin, and the origin is in the world's bounds."""
     bounds = world.bounds
     if bounds is None or camera.is_parallel or camera.C.any() or (camera.R != IDENTITY).any():
         return False
@@ -41,7 +41,10 @@ def is_unposed_within(world: World, camera: Camera) -> bool:
 
 
 def world_of(world: Any) -> World:
-    """Returns a given world, or loads a world from a path; raises `SettingsError` for other objects."""
+    """Returns a given world, or loads a world from a path.
+
+    Raises `SettingsError` for other objects.
+    """
     if isinstance(world, World):
         return world
     if isinstance(world, str | os.PathLike):
@@ -54,10 +57,11 @@ def world_of(world: Any) -> World:
 
 
 def camera_of(world: World, camera: Any) -> Camera:
-    """Returns the camera, the world's camera of this name, or the first camera of a calibration file.
+    """Returns a camera: as given, by its name in the world, or from a calibration file.
 
-    None selects `World.default_camera`: the first camera, or a camera that frames the whole world. Raises
-    `SettingsError` for anything else, `WorldError` with the nearest known name, and the errors of `load_cameras`.
+    The first camera of a calibration file is used. None selects `World.default_camera`: the first camera, or a camera
+    that frames the whole world. Raises `SettingsError` for anything else, `WorldError` with the nearest known name, and
+    the errors of `load_cameras`.
     """
     if camera is None:
         return world.default_camera()

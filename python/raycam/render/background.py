@@ -27,9 +27,10 @@ MAX_SUBPIXELS = 8
 
 
 def numpy_background(given: Any) -> Any:
-    """Returns a background whose tensors (PyTorch, JAX, TensorFlow, DLPack) are NumPy arrays; anything else unchanged.
+    """Returns a background with tensors converted to NumPy arrays; other values are unchanged.
 
-    Raises `SettingsError` for tensors that are not in the CPU's memory, or that require a gradient.
+    Tensors may be from PyTorch, JAX, TensorFlow or another library with DLPack. Raises `SettingsError` for tensors that
+    are not in the CPU's memory, or that require a gradient.
     """
     if isinstance(given, Background) and is_tensor(given.image):
         return replace(given, image=numbers("background", given.image))
@@ -37,11 +38,11 @@ def numpy_background(given: Any) -> Any:
 
 
 def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> tuple[Colors, list[Notice]]:
-    """Returns the image behind a frame of `size` (width, height), [h, w, 3] in linear light, and notices.
+    """Returns the image behind a frame, [h, w, 3] in linear light, and notices.
 
-    `given` is a colour, the path of an image, an array or CPU tensor [h, w, 3] of that size (uint8 and uint16 are sRGB,
-    floats linear), or a `Background`. An image file of the frame's size is used pixel by pixel; any other image is
-    scaled until it covers the frame.
+    `size` is (width, height). `given` is a colour, the path of an image, an array or CPU tensor [h, w, 3] of that size
+    (uint8 and uint16 are sRGB, floats linear), or a `Background`. An image file of the frame's size is used pixel by
+    pixel; any other image is scaled until it covers the frame.
 
     Raises `SettingsError` for other types and for photographs of another size, and `FormatError` or `OSError` for
     files.

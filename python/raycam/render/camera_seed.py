@@ -11,10 +11,11 @@ MASK = (1 << 64) - 1
 
 
 def camera_seed(seed: int, index: int) -> int:
-    """Returns the seed of the camera with this index among cameras that take images at the same time.
+    """Returns the seed of one of several cameras that take images at the same time.
 
-    Camera 0 has the given seed. The images of the cameras have independent noise. With a common seed, equal pixels
-    would have equal random numbers, and a stereo matcher would match the noise at disparity 0 instead of the scene.
+    `index` is the number of the camera. Camera 0 has the given seed. The images of the cameras have independent noise.
+    With a common seed, equal pixels would have equal random numbers, and a stereo matcher would match the noise at
+    disparity 0 instead of the scene.
 
     Source: SplitMix64, G. L. Steele, D. Lea and C. H. Flood, "Fast Splittable Pseudorandom Number Generators", 2014.
     """

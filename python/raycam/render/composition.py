@@ -25,11 +25,11 @@ MIN_CATCHER_RADIANCE = 1e-9
 
 
 def over(frame: Frame, background: Any, *, keep: Iterable[str] = ()) -> Frame:
-    """Returns a frame, rendered with `transparent_background=True`, in front of a background; see `Frame.over`.
+    """Returns a transparent frame in front of a background; see `Frame.over`.
 
-    The frame's exposure and view apply to the frame only; the background's values are unchanged. `keep` lists which
-    of the channels `alpha` and `shadow` the result also contains. Raises `SettingsError` for a frame without opacity,
-    and the errors of `picture_behind`.
+    The frame must have been rendered with `transparent_background=True`. The frame's exposure and view apply to the
+    frame only; the background's values are unchanged. `keep` lists which of the channels `alpha` and `shadow` the
+    result also contains. Raises `SettingsError` for a frame without opacity, and the errors of `picture_behind`.
     """
     if not (frame.transparent and "color" in frame and "alpha" in frame):
         raise SettingsError(
@@ -59,10 +59,10 @@ def over(frame: Frame, background: Any, *, keep: Iterable[str] = ()) -> Frame:
 
 
 def shadow_ratio(alpha: Colors, caught: dict[str, Any], free: dict[str, Any]) -> Colors:
-    """Returns the channel `shadow` [h, w, 3], the factor by which shadow catchers darken the background.
+    """Returns the channel `shadow` [h, w, 3].
 
-    `alpha` is the objects' opacity. `caught` and `free` are the colour and alpha of the shadow catchers, rendered with
-    and without the objects.
+    The channel contains the factor by which shadow catchers darken the background. `alpha` is the objects' opacity.
+    `caught` and `free` are the colour and alpha of the shadow catchers, rendered with and without the objects.
     """
     share, whole = caught["alpha"][..., np.newaxis], free["alpha"][..., np.newaxis]
     left = 1 - alpha[..., np.newaxis]
@@ -74,7 +74,10 @@ def shadow_ratio(alpha: Colors, caught: dict[str, Any], free: dict[str, Any]) ->
 
 
 def studio_shadow(frame: Frame, shadowed: Frame) -> Frame:
-    """Returns the frame with the shadow on the studio's floor; `shadowed` is the image rendered with that floor."""
+    """Returns the frame with the shadow on the studio's floor as its channel `shadow`.
+
+    `shadowed` is the image rendered with that floor.
+    """
     color, left, lit = frame["color"], 1 - frame["alpha"][..., np.newaxis], shadowed["color"]
     floor = np.clip(lit - color, 0, left * FLOOR)
     share = floor / np.maximum(left * np.float32(FLOOR), np.float32(1e-6))

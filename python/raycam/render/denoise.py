@@ -34,10 +34,10 @@ def load() -> Any:
 
 
 def denoise(color: Image, albedo: Image, normal: Image) -> Image:
-    """Returns denoised linear radiance, float32 [h, w, 3]; all arguments have this shape and type.
+    """Returns denoised linear radiance, float32 [h, w, 3].
 
-    `albedo` is the base colour; `normal` has unit length or is 0. Raises `SettingsError` if the library is missing or
-    fails.
+    All arguments have this shape and type. `albedo` is the base colour; `normal` has unit length or is 0. Raises
+    `SettingsError` if the library is missing or fails.
     """
     oidn = load()
     device = oidn.Device()
@@ -63,11 +63,11 @@ def denoise(color: Image, albedo: Image, normal: Image) -> Image:
 
 
 def denoise_premultiplied(color: Image, alpha: Image, albedo: Image, normal: Image) -> Image:
-    """Returns denoised linear radiance, premultiplied by `alpha` [h, w]: float32 [h, w, 3]; 0 where alpha is 0.
+    """Returns denoised linear radiance, premultiplied by `alpha`, float32 [h, w, 3].
 
-    The network receives unpremultiplied colour, so that it does not treat edges as noise. Transparent pixels get the
-    mean colour of the image, because black next to an edge would darken the edge. `denoise` describes the other
-    arguments and the errors.
+    `alpha` is [h, w]; the result is 0 where alpha is 0. The network receives unpremultiplied colour, so that it does
+    not treat edges as noise. Transparent pixels get the mean colour of the image, because black next to an edge would
+    darken the edge. `denoise` describes the other arguments and the errors.
     """
     there = (alpha > 0)[..., np.newaxis]
     opacity = alpha[..., np.newaxis]

@@ -1,4 +1,7 @@
-"""Fireflies: pixels that a single rare path makes far brighter than their neighbours, and the source of that light."""
+"""Fireflies: pixels that a single rare path makes far brighter than their neighbours.
+
+Notices report the lights and objects that cause fireflies.
+"""
 
 from __future__ import annotations
 
@@ -42,9 +45,10 @@ Vector = npt.NDArray[np.float64]
 def firefly_notices(
     world: World, camera: Camera, color: npt.NDArray[np.float32], request: dict[str, Any]
 ) -> Iterator[Notice]:
-    """Yields a notice if a whole image [h, w, 3] contains fireflies; requires at least 256 samples per pixel.
+    """Yields a notice if a whole image [h, w, 3] contains fireflies.
 
-    The notice names the lights and objects that cause the fireflies; for this, their paths are traced again.
+    The image must have at least 256 samples per pixel. The notice names the lights and objects that cause the
+    fireflies; for this, their paths are traced again.
     """
     timed, clamped = request.get("time_limit") is not None, request.get("clamp") is not None
     if request["integrator"] != "path" or request["samples"] < MIN_FIREFLY_SAMPLES or timed or clamped:
@@ -74,10 +78,11 @@ def firefly_notices(
 
 
 def bright_pixels(color: npt.NDArray[np.float32]) -> Pixels:
-    """Returns the pixels [n, 2] (x, y) of an image [h, w, 3] that are 20 times as bright as their neighbours' median.
+    """Returns pixels [n, 2] (x, y) that are far brighter than their neighbours.
 
-    The brightest pixel is first. The image's border pixels are repeated beyond its edges; pixels with black
-    neighbours are not included.
+    These pixels of the image [h, w, 3] are more than 20 times as bright as their neighbours' median. The brightest
+    pixel is first. The image's border pixels are repeated beyond its edges; pixels with black neighbours are not
+    included.
     """
     light = color.max(axis=2)
     height, width = light.shape

@@ -191,7 +191,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return self._srgb(8, exposure, view)
 
     def to_srgba8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
-        """Returns colour and opacity as 8-bit sRGB [h, w, 4], for compositing; the colour is not premultiplied.
+        """Returns colour and opacity as 8-bit sRGB [h, w, 4], for compositing.
+
+        The colour is not premultiplied.
 
         Raises `SettingsError` for a frame that is not `transparent`.
         """
@@ -260,11 +262,11 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def show(self, **options: Any) -> Any:
         """Shows all channels with their values: in a notebook's cell, or else in the browser.
 
-        Options, also of `save` to an .html file: `world` provides the names of objects and categories; `explain` is a
-        list of pixels (column, row) whose explanations are included; `compare` is a second frame; `arrays` are
-        additional images by name, [h, w] or [h, w, 1 to 4], such as {"flow": flow}; `half=True` rounds colours to
-        float16; `exposure`, `view` and `channel` are the initial settings; `title` is the page's title. With
-        `live=True`, the page contains the `world` and raycam itself, and renders new views, channels and
+        The options are also those of `save` to an .html file. `world` provides the names of objects and categories.
+        `explain` is a list of pixels (column, row) whose explanations are included. `compare` is a second frame.
+        `arrays` are additional images by name, [h, w] or [h, w, 1 to 4], such as {"flow": flow}. `half=True` rounds
+        colours to float16. `exposure`, `view` and `channel` are the initial settings, and `title` is the page's title.
+        With `live=True`, the page contains the `world` and raycam itself, and renders new views, channels and
         explanations.
 
         Returns the page's path if it was opened in a browser.
@@ -274,8 +276,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return show(self, **options)
 
     def over(self, background: Any) -> Frame:
-        """Returns the frame in front of a background: a colour, an image's path, an array [h, w, 3] or a
-        `raycam.Background`.
+        """Returns the frame in front of a background.
+
+        The background is a colour, an image's path, an array [h, w, 3] or a `raycam.Background`.
 
         The frame must have been rendered with `transparent_background=True`. A photograph of the frame's size is used
         pixel by pixel; the frame's exposure and view do not change its values, but the channel `shadow` darkens it.
@@ -302,8 +305,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         view: str | None = None,
         channel: str | None = None,
     ) -> bytes:
-        """Returns the colour as a PNG file in sRGB with 8 or 16 bits per channel, with opacity if the frame is
-        `transparent`.
+        """Returns the colour as a PNG file in sRGB.
+
+        The file has 8 or 16 bits per channel, and opacity if the frame is `transparent`.
 
         `channel` selects another channel, which is shown by the rules of `raycam.render.channel_picture` with 8 bits.
         """
@@ -329,7 +333,10 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def to_jpeg(
         self, exposure: float | None = None, view: str | None = None, channel: str | None = None
     ) -> bytes:
-        """Returns the same image as `to_png` as a JPEG file (baseline, quality 92), with 8 bits and without opacity."""
+        """Returns the image of `to_png` as a baseline JPEG file with quality 92.
+
+        The file has 8 bits per channel and no opacity.
+        """
         shown = self._shown(channel)
         if shown == "color":
             return encode_jpeg(self.to_srgb8(exposure, view))
@@ -371,11 +378,12 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return self.to_png() if "color" in self._channels else None
 
     def reprojection_error(self) -> float:
-        """The largest distance in pixels between a pixel's centre and the image of the surface point in that pixel.
+        """The largest reprojection error in pixels.
 
-        The point is the channel `position`, or else the point at `distance` along the pixel's ray, in float32. Returns
-        0 for an empty image, and +inf if the camera has no image of a point. A rotating camera with a rolling shutter
-        may show a point twice; the first image counts.
+        The error is the distance between a pixel's centre and the image of the surface point in that pixel. The point
+        is the channel `position`, or else the point at `distance` along the pixel's ray, in float32. Returns 0 for an
+        empty image, and +inf if the camera has no image of a point. A rotating camera with a rolling shutter may show a
+        point twice; the first image counts.
 
         Raises `SettingsError` if the frame has neither of these channels, or no camera.
         """
@@ -408,7 +416,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
     @staticmethod
     def merge(frames: Iterable[Frame]) -> Frame:
-        """Merges disjoint parts of one image that fill a rectangle; equals rendering them at once, bit for bit.
+        """Merges disjoint parts of one image that fill a rectangle.
+
+        The result is identical, bit for bit, to an image that was rendered at once.
 
         Raises `SettingsError` if parts overlap, leave a gap, or differ in size or channels.
         """
@@ -482,10 +492,10 @@ def check_save(
     half: bool | None = None,
     transparent: bool = False,
 ) -> None:
-    """Checks, before rendering, that a file at `path` can store all `channels` of a frame of `size`.
+    """Checks, before rendering, that a file at `path` can store a frame.
 
-    Raises the errors of `Frame.save`, and `SettingsError` if the file would lose channels or the opacity of a
-    `transparent` frame.
+    `channels` and `size` describe the frame. Raises the errors of `Frame.save`, and `SettingsError` if the file would
+    lose channels or the opacity of a `transparent` frame.
     """
     target = Path(path)
     names = list(channels)

@@ -123,7 +123,9 @@ def render_many(
     progress: Callable[[int, int], object] | None = None,
     **options: Unpack[RenderOptions],
 ) -> Frames:
-    """Renders many images of a world with different object poses and cameras; the world is not changed.
+    """Renders many images of a world with different object poses and cameras.
+
+    The world is not changed.
 
     `poses` maps objects, by name or number, to a matrix world_from_mesh: one for all images, [4, 4], or one for each
     image, [n, 4, 4]: `render_many(world, camera, poses={"cup": T}, channels="depth")`. `cameras` is one camera for all
@@ -132,8 +134,8 @@ def render_many(
     mounted on these robots (`Camera.mounted`) move with them.
 
     Image i has the same bytes as an image by `render` with the poses i, the camera i and `frame` + i, for any number of
-    threads, including background photos (`Camera.background`) and shadows on shadow catchers. The other arguments are
-    those of `render`, except `denoise` and `time_limit`.
+    threads. Background photos (`Camera.background`) and shadows on shadow catchers are included. The other arguments
+    are those of `render`, except `denoise` and `time_limit`.
 
     Returns `Frames`: `frames["depth"]` is [n, h, w], `frames[i]` a `Frame`. `out` maps channels to arrays that are
     filled instead of new ones: C-contiguous, of the channel's dtype, [n, h, w] or [n, h, w, c].
@@ -337,9 +339,7 @@ def _arrays(
                 f"out[{name!r}] is {what}: expected an array of {dtype} {list(wanted)}", code="wrong_shape"
             )
         elif not (array.flags.c_contiguous and array.flags.writeable):
-            raise SettingsError(
-                f"out[{name!r}]: expected a C-contiguous array that may be written to", code="wrong_type"
-            )
+            raise SettingsError(f"out[{name!r}]: expected a writable, C-contiguous array", code="wrong_type")
         arrays[name] = array
     if given:
         raise SettingsError(

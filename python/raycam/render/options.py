@@ -30,9 +30,9 @@ View = Literal["standard", "agx", "pbr_neutral"]
 
 
 class RenderOptions(TypedDict, total=False):
-    """The keyword arguments of `render` that `[render]` of a world file may set as well; None counts as not given.
+    """The keyword arguments of `render` that a world file may also set in `[render]`.
 
-    The docstring of `render` describes each keyword.
+    None counts as not given. The docstring of `render` describes each keyword.
     """
 
     integrator: Integrator | None
@@ -108,9 +108,10 @@ def _unknown_option(name: str, names: list[str]) -> str:
 
 
 def complete_options(world: World | None, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the values of all options: from `options`, or else from the world file, or else the defaults.
+    """Returns the values of all options.
 
-    The world file's values are in its section `[render]`. An option that is off has the value None.
+    A value comes from `options`, or else from the world file, or else it is the default. The world file's values are in
+    its section `[render]`. An option that is off has the value None.
 
     Raises `SettingsError` for invalid values.
     """
@@ -119,5 +120,8 @@ def complete_options(world: World | None, options: Mapping[str, Any]) -> dict[st
 
 
 def check_option(name: str, value: Any) -> Any:
-    """Returns the value of an option as the core reads it; raises `SettingsError` for an invalid value."""
+    """Returns the value of an option as the core reads it.
+
+    Raises `SettingsError` for an invalid value.
+    """
     return complete_options(None, {name: value})[name]

@@ -28,7 +28,10 @@ MAX_SLICE_S = 1e6
 
 
 class Progressive:
-    """An image to which samples are added; it is always bit-identical to `render` with the same number of samples."""
+    """An image to which samples are added.
+
+    The image is always bit-identical to an image by `render` with the same number of samples.
+    """
 
     def __init__(
         self,
@@ -66,7 +69,7 @@ class Progressive:
         for name in ("noise_threshold", "time_limit"):
             if name in given:
                 raise SettingsError(
-                    f"{name} is not supported by Progressive; stop when the image is good enough",
+                    f"{name} is not supported by Progressive; stop adding samples when the image is good enough",
                     code="conflicting_values",
                 )
         if given.get("integrator") == "reference":
@@ -121,11 +124,10 @@ class Progressive:
         return self._core.samples(area)
 
     def add_for(self, seconds: float, *, cancel: Cancel | None = None) -> int:
-        """Adds samples for about `seconds`, from the centre outwards; returns the smallest number of samples of any
-        pixel.
+        """Adds samples for about `seconds`, from the centre outwards.
 
-        A tile that was started is finished. The call returns early when all pixels have the image's `samples`. Raises
-        `Cancelled` as `add` does.
+        Returns the smallest number of samples of any pixel. A tile that was started is finished. The call returns early
+        when all pixels have the image's `samples`. Raises `Cancelled` as `add` does.
         """
         slice_s = real("seconds", seconds, 0, MAX_SLICE_S, what="a number of seconds")
         return self._core.add_for(slice_s, cancel)
@@ -171,7 +173,9 @@ def progressive(
     cancel: Cancel | None = None,
     **options: Any,
 ) -> Iterator[Frame]:
-    """Yields frames of one image with more and more samples: `for frame in raycam.progressive(world, camera): ...`.
+    """Yields frames of one image with more and more samples.
+
+    Example: `for frame in raycam.progressive(world, camera): ...`.
 
     The frames have 1, 2, 4, 8, ... samples per pixel, up to `samples` (default 16384); with `every`, a frame is
     yielded about every `every` seconds. Each frame is bit-identical to `render` with the same number of samples.

@@ -72,10 +72,11 @@ def render(
     cancel: Cancel | None = None,
     **options: Unpack[RenderOptions],
 ) -> Frame:
-    """Renders `world`, seen by `camera`: a `Camera`, a camera's name in the world, or a calibration file's path.
+    """Renders `world`, as seen by `camera`, and returns a `Frame`.
 
-    Without `camera`, the world's first camera is used, or one that shows the whole world. A world without lights and
-    cameras is then shown in the studio of `World.add_studio`, whose floor is background in ground truth.
+    `camera` is a `Camera`, the name of a camera in the world, or the path of a calibration file. Without `camera`, the
+    world's first camera is used, or one that shows the whole world. A world without lights and cameras is then shown in
+    the studio of `World.add_studio`, whose floor is background in ground truth.
 
     * `channels` are names, or "all". `region` (x, y, width, height) renders a part; `Frame.merge` joins parts.
     * `surface` ("first"): ground truth describes the first triangle on the pixel's centre ray. "solid" skips surfaces
@@ -83,7 +84,8 @@ def render(
     * `frame` (0) is the number of a video's frame: frames have independent noise.
     * `denoise` applies Open Image Denoise (`pip install raycam[denoise]`): the image is then biased.
     * `transparent_background` hides the background. Colours are premultiplied by the channel `alpha`, which is added.
-      Objects with `shadow_catcher` are hidden; the channel `shadow`, which is added, has the factor of their shadows.
+      Objects with `shadow_catcher` are hidden; the channel `shadow` is added, the factor by which their shadows darken
+      the background.
     * `background` (`Camera.background`): a colour, a photo's path, an array, a tensor or a `Background` (`Frame.over`).
     * `catcher_truth`: ground truth describes shadow catchers even if they are hidden.
     * `progress(done, total)` is called about 50 times per second; an exception in it stops the render, as Ctrl-C does.
@@ -92,7 +94,8 @@ def render(
     Options that are not given have the value in `[render]` of the world file, or the default:
 
     * `integrator`: "direct" (default) adds direct light and shadows, "path" is path tracing with any number of bounces,
-      "ao" is ambient occlusion, "flat" shows the base colour, and "reference" is a slow NumPy program for comparison.
+      and "ao" is ambient occlusion. "flat" shows the base colour, and "reference" is a slow NumPy program for
+      comparison.
     * `samples` (16) is the number per pixel. `noise_threshold` chooses the number for each pixel so that the standard
       error of its luminance (channel `error`) is about this value or less, without bias (Kirk and Arvo 1991).
       `time_limit` ends the render after about this many seconds; a notice reports the number of samples that reproduces

@@ -45,10 +45,10 @@ def image_request(
     transparent_background: bool,
     region: Region | None,
 ) -> tuple[dict[str, Any], float, str]:
-    """Returns the arguments of the core's `render`, the exposure in stops and the view transform.
+    """Returns the arguments of the core's `render`, the exposure and the view transform.
 
-    `options` are the given options; all others come from the world's `[render]`, or are the defaults. Raises
-    `SettingsError` for invalid values.
+    The exposure is in stops. `options` are the given options; all others come from the world's `[render]`, or are the
+    defaults. Raises `SettingsError` for invalid values.
     """
     request = complete_options(world, options)
     stops, view = request.pop("exposure"), request.pop("view")
@@ -63,7 +63,7 @@ def image_request(
 
 
 def unlit(request: Mapping[str, Any], names: list[str], samples: int = 1) -> dict[str, Any]:
-    """Returns a request for channels of the same image that do not require light."""
+    """Returns a copy of a request for other channels, which do not require light."""
     off = dict.fromkeys(("noise_threshold", "time_limit", "ambient_occlusion", "clamp", "max_depth"))
     return {**request, **off, "integrator": "flat", "channels": names, "samples": samples}
 

@@ -17,8 +17,8 @@ __all__ = ["STUDIO_NOTICE", "STUDIO_OPTIONS", "is_unlit", "studio_options"]
 STUDIO_OPTIONS = {"integrator": "path", "max_depth": 6, "samples": 8, "view": "pbr_neutral"}
 """Default options of images in the studio."""
 STUDIO_NOTICE = Notice(
-    "the world has no lights and no camera: it is rendered in the studio, from the front right above, with "
-    'integrator="path" and max_depth=6; add lights or a camera to replace the studio',
+    "the world has no lights and no camera: it is rendered in the studio, viewed from the front right and "
+    'from above, with integrator="path" and max_depth=6; add lights or a camera to replace the studio',
     "studio",
 )
 
@@ -32,7 +32,7 @@ def studio_options(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def is_unlit(world: World, camera: Camera, options: Mapping[str, Any]) -> bool:
-    """True if the integrator shows light, and the world has neither lights nor surfaces that emit light."""
+    """True if the integrator shows light, but neither lights nor surfaces of the world emit any."""
     if world.lights or options.get("integrator", "path") not in LIT_INTEGRATORS:
         return False
     world.prepare()

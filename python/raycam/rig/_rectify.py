@@ -18,7 +18,10 @@ __all__ = ["rectified"]
 def rectified(
     left: Camera, right: Camera, K: npt.ArrayLike | None, size: Sequence[int] | None
 ) -> dict[str, Camera]:
-    """Returns two pinholes at the two cameras' centres, with the same rotation and K, and with x along the baseline."""
+    """Returns two pinholes at the two cameras' centres, with the same K and rotation.
+
+    The x axis is parallel to the baseline.
+    """
     for name, camera in (("left", left), ("right", right)):
         if camera.is_parallel:
             raise CameraError(
@@ -36,8 +39,9 @@ def rectified(
 
 
 def rotation(left: Camera, right: Camera) -> Floats:
-    """Returns the rotation camera_from_world halfway between both cameras, turned until x is parallel to the
-    baseline.
+    """Returns the rotation camera_from_world of both rectified cameras.
+
+    It is halfway between the two cameras, and then turned until x is parallel to the baseline.
     """
     looking = [camera.at_pose(camera.R, np.zeros(3)) for camera in (left, right)]
     halfway = looking[0].moving(looking[1], exposure=1.0).R
@@ -58,7 +62,10 @@ def rotation(left: Camera, right: Camera) -> Floats:
 
 
 def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) -> Floats:
-    """Returns K for both cameras; the centres of the old images are, on average, in the centre of the new ones."""
+    """Returns K for both cameras.
+
+    The centres of the old images are, on average, at the centre of the new images.
+    """
     focal = (left.K[1, 1] + right.K[1, 1]) / 2.0
     seen = []
     for camera in (left, right):
@@ -66,7 +73,7 @@ def intrinsics(left: Camera, right: Camera, R: Floats, size: tuple[int, int]) ->
         x, y, z = product(R, direction)
         if not z > 0.0:
             raise CameraError(
-                "the two cameras' viewing directions cannot be rectified automatically; pass K",
+                "K cannot be computed, because the centre of an original image is behind the rectified cameras; pass K",
                 code="unsupported_camera",
             )
         seen.append([focal * x / z, focal * y / z])

@@ -36,13 +36,13 @@ RIG_REMEDY = "rigs are read-only; rig.at_pose(R, C) returns a rig at another pos
 
 
 class Rig(DictSerializable, Mapping[str, Camera]):
-    """Cameras mounted on one body, immutable: a mapping from their names to the cameras in world coordinates.
+    """Cameras mounted on one body: a mapping from names to cameras in world coordinates.
 
-    `cameras` are given in body coordinates: their `R` is camera_from_body, their `C` the centre on the body. The body's
-    pose is `R` [3, 3], the rotation body_from_world, and `C` [3], its position in the world. The rotation of a camera
-    in the world is camera_from_body · body_from_world. If angles specify the pose (`placed`, world files, videos), the
-    body axes are those of ROS REP-103: x forward, y left, z up. Otherwise they are arbitrary: Kalibr's body is the IMU,
-    COLMAP's and KITTI's is the first camera.
+    A rig is immutable. `cameras` are given in body coordinates: their `R` is camera_from_body, their `C` the centre on
+    the body. The body's pose is `R` [3, 3], the rotation body_from_world, and `C` [3], its position in the world. The
+    rotation of a camera in the world is camera_from_body · body_from_world. If angles specify the pose (`placed`, world
+    files, videos), the body axes are those of ROS REP-103: x forward, y left, z up. Otherwise they are arbitrary:
+    Kalibr's body is the IMU, COLMAP's and KITTI's is the first camera.
 
     `cameras` may also contain other sensors (`raycam.Sensor`), whose pose is then body_from_sensor; `sensors` lists
     them. Raises `CameraError` if there are no sensors, or if the pose is not a rotation and a finite position, and
@@ -98,9 +98,10 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         *,
         name: str = "rig",
     ) -> Self:
-        """Returns a rig of cameras in world coordinates, on a body at `R` and `C` (default: the first camera's pose).
+        """Returns a rig of cameras in world coordinates, on a body at `R` and `C`.
 
-        Raises `CameraError` for a camera with its centre at infinity.
+        By default, `R` and `C` are the first camera's pose. Raises `CameraError` for a camera with its centre at
+        infinity.
         """
         if not cameras:
             raise CameraError("a rig requires at least one camera", code="missing_value")
@@ -121,9 +122,10 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @classmethod
     def stereo(cls, camera: Camera, baseline: float, *, name: str = "stereo") -> Self:
-        """Returns a rectified pair: `camera` as "left", and a copy `baseline` metres to its right as "right".
+        """Returns a rectified pair of cameras, "left" and "right".
 
-        The body is the left camera. Raises `CameraError` for a baseline that is not greater than 0.
+        `camera` is the left camera; the right camera is a copy, `baseline` metres to its right. The body is the left
+        camera. Raises `CameraError` for a baseline that is not greater than 0.
         """
         length = number("baseline", baseline)
         if not 0.0 < length < np.inf:
@@ -136,9 +138,10 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @classmethod
     def from_dict(cls, description: Mapping[str, Any], *, up: Up = "z") -> Self:
-        """Returns the rig that a `[rig]` table of a world file describes, given as a dict (see `to_dict`).
+        """Returns the rig that a `[rig]` table of a world file describes.
 
-        Raises `WorldError` or `CameraError` with the name of the invalid key.
+        The table is given as a dict (see `to_dict`). Raises `WorldError` or `CameraError` with the name of the invalid
+        key.
         """
         table = dict(description)
         core = _core.Rig.from_dict(table, checked_up(up))
@@ -151,9 +154,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         return cls._of(core, up, read_mounted_sensors(rows, "z", imports=True))
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the rig as a `[rig]` table of a world file; `from_dict` restores exactly the same rig.
+        """Returns the rig as a `[rig]` table of a world file.
 
-        Sensors that are not cameras are listed under "sensor".
+        `from_dict` restores exactly the same rig. Sensors that are not cameras are listed under "sensor".
         """
         description: dict[str, Any] = json.loads(self._core.to_json())
         if self._mounted:
@@ -194,9 +197,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @property
     def sensors(self) -> dict[str, Sensor]:
-        """All sensors by name, in world coordinates at the middle of the body's motion: cameras first.
+        """All sensors by name, in world coordinates at the middle of the body's motion.
 
-        As a mapping, the rig contains the cameras only.
+        Cameras come first. As a mapping, the rig contains the cameras only.
         """
         found: dict[str, Sensor] = dict(self._cameras)
         for name, sensor in self._mounted.items():
@@ -230,7 +233,10 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     @property
     def roll_pitch_yaw(self) -> Floats:
-        """Roll, pitch and yaw [3] in degrees of a body with the axes x forward, y left, z up, as in `placed`."""
+        """Roll, pitch and yaw [3] of the body in degrees.
+
+        The body axes are x forward, y left, z up, as in `placed`.
+        """
         ahead = Camera(np.eye(3), product(CAMERA_FROM_BODY, self.R), self.C, (1, 1), up=self._up)
         return ahead.roll_pitch_yaw
 
@@ -243,15 +249,19 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         return ReadOnlyDict(table, "rigs are read-only; rig.moving(...) returns a changed rig", CameraError)
 
     def baseline(self, first: str | None = None, second: str | None = None) -> Floats:
-        """Returns the vector [3] from one camera's centre to another's, in the first camera's axes, metres.
+        """Returns the vector [3] from one camera's centre to another's, in metres.
 
-        Cameras are given by name; the default is the first and the second camera of the rig.
+        The vector is in the first camera's axes. Cameras are given by name; the default is the first and the second
+        camera of the rig.
         """
         left, right = (self[name] for name in self.pair(first, second))
         return product(left.R, right.C - left.C)
 
     def pair(self, first: str | None = None, second: str | None = None) -> tuple[str, str]:
-        """Returns the names of two cameras (default: the first two); raises `CameraError` if they do not exist."""
+        """Returns the names of two cameras (default: the first two).
+
+        Raises `CameraError` if they do not exist.
+        """
         names = list(self)
         if len(names) < 2:
             raise CameraError(f"a pair requires two cameras; rig {self.name!r} has one", code="missing_value")
@@ -262,13 +272,19 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     # Poses ------------------------------------------------------------------------------------------------
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
-        """Returns the rig at another pose, body_from_world [3, 3] and position [3]; its motion is moved with it."""
+        """Returns the rig at another pose: body_from_world [3, 3] and position [3].
+
+        The motion of the body is transformed in the same way.
+        """
         return self._moved(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)))
 
     def placed(
         self, location: npt.ArrayLike, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
     ) -> Self:
-        """Returns the rig with its body at `location` [3], rotated by angles in degrees as in `Camera.from_pose`."""
+        """Returns the rig with its body at `location` [3], rotated by angles in degrees.
+
+        The angles are as in `Camera.from_pose`.
+        """
         ahead = Camera.from_pose(location, roll, pitch, yaw, focal=1.0, size=(1, 1), up=self._up)
         return self.at_pose(product(CAMERA_FROM_BODY.T, ahead.R), ahead.C)
 
@@ -280,11 +296,11 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         readout: float = 0.0,
         direction: Readout = "down",
     ) -> Self:
-        """Returns the rig in motion while the shutters of all its cameras are open, as in `Camera.moving`.
+        """Returns the rig in motion while the shutters of all its cameras are open.
 
-        The body moves from its own pose to the pose of `to`, or along a list of (seconds, rig). Its position is
-        interpolated linearly, its rotation along the shortest arc, so cameras away from the body's centre move on
-        arcs.
+        The motion is as in `Camera.moving`. The body moves from its own pose to the pose of `to`, or through the poses
+        of a list of (seconds, rig). Its position is interpolated linearly, its rotation along the shortest arc, so
+        cameras away from the body's centre move on arcs.
         """
         shutter: dict[str, Any] = {
             "exposure": number("exposure", exposure),
@@ -316,7 +332,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         pair: tuple[str, str] | None = None,
         **options: Any,
     ) -> dict[str, Frame]:
-        """Renders a frame with each camera; returns the frames by camera name. `options` are those of `raycam.render`.
+        """Renders a frame with each camera; returns the frames by camera name.
+
+        `options` are those of `raycam.render`.
 
         Each camera has its own random numbers, so that the noise of two images is independent; the first camera has the
         same random numbers as in `raycam.render`.
@@ -338,12 +356,12 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         K: npt.ArrayLike | None = None,
         size: Sequence[int] | None = None,
     ) -> Rig:
-        """Returns the rectified pair of two cameras: pinholes "left" and "right" whose image rows correspond.
+        """Returns a rectified pair, whose image rows correspond, for two cameras.
 
-        Both have the same `K` and the same rotation: halfway between the two cameras, and turned by the smallest angle
-        that makes x parallel to the baseline. By default, `K` has the mean of their focal lengths along y, and a
-        principal point that keeps both image centres in the centre on average. The default `size` is the left camera's.
-        The body is the left camera.
+        The pair consists of the pinholes "left" and "right". Both have the same `K` and the same rotation: halfway
+        between the two cameras, and turned by the smallest angle that makes x parallel to the baseline. By default, `K`
+        has the mean of their focal lengths along y, and a principal point that keeps both image centres in the centre
+        on average. The default `size` is the left camera's. The body is the left camera.
 
         Raises `CameraError` if the second camera is above, below or to the left of the first, and for parallel rays.
 

@@ -1,4 +1,7 @@
-"""Robot descriptions as plain data: links, joints, visuals and materials, in metres and radians."""
+"""Robot descriptions as plain data: links, joints, visuals and materials.
+
+Lengths are in metres and angles in radians.
+"""
 
 from __future__ import annotations
 

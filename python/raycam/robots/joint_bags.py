@@ -1,4 +1,6 @@
-"""Joint states of ROS 2 bags: MCAP files (with the package `mcap`) and SQLite files of rosbag2.
+"""Joint states of ROS 2 bags.
+
+Supported are MCAP files (with the package `mcap`) and SQLite files of rosbag2.
 
 Sources: ROS 2 `sensor_msgs/msg/JointState`; OMG CDR, plain (XCDR1); the MCAP specification (mcap.dev); the tables of
 rosbag2_storage_sqlite3.

@@ -13,9 +13,10 @@ __all__ = ["JointMotion"]
 
 @dataclass(frozen=True)
 class JointMotion:
-    """Joint values at increasing times, interpolated linearly in between; constant before the first and after the last.
+    """Joint values at increasing times, with linear interpolation in between.
 
-    Values of continuous joints are unwrapped, so that linear interpolation turns in the shorter direction.
+    The values are constant before the first time and after the last. Values of continuous joints are unwrapped, so that
+    linear interpolation turns in the shorter direction.
     """
 
     times: Floats

@@ -31,11 +31,11 @@ class JointPoint(NamedTuple):
 
 
 def joint_points(robot: Robot, objects: Container[str]) -> tuple[list[JointPoint], list[Notice]]:
-    """Returns the origins of a robot's joints that are not fixed, in the order of the file, and notices.
+    """Returns the origins of a robot's joints in the order of the file, and notices.
 
-    A point moves with an object of the joint's child link, or of a link that is fixed to it; if no such object exists
-    and the joint rotates, the point moves with an object of the parent link. Joints without such an object are omitted
-    with a notice. `objects` are the names of the objects to use.
+    Fixed joints are omitted. A point moves with an object of the joint's child link, or of a link that is fixed to this
+    link. If no such object exists and the joint rotates, the point moves with an object of the parent link. Joints
+    without such an object are omitted with a notice. `objects` are the names of the objects to use.
     """
     joints = robot.description.joints
     above = {joint.child: joint for joint in joints.values()}

@@ -29,7 +29,10 @@ VELOCITIES: dict[JointType, int] = {**WIDTHS, "floating": 6, "ball": 3}
 
 
 class Source(NamedTuple):
-    """The values of a joint: `multiplier` times the vector's values from `start` on, plus `offset`."""
+    """The rule by which a joint's values follow from a joint vector.
+
+    The values are `multiplier` times the values of the vector from the index `start` on, plus `offset`.
+    """
 
     start: int
     multiplier: float = 1.0
@@ -73,9 +76,9 @@ class Kinematics:
         return Source(self.starts.get(joint.name, 0), multiplier, offset)
 
     def zero(self) -> Floats:
-        """Returns the vector of initial values: of the file, or zeros that are clamped to the joints' limits.
+        """Returns the vector of initial values, from the file or else zero.
 
-        The rotation of floating joints is the identity.
+        Zeros are clamped to the joints' limits. The rotation of floating joints is the identity.
         """
         values = np.zeros(self.size)
         for name, joint in self.joints.items():
@@ -97,9 +100,9 @@ class Kinematics:
         return poses
 
     def parent_from_child(self, joint: Joint, values: Floats) -> Floats:
-        """Returns the transforms of a joint's child link in its parent link for joint vectors [n, size].
+        """Returns the transforms of a joint's child link in its parent link.
 
-        [n, 4, 4], or [4, 4] for a fixed joint.
+        The shape is [n, 4, 4] for joint vectors [n, size], or [4, 4] for a fixed joint.
         """
         local = joint.parent_from_joint
         motion = self._motion(joint, values)
@@ -136,8 +139,8 @@ class Kinematics:
         """Returns the Jacobian [6, n] of a link for one joint vector [size], in the root's axes.
 
         Rows 0..2 are the velocity of the link's origin, rows 3..5 the angular velocity. Each column is the derivative
-        with respect to one value; a floating joint has six columns, for three translations along and three rotations
-        about its parent's axes, and a ball joint three for these rotations.
+        with respect to one value. A floating joint has six columns, for three translations along and three rotations
+        about its parent's axes. A ball joint has three columns, for these rotations.
         """
         poses = {name: found[0] for name, found in self.poses(values[None]).items()}
         columns, count = {}, 0
@@ -183,7 +186,10 @@ def _joint_columns(joint: Joint, before: Floats, after: Floats, origin: Floats) 
 
 
 def plane_axes(normal: Floats) -> tuple[Floats, Floats]:
-    """Returns the x and y directions of a planar joint. If the normal is z, these are x and y of the joint's frame."""
+    """Returns the x and y directions of a planar joint.
+
+    If the normal is z, they are x and y of the joint's frame.
+    """
     helper = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     across = helper - normal * (helper @ normal)
     across /= np.linalg.norm(across)

@@ -1,4 +1,6 @@
-"""MJCF files as robots: MuJoCo compiles the model, and its bodies and joints become links and joints.
+"""MJCF files as robots, compiled by MuJoCo.
+
+The bodies and joints of the compiled model become links and joints.
 
 Source: MuJoCo's documentation (chapters Computation and XML reference, `mjModel` in the API reference).
 """
@@ -48,11 +50,11 @@ def is_mjcf(root: Element) -> bool:
 
 
 def read_mjcf(path: Path, root: Element, files: FileResolver) -> tuple[RobotDescription, CompiledModel]:
-    """Reads an MJCF file with the root element `root`; returns links and joints, and the compiled model.
+    """Reads an MJCF file; returns links and joints, and the compiled model.
 
-    Before MuJoCo reads them, all files that the model names are located: they must be in the root folder of `files`.
-    Raises `SettingsError` without MuJoCo, and `FormatError` for files outside the folder and for models that MuJoCo
-    refuses, with its message.
+    `root` is the root element of the file. Before MuJoCo reads the model, all files named in it are located; they must
+    be in the root folder of `files`. Raises `SettingsError` without MuJoCo, and `FormatError` for files outside the
+    folder and for models that MuJoCo refuses, with its message.
     """
     try:
         import mujoco
@@ -118,7 +120,7 @@ class _Files:
             return  # MuJoCo reports missing files
         if not real.is_relative_to(os.path.realpath(self._root)):
             raise FormatError(
-                f"{at}: file {name!r} is outside {self._root}; allow a wider folder with folder=",
+                f"{at}: file {name!r} is outside {self._root}; pass a folder= that contains it",
                 code="outside_root",
             )
         if not real.is_file():

@@ -41,7 +41,10 @@ class MountedCamera(Camera):
 
     @property
     def on_link(self) -> Camera:
-        """The camera with its pose relative to the link: R is camera_from_link, C the centre in the link's frame."""
+        """The camera with its pose relative to the link.
+
+        R is camera_from_link, C the centre in the link's frame.
+        """
         return self._on_link
 
     @property

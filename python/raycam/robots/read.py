@@ -46,8 +46,10 @@ class RobotModel:
 def read_robots(
     path: str | os.PathLike[str], files: FileResolver, xacro_args: Mapping[str, str] | None = None
 ) -> list[RobotModel]:
-    """Reads the robots of a file: one robot, or each model of an SDF file. The root element of an .xml file
-    determines whether it is MJCF, URDF or SDF. `xacro_args` are arguments of a xacro file.
+    """Reads the robots of a file: one robot, or each model of an SDF file.
+
+    The root element of an .xml file determines whether it is MJCF, URDF or SDF. `xacro_args` are arguments of a xacro
+    file.
 
     Raises `OSError`, `FormatError` with file and line for a malformed file and for other endings, `SettingsError` for
     `xacro_args` of another file, and the errors of `expand_xacro`.

@@ -1,4 +1,7 @@
-"""Location of files that a robot description names (`package://`, `model://`, `file://`, relative), in root folders."""
+"""Search for the files that a robot description names, in root folders.
+
+Files are named by `package://`, `model://`, `file://` or a relative path.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,7 @@ class FileResolver:
         self.packages = [Path(os.path.abspath(package)) for package in packages]
         for package in self.packages:
             if not package.is_dir():
-                raise SettingsError(f"packages: no folder {package}", code="file_not_found")
+                raise SettingsError(f"packages: folder {package} not found", code="file_not_found")
             if self._confined and not self._inside(package, self.root):
                 raise SettingsError(f"packages: {package} is not inside {self.root}", code="outside_root")
 
@@ -118,7 +121,7 @@ class FileResolver:
         """The path if it exists inside a root folder, even with different upper and lower case letters."""
         normal = Path(os.path.normpath(path))
         if not any(self._inside(normal, root) for root in roots):
-            raise Missing(f"{normal} is outside {roots[0]}; allow a wider folder with folder=")
+            raise Missing(f"{normal} is outside {roots[0]}; pass a folder= that contains it")
         if normal.is_file():
             return normal
         other = _other_case(normal)

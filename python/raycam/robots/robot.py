@@ -28,9 +28,9 @@ class Robot:
     """A robot in a world, from `World.robots`; `World.set_joints` moves it.
 
     Poses are float64 matrices [4, 4]. Joint values are in radians and metres, as in the robot's file. A vector of
-    values has one number for each revolute, continuous or prismatic joint, three for a planar one (x, y, yaw), seven
-    for a floating one (x y z, and a quaternion x y z w) and four for a ball joint (the quaternion), in the order of
-    `joints`.
+    values contains the numbers of all joints in the order of `joints`: one for each revolute, continuous or prismatic
+    joint, three for a planar joint (x, y, yaw), seven for a floating joint (x y z, and a quaternion x y z w) and four
+    for a ball joint (the quaternion).
     """
 
     name: str
@@ -58,7 +58,10 @@ class Robot:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The names of the joints that can be set, in the order of the file; without fixed and mimic joints."""
+        """The names of the joints that can be set, in the order of the file.
+
+        Fixed and mimic joints are not included.
+        """
         return tuple(self._kinematics.joints)
 
     @property
@@ -68,7 +71,10 @@ class Robot:
 
     @property
     def limits(self) -> dict[str, tuple[float, float]]:
-        """The lower and upper limit of each of `joints`, radians or metres; infinite for joints without limits."""
+        """The lower and upper limit of each joint in `joints`, in radians or metres.
+
+        Limits are infinite for joints without limits.
+        """
         return {name: (joint.lower, joint.upper) for name, joint in self._kinematics.joints.items()}
 
     @property
@@ -95,11 +101,12 @@ class Robot:
         return poses[0] if single else poses
 
     def jacobian(self, link: str, joints: JointValues | None = None) -> Floats:
-        """Returns the Jacobian [6, n] of a link's pose with respect to the joint values, in world axes (closed form).
+        """Returns the Jacobian [6, n] of a link's pose with respect to the joint values.
 
-        Rows 0..2 are the velocity of the link's origin in metres, rows 3..5 its angular velocity in radians, per unit
-        of each value in the order of `joints`. A floating joint has six columns: translations along its parent's axes
-        and rotations about them. A ball joint has three, for these rotations. Raises the errors of `pose`.
+        The Jacobian is in world axes and computed in closed form. Rows 0..2 are the velocity of the link's origin in
+        metres, rows 3..5 its angular velocity in radians, per unit of each value in the order of `joints`. A floating
+        joint has six columns: translations along its parent's axes and rotations about them. A ball joint has three,
+        for these rotations. Raises the errors of `pose`.
         """
         self._check_link(link)
         values, single = self._vectors(joints)

@@ -1,4 +1,7 @@
-"""Reader of SDF, the description format of Gazebo, versions 1.4 to 1.12 (http://sdformat.org/spec)."""
+"""Reader of SDF 1.4 to 1.12, the description format of Gazebo.
+
+Source: http://sdformat.org/spec.
+"""
 
 from __future__ import annotations
 
@@ -59,11 +62,11 @@ class SdfModel:
 
 
 def read_sdf(data: bytes, name: str, files: FileResolver) -> list[SdfModel]:
-    """Reads the models of an SDF document, alone or in a world; `name` is the file's path in messages.
+    """Reads the models of an SDF document, alone or in a world.
 
-    Nested and included models become parts of the model around them, with names such as `arm::hand`. Raises
-    `FormatError` with file and line for invalid XML, unknown frames, circles of frames or files, missing values, and
-    files without models.
+    `name` is the file's path in messages. Nested and included models become parts of the model around them, with names
+    such as `arm::hand`. Raises `FormatError` with file and line for invalid XML, unknown frames, circles of frames or
+    files, missing values, and files without models.
     """
     return _Document(data, name, files, depth=0).models()
 

@@ -58,7 +58,10 @@ class FrameGraph:
 
 
 def read_pose(owner: Element, fail: Fail) -> tuple[Floats, str]:
-    """Returns the matrix [4, 4] of an element's `<pose>`, and the frame it is relative to ("" if not stated)."""
+    """Returns the matrix [4, 4] of an element's `<pose>`, and the name of its reference frame.
+
+    The name is "" if the element does not specify a frame.
+    """
     pose = owner.find("pose")
     if pose is None:
         return np.eye(4), ""

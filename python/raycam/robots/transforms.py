@@ -13,7 +13,10 @@ __all__ = ["quaternion_matrices", "quaternions_of", "rotations_about", "transfor
 
 
 def transform(xyz: Sequence[float], rpy: Sequence[float]) -> Floats:
-    """Returns the matrix [4, 4] of a URDF origin: rotations about the fixed axes x, y, z by `rpy`, then `xyz`."""
+    """Returns the matrix [4, 4] of a URDF origin.
+
+    It rotates about the fixed axes x, y, z by `rpy`, and then translates by `xyz`.
+    """
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     matrix = np.eye(4)
     matrix[:3, :3] = [
@@ -26,7 +29,7 @@ def transform(xyz: Sequence[float], rpy: Sequence[float]) -> Floats:
 
 
 def rotations_about(axis: Floats, angles: Floats) -> Floats:
-    """Returns rotation matrices [n, 3, 3] about a unit axis [3] by angles [n], by the formula of Rodrigues."""
+    """Returns rotation matrices [n, 3, 3] about a unit axis [3] by angles [n] (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     sine, cosine = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
@@ -35,7 +38,10 @@ def rotations_about(axis: Floats, angles: Floats) -> Floats:
 
 
 def quaternion_matrices(quaternions: npt.ArrayLike) -> Floats:
-    """Returns rotation matrices [n, 3, 3] of quaternions [n, 4] in the order x y z w, which are normalised."""
+    """Returns the rotation matrices [n, 3, 3] of quaternions [n, 4] in the order x y z w.
+
+    The quaternions are normalised first.
+    """
     values = np.asarray(quaternions, np.float64)
     x, y, z, w = (values / np.linalg.norm(values, axis=-1, keepdims=True)).T
     rows = [
@@ -47,7 +53,10 @@ def quaternion_matrices(quaternions: npt.ArrayLike) -> Floats:
 
 
 def quaternions_of(rotations: Floats) -> Floats:
-    """Returns unit quaternions [n, 4], x y z w, of rotation matrices [n, 3, 3], from the largest column of q qᵀ."""
+    """Returns unit quaternions [n, 4], x y z w, of rotation matrices [n, 3, 3].
+
+    They come from the largest column of q qᵀ.
+    """
     r = np.moveaxis(np.asarray(rotations, np.float64), 0, -1)
     outer = np.array(
         [

@@ -9,7 +9,10 @@ __all__ = ["check_tree", "joint_order"]
 
 
 def check_tree(robot: RobotDescription) -> None:
-    """Raises `FormatError` with lines unless the joints connect all links into one tree and mimics form no circle."""
+    """Checks that the joints connect all links into one tree, and that no mimics form a circle.
+
+    Raises `FormatError` with lines.
+    """
     parents: dict[str, Joint] = {}
     for joint in robot.joints.values():
         for end in (joint.parent, joint.child):
@@ -38,7 +41,7 @@ def check_tree(robot: RobotDescription) -> None:
 
 
 def joint_order(robot: RobotDescription) -> list[Joint]:
-    """Returns all joints so that each comes after the joint of its parent link."""
+    """Returns all joints; each joint comes after the joint of its parent link."""
     children: dict[str, list[Joint]] = {}
     for joint in robot.joints.values():
         children.setdefault(joint.parent, []).append(joint)

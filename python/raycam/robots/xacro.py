@@ -1,4 +1,7 @@
-"""Xacro files (.xacro) as URDF documents, expanded by ROS's `xacro`: the `raycam[robots]` extra."""
+"""Xacro files (.xacro) as URDF documents.
+
+ROS's `xacro` expands them; this requires the `raycam[robots]` extra.
+"""
 
 from __future__ import annotations
 

@@ -32,7 +32,10 @@ HARMLESS = ("os.listdir", "os.scandir")
 
 
 class Refused(BaseException):
-    """Raised for a forbidden action of a description; not an `Exception`, so that xacro does not catch it."""
+    """Raised for a forbidden action of a description.
+
+    It is not an `Exception`, so that xacro does not catch it.
+    """
 
 
 class Guard:
@@ -44,11 +47,11 @@ class Guard:
         sys.addaudithook(self._check)
 
     def start(self) -> None:
-        """From now on, refuses access to other files, processes, connections and imports."""
+        """Refuses, from now on, access to other files, processes, connections and imports."""
         self._is_active = True
 
     def stop(self) -> None:
-        """Stops refusing, so that the answer can be written."""
+        """Ends the confinement, so that the answer can be written."""
         self._is_active = False
 
     def _check(self, event: str, arguments: tuple[Any, ...]) -> None:

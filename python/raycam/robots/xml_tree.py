@@ -47,7 +47,7 @@ class Element:
 
 
 def parse_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> Element:
-    """Parses a document and returns its root element; Error messages begin with `name`.
+    """Parses a document and returns its root element; error messages begin with `name`.
 
     Entity declarations and external identifiers are refused, so nothing is expanded and no other file is read. Raises
     `FormatError` with file and line for these, for malformed XML and beyond the limits.
@@ -59,7 +59,10 @@ def parse_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> Elemen
 
 
 def check_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> None:
-    """Raises the errors of `parse_xml` without building a tree, for documents that another library parses."""
+    """Raises the errors of `parse_xml` without building a tree.
+
+    It is used for documents that another library parses.
+    """
     _Builder(name, limits or XmlLimits(), keep=False).parse(data)
 
 

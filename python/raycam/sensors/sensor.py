@@ -43,7 +43,10 @@ class Sensor(Protocol):
 
     @property
     def pose(self) -> Floats:
-        """The pose world_from_sensor, float64 [4, 4]; for a moving sensor, at the middle of the measurement."""
+        """The pose world_from_sensor, float64 [4, 4].
+
+        For a moving sensor, it is the pose at the middle of the measurement.
+        """
 
     @property
     def times(self) -> Floats:
@@ -53,7 +56,10 @@ class Sensor(Protocol):
         """
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
-        """Returns the same sensor at another pose: sensor_from_world [3, 3] and its position [3] in the world."""
+        """Returns the same sensor at another pose.
+
+        `R` is sensor_from_world [3, 3], `C` the sensor's position [3] in the world.
+        """
 
     def sample(self, world: World, *, frame: int = 0, threads: int | None = None) -> Arrays:
         """Measures `world`; returns the arrays by name.
@@ -63,7 +69,10 @@ class Sensor(Protocol):
         """
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns a description of JSON types, from which the class method `from_dict` restores the sensor exactly."""
+        """Returns a description of JSON types.
+
+        The class method `from_dict` restores the sensor exactly from this description.
+        """
 
 
 def describe_sensor(sensor: Sensor) -> dict[str, Any]:
@@ -83,7 +92,10 @@ def describe_sensor(sensor: Sensor) -> dict[str, Any]:
 
 
 def read_sensor(table: Mapping[str, Any]) -> Sensor:
-    """Returns the sensor that `describe_sensor` described; raises `SettingsError` if its class cannot be imported."""
+    """Returns the sensor that `describe_sensor` described.
+
+    Raises `SettingsError` if its class cannot be imported.
+    """
     module, _, name = str(table["type"]).partition(":")
     try:
         kind: Any = importlib.import_module(module)
@@ -98,7 +110,10 @@ def read_sensor(table: Mapping[str, Any]) -> Sensor:
 
 
 def sensor_row(name: str, sensor: Sensor) -> tuple[str, str, str]:
-    """Returns name, class and description of a sensor, as worlds store it; raises the errors of `describe_sensor`."""
+    """Returns name, class and description of a sensor, as worlds store it.
+
+    Raises the errors of `describe_sensor`.
+    """
     table = describe_sensor(sensor)
     return name, table["type"], json.dumps(table["description"])
 
@@ -106,10 +121,11 @@ def sensor_row(name: str, sensor: Sensor) -> tuple[str, str, str]:
 def read_mounted_sensors(
     rows: Sequence[SensorData], up: str, time: float | None = None, *, imports: bool = False
 ) -> dict[str, Sensor]:
-    """Returns the sensors of a world or of a rig by name, in the axes of their parent, at a `time` in seconds.
+    """Returns the sensors of a world or of a rig by name, at a `time` in seconds.
 
-    A class that has not been imported is imported only with `imports`, because world files may come from anybody;
-    otherwise the sensor is omitted with a notice. Raises `LidarError` for invalid settings of a lidar.
+    Sensors are in the axes of their parent. A class that has not been imported is imported only with `imports`, because
+    world files may come from anybody; otherwise the sensor is omitted with a notice. Raises `LidarError` for invalid
+    settings of a lidar.
     """
     from ..lidar.world_table import read_lidar_table
 
@@ -130,7 +146,10 @@ def read_mounted_sensors(
 
 
 def require_sensor(name: str, sensor: object) -> Sensor:
-    """Returns `sensor`; raises `SettingsError` with the missing members if it does not implement the protocol."""
+    """Returns `sensor` if it implements the protocol.
+
+    Raises `SettingsError`, with the missing members, for other objects.
+    """
     if isinstance(sensor, Sensor):
         return sensor
     members = ("pose", "times", "at_pose", "sample", "to_dict")

@@ -41,7 +41,10 @@ def write_arrays(folder: Path, arrays: dict[str, list[Any]]) -> None:
 
 
 def read_arrays(folder: Path) -> dict[str, npt.NDArray[Any]]:
-    """Reads the arrays [n, columns]; raises `OSError` or `ValueError` if one is missing or incomplete."""
+    """Reads the arrays [n, columns] in a folder.
+
+    Raises `OSError` or `ValueError` if an array is missing or incomplete.
+    """
     found = {}
     for name, (kind, columns) in ARRAYS.items():
         path = folder / f"{name}.bin"

@@ -14,7 +14,10 @@ COLUMNS = 960
 
 
 def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd.TimeCode) -> dict[str, Any]:
-    """Returns a camera description whose image is the film; for an orthographic camera, the film size is its extent."""
+    """Returns the description of a USD camera for a world file.
+
+    The image covers the film. For an orthographic camera, the size of the film is the extent of the view.
+    """
 
     def value(attribute: Usd.Attribute) -> Any:
         return attribute.Get(time)
@@ -44,7 +47,10 @@ def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd
     else:
         focal = value(source.GetFocalLengthAttr()) * per_film
     if not (np.isfinite(focal).all() and (np.array(focal) > 0).all() and np.isfinite(center).all()):
-        raise ValueError(f"the camera's focal length is {value(source.GetFocalLengthAttr()):g}")
+        raise ValueError(
+            f"the camera's K has focal lengths {focal[0]:g} and {focal[1]:g} and principal point {center[0]:g}, "
+            f"{center[1]:g} in pixels; expected finite numbers and focal lengths above 0"
+        )
     if aperture := _aperture(source, time):
         spec["aperture"] = aperture
     intrinsics = [[focal[0], 0.0, center[0]], [0.0, focal[1], center[1]], [0.0, 0.0, 1.0]]

@@ -60,12 +60,15 @@ class Fault(NamedTuple):
 
 
 def notice_code(code: str) -> str:
-    """Returns the code of the notice about a file that is ignored because of an error with this code."""
+    """Returns the code of the notice about a file that is ignored because of an error.
+
+    `code` is the code of the error.
+    """
     return {"file_not_found": "missing_file", "outside_root": "outside_root"}.get(code, "unreadable_file")
 
 
 class UsdRejected(Exception):
-    """The file is rejected, with the reason and the code of the error."""
+    """Error with a code and the reason why the file is rejected."""
 
     def __init__(self, code: str, text: str) -> None:
         super().__init__(text)
@@ -119,7 +122,10 @@ class Confinement:
             )
 
     def open_layers(self) -> list[Sdf.Layer]:
-        """Opens all layers of the stage, starting with the root layer, without forbidden asset paths."""
+        """Opens all layers of the stage without forbidden asset paths.
+
+        The root layer is opened first.
+        """
         if fault := self.fault(self._path):
             raise UsdRejected(*fault)
         kind = _find_kind(OTHER_KINDS, self._own)
@@ -136,7 +142,10 @@ class Confinement:
         return [layer for layer in self._layers.values() if isinstance(layer, Sdf.Layer)]
 
     def check_loaded(self) -> None:
-        """Raises `UsdRejected` if OpenUSD has opened a layer of another folder, for example for a value clip."""
+        """Raises `UsdRejected` if OpenUSD has opened a layer of another folder.
+
+        OpenUSD opens further layers, for example, for value clips.
+        """
         for layer in Sdf.Layer.GetLoadedLayers():
             place = Ar.SplitPackageRelativePathOuter(layer.realPath)[0] if layer.realPath else ""
             real = Path(os.path.realpath(place))

@@ -33,7 +33,10 @@ class MeshArrays:
 
 
 class Handover:
-    """The contents of a stage for the core. Raises `MemoryError` beyond a number of face corners or objects."""
+    """The contents of a stage for the core.
+
+    Raises `MemoryError` beyond a number of face corners or objects.
+    """
 
     def __init__(self, max_corners: int, merged: bool) -> None:
         self.names: list[str] = []
@@ -80,11 +83,14 @@ class Handover:
             raise MemoryError
 
     def add_plain(self, color: Sequence[float], opacity: float) -> int:
-        """Returns the number, which is negative, of a material that has only a linear colour and an opacity."""
+        """Adds a material with only a linear colour and an opacity; returns its negative number."""
         return int(self.add_plains(np.array([[*color, opacity]], np.float32))[0])
 
     def add_plains(self, table: Any) -> Any:
-        """Adds plain materials for colours and opacities [n, 4]; returns the index of the material of each row [n]."""
+        """Adds plain materials for colours and opacities [n, 4]; returns their numbers [n].
+
+        Numbers are negative; equal rows share a number.
+        """
         table = np.ascontiguousarray(table, np.float32) + np.float32(0)  # no negative zeros
         keys, index = np.unique(table.view("V16").ravel(), return_inverse=True)
         numbers = []
@@ -105,7 +111,10 @@ class Handover:
     def add_objects(
         self, names: list[str], meshes: list[int], materials: list[tuple[int, ...]], matrices: Any
     ) -> None:
-        """Adds objects with their meshes, the materials of their slots, and `world_from_mesh` [n, 3 or 4, 4]."""
+        """Adds objects with their meshes, their materials and their matrices.
+
+        `materials` contains the materials of the slots; `matrices` are world_from_mesh [n, 3 or 4, 4].
+        """
         if len(self.names) + len(names) > MAX_OBJECTS:
             raise MemoryError
         if self._merged:

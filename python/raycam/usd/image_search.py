@@ -1,4 +1,6 @@
-"""Search for an image under names that differ from the given one, in the order of raycam's other readers.
+"""Search for an image under names that differ from the given one.
+
+The order is that of raycam's other readers.
 
 A path is searched with other upper and lower case, then by its last parts (`textures/wood.png`, `wood.png` for
 `C:/me/textures/wood.png`) from the folder of the stage, then in the folders that exporters use.
@@ -27,7 +29,7 @@ MOST_LISTED = 10_000
 
 
 def found_elsewhere(written: str, folder: Path) -> Path | None:
-    """Returns an image that is not at its path but was found elsewhere; None if no image was found."""
+    """Returns an image that is found at another path; None if no image is found."""
     parts = [
         part
         for part in re.split(r"[\\/]+", written)

@@ -1,4 +1,7 @@
-"""Conversion of images of UsdUVTexture to maps of an MTL file: scale, bias, channel, colour space."""
+"""Conversion of images of UsdUVTexture to maps of an MTL file.
+
+The conversion applies scale, bias, channel and colour space.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ USED_CHANNEL = {"roughness": 1, "metallic": 2}
 
 @dataclass(frozen=True)
 class ValueChange:
-    """A conversion of image values: channels times `scale` plus `bias`, in linear light if the image is sRGB."""
+    """A conversion of image values: channels times `scale` plus `bias`.
+
+    It is applied in linear light if the image is sRGB.
+    """
 
     channels: tuple[int, ...]
     scale: tuple[float, ...]
@@ -38,7 +44,10 @@ class ValueChange:
         return f"{names} x ({scale}) + ({bias}){spaces}"
 
     def bake(self, pixels: Any) -> Any:
-        """Returns the converted values [height, width, 3 or 4] of values [height, width, 4]; alpha is unchanged."""
+        """Converts values [height, width, 4] to [height, width, 3 or 4].
+
+        Alpha is unchanged.
+        """
         numbers = pixels[..., list(self.channels)]
         if self.decode:
             numbers = linear_from_srgb(numbers)
@@ -53,8 +62,9 @@ class ValueChange:
 def value_change(
     key: str, output: str, scale: Sequence[float], bias: Sequence[float], space: str, file: Path
 ) -> tuple[ValueChange | None, Any]:
-    """Returns the conversion that an input's image requires, and the remaining factor; None if no conversion is
-    required.
+    """Returns the conversion that an input's image requires, and the remaining factor.
+
+    The conversion is None if the image can be used unchanged.
     """
     if key == "normal":
         half = tuple(value / 2 for value in scale[:3]), tuple((value + 1) / 2 for value in bias[:3])

@@ -1,4 +1,7 @@
-"""Images of a stage: copied from the stage's folder or package, and converted if an MTL file requires it."""
+"""Images of a stage, copied from its folder or package.
+
+They are converted if an MTL file requires it.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,10 @@ class Images:
         self._known: dict[Any, str | None] = {}
 
     def file(self, asset: Sdf.AssetPath) -> str | None:
-        """Returns the name of the copied image; None, with a notice, for an image that cannot be used."""
+        """Returns the name of the copied image; None for an image that cannot be used.
+
+        A notice reports such an image.
+        """
         key = place = asset.resolvedPath or asset.path
         if key not in self._known:
             self._known[key] = None
@@ -63,9 +69,10 @@ class Images:
         self.notices.append(StageNotice(code, text, f"image {path!r}"))
 
     def baked(self, file: str, how: str, bake: Callable[[Any], Any]) -> str | None:
-        """Returns the name of the image that `bake` creates from an image's pixels; None if no image is created.
+        """Returns the name of the image that `bake` creates from an image's pixels.
 
-        If the pixels cannot be decoded, returns the original image, with a notice. `sizes` contains the image's size.
+        Returns None if `bake` creates no image. If the pixels cannot be decoded, returns the name of the original
+        image, with a notice. `sizes` contains the image's size.
         """
         key = (file, how)
         if key not in self._known:
@@ -110,7 +117,10 @@ class Images:
 
 
 def bake_opacity(pixels: Any, channel: str, scale: float, bias: float, threshold: float) -> Any:
-    """Returns the opacities in one channel of an image as grey values, 0 or 1 with a threshold; None if all are 1."""
+    """Returns the opacities in one channel of an image as grey values; None if all are 1.
+
+    With a threshold, the values are 0 or 1.
+    """
     index = "rgba".index(channel)
     alphas = pixels[..., index] * scale + bias
     if threshold > 0:
@@ -122,8 +132,10 @@ def bake_opacity(pixels: Any, channel: str, scale: float, bias: float, threshold
 
 
 def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]]) -> Any:
-    """Returns an image's tiles for these ranges of u and v, with an additional texel on each side that is black
-    beyond it.
+    """Returns an image that covers ranges of tiles in u and v, according to wrap modes.
+
+    Other modes than "black" and "clamp" repeat or mirror the image over the tiles. "clamp" leaves an axis unchanged,
+    and "black" adds a black texel at both ends.
     """
     height, width = pixels.shape[:2]
     # Rows of the image run downwards, but v runs upwards.

@@ -269,7 +269,7 @@ def is_animated(prim: Usd.Prim) -> bool:
 
 
 def interleave(pieces: list[tuple[Any, Instances]]) -> Instances:
-    """All objects, in the order of their numbers; equal numbers keep the order of the pieces."""
+    """Joins pieces of objects, sorted by number; equal numbers keep their order."""
     if not pieces:
         return Instances()
     if len(pieces) == 1:

@@ -1,4 +1,7 @@
-"""Problems of a stage's layers: composition errors, missing classes, and units that differ. Source: `UsdStage`."""
+"""Problems of a stage's layers: composition errors, missing classes, different units.
+
+Source: `UsdStage`.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +21,18 @@ MAX_LINE = 300
 
 
 def find_layer_problems(stage: Usd.Stage, folder: Path) -> list[StageNotice]:
-    """Notices about composition errors and about layers whose unit or up axis differs from the stage's."""
+    """Notices about composition errors, and about layers with another unit or up axis.
+
+    The unit and the up axis are compared with those of the stage; classes that prims inherit from but no layer contains
+    are reported, too.
+    """
     return [*_composition_errors(stage, folder), *_missing_classes(stage), *_other_metrics(stage, folder)]
 
 
 def read_unit(layer: Sdf.Layer) -> float | None:
-    """The unit of length in metres; None if the layer does not specify a unit. Blender 2.8 wrote the unit in single
-    precision.
+    """The unit of length in metres; None if the layer does not specify a unit.
+
+    Blender 2.8 wrote the unit in single precision.
     """
     root = layer.pseudoRoot
     return float(root.GetInfo("metersPerUnit")) if root.HasInfo("metersPerUnit") else None

@@ -1,4 +1,7 @@
-"""Lights of USD as descriptions of a world file. Source: the schemas of `UsdLux`, "Quantities and Units"."""
+"""Lights of USD as descriptions of a world file.
+
+Source: the schemas of `UsdLux`, "Quantities and Units".
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,10 @@ def light_spec(
     up: str,
     time: Usd.TimeCode,
 ) -> Found:
-    """Returns the description of a light and a notice; either may be None; `image` returns the file of an asset."""
+    """Returns the light's description and a notice; either may be None.
+
+    `image` returns the file of an asset.
+    """
     kind = prim.GetTypeName()
 
     def value(key: str, default: Any) -> Any:
@@ -162,8 +168,9 @@ def _pole_axis(prim: Usd.Prim, up: str) -> str:
 def cylinder_light(
     prim: Usd.Prim, world_from_local: Gf.Matrix4d, time: Usd.TimeCode
 ) -> tuple[MeshArrays, list[float]]:
-    """The side of a cylinder light as a mesh along x, and its radiance; raises `ValueError` if the light has no
-    intensity.
+    """The side of a cylinder light as a mesh along x, and its radiance.
+
+    Raises `ValueError` for a light that cannot be shown, for example with an invalid size or transform.
 
     With `normalize`, the power refers to the cylinder's area in the world, as for other lights.
     """
@@ -183,7 +190,7 @@ def cylinder_light(
     if fault:
         raise ValueError(f"ignored: {fault}")
     turns = np.linspace(0, 2 * np.pi, CYLINDER_SIDES, endpoint=False)
-    # The prism's area is that of the cylinder.
+    # The prism's area equals the cylinder's area.
     sides = np.pi / (CYLINDER_SIDES * np.sin(np.pi / CYLINDER_SIDES))
     circle = np.column_stack([np.cos(turns), np.sin(turns)]) * radius * sides
     ends = [np.column_stack([np.full(CYLINDER_SIDES, x), circle]) for x in (-length / 2, length / 2)]

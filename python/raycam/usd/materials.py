@@ -70,7 +70,10 @@ class Coordinates:
     high: Any = (1.0, 1.0)
 
     def apply(self, table: Any, used: Any) -> Any:
-        """Returns the transformed coordinates [n, 2] of a mesh, v upwards; `used` are the indices in use."""
+        """Returns the transformed coordinates [n, 2] of a mesh, with v upwards.
+
+        `used` are the indices in use.
+        """
         table = table.astype(np.float64)
         if self.matrix is not None:
             table = table @ self.matrix[:, :2].T + self.matrix[:, 2]
@@ -142,7 +145,11 @@ class Materials:
         return {path: self._choose(materials) for path, materials in found.items()}
 
     def bound_material(self, prim: Usd.Prim) -> UsdShade.Material | None:
-        """Returns the prim's bound material of the first purpose whose material is a UsdPreviewSurface."""
+        """Returns the first of the prim's bound materials that is a UsdPreviewSurface.
+
+        The materials are in the order of their purposes. If no material is a UsdPreviewSurface, the first material is
+        returned.
+        """
         return next(iter(self.bound_materials([prim]).values()))
 
     def _choose(self, materials: list[UsdShade.Material]) -> UsdShade.Material | None:
@@ -174,7 +181,10 @@ class Materials:
         return self._known[path]
 
     def color_reader(self, number: int) -> ColorReader | None:
-        """The primvar that determines the colour of a material; None for a constant colour or an image."""
+        """The primvar that determines the colour of a material.
+
+        None for a material with a constant colour or an image.
+        """
         return self._materials[number].color_reader
 
     def tint(self, number: int, color: tuple[float, float, float]) -> int:
@@ -190,13 +200,17 @@ class Materials:
         return self._numbers[number, color]
 
     def coordinates(self, number: int) -> Coordinates:
-        """The texture coordinates of a material; default texture coordinates for a plain material, whose number is
-        negative.
+        """The texture coordinates of a material.
+
+        A plain material, whose number is negative, has default coordinates.
         """
         return self._materials[number].coordinates if number >= 0 else Coordinates()
 
     def write(self, path: Path, used: set[int]) -> tuple[list[str], dict[int, int]]:
-        """Writes the used materials to an MTL file; returns their names, and their indices by number."""
+        """Writes the used materials to an MTL file.
+
+        Returns their names, and their indices by number.
+        """
         order = {number: place for place, number in enumerate(sorted(n for n in used if n >= 0))}
         lines = []
         for number in order:

@@ -1,4 +1,7 @@
-"""Meshes and solids of USD as arrays with materials. Sources: the schemas `UsdGeomMesh` and `UsdGeomTetMesh`."""
+"""Meshes and solids of USD as arrays with materials.
+
+Sources: the schemas `UsdGeomMesh` and `UsdGeomTetMesh`.
+"""
 
 from __future__ import annotations
 

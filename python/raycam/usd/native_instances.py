@@ -1,4 +1,6 @@
-"""Groups of native instances that differ only in their transforms. Source: OpenUSD's "Scenegraph Instancing".
+"""Groups of native instances that differ only in their transforms.
+
+Source: OpenUSD's "Scenegraph Instancing".
 
 Everything that instances of the same prototype inherit (primvars, materials, visibility, purpose) is a property of the
 instance's prim or of a prim above it.

@@ -28,7 +28,10 @@ class StageNotice:
 
 
 def group_notices(notices: Iterable[StageNotice]) -> list[StageNotice]:
-    """Merges notices about more than three prims with the same code and text, and removes repetitions."""
+    """Merges notices about more than three prims, and removes repetitions.
+
+    Notices are merged if they have the same code and text.
+    """
     subjects: dict[tuple[str, str, str], dict[str, None]] = {}
     for notice in notices:
         kind, _, path = notice.subject.partition(" ")

@@ -45,7 +45,7 @@ class Placement:
         self._pieces.append((numbers, objects))
 
     def hand_over(self, handover: Handover) -> None:
-        """Passes all objects on."""
+        """Adds all objects to `handover`, in the order of the numbers of their prims."""
         found = interleave(self._pieces)
         handover.add_objects(found.names, found.meshes, found.materials, found.matrices.transpose(0, 2, 1))
 

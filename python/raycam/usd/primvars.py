@@ -1,4 +1,7 @@
-"""Primvars of a prim, with those that a point instancer applies to its instances. Source: `UsdGeomPrimvarsAPI`."""
+"""Primvars of a prim, including the primvars of a point instancer.
+
+A point instancer applies its primvars to its instances. Source: `UsdGeomPrimvarsAPI`.
+"""
 
 from __future__ import annotations
 
@@ -33,13 +36,13 @@ class InstanceValues:
 
 @dataclass(frozen=True, eq=False)
 class Attribute:
-    """The rows of a table, and the row of each corner of a mesh."""
+    """An attribute of a mesh: a table, and the table row for each face corner."""
 
     rows: Any
     index: Any
 
     def spread(self) -> Any:
-        """Returns the index of the value for every face corner."""
+        """Returns the value for each face corner."""
         return self.rows[self.index]
 
 
@@ -71,7 +74,10 @@ class Primvar:
         return self.rows[index] if 0 <= index < len(self.rows) else None
 
     def attach(self, faces: Faces) -> Attribute | None:
-        """Returns the rows for the mesh's corners; None if their number or the values do not match."""
+        """Returns the rows of the mesh's corners; None if the primvar does not fit the mesh.
+
+        A primvar does not fit if the number of its elements is wrong, or if values or indices are invalid.
+        """
         if self.rows is None or not np.isfinite(self.rows).all():
             return None
         element = _elements(self.interpolation, self.count, faces)
@@ -87,9 +93,9 @@ class Primvar:
 def find_primvar(
     prim: Usd.Prim, name: str, width: int, time: Usd.TimeCode, instance: InstanceValues | None = None
 ) -> Primvar | None:
-    """The primvar that applies to a prim, inherited ones included; None if the primvar has no value.
+    """The primvar that applies to a prim, or None if it has no value.
 
-    A primvar within the prototype takes precedence over one of the point instancer.
+    Inherited primvars are included. A primvar within the prototype takes precedence over one of the point instancer.
     """
     own = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
     scope = instance

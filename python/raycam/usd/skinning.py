@@ -46,7 +46,10 @@ class Skinning:
         return prim.GetPath() in self._bound
 
     def points(self, prim: Usd.Prim, points: Any) -> Any:
-        """The deformed points [n, 3] of a prim, in its own coordinates; raises `ValueError` for invalid weights."""
+        """The deformed points [n, 3] of a prim, in its own coordinates.
+
+        Raises `ValueError` for invalid weights.
+        """
         skeleton, target, bones = self._bound[prim.GetPath()]
         moved = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points, np.float32))
         animation = skeleton.GetAnimQuery()
@@ -60,10 +63,10 @@ class Skinning:
         if target.IsRigidlyDeformed():
             matrix = target.ComputeSkinnedTransform(transforms, self._time)
             if matrix is None:
-                raise ValueError("the weights do not fit the skeleton")
+                raise ValueError("the skin weights do not match the skeleton")
             return _transformed(moved, Gf.Matrix4d(matrix) * to_local)
         if not target.ComputeSkinnedPoints(transforms, moved, self._time):
-            raise ValueError("the weights do not fit the points and the skeleton")
+            raise ValueError("the skin weights do not match the points or the skeleton")
         return _transformed(moved, to_local)
 
     def normals(self, prim: Usd.Prim, normals: Any, faces: Faces) -> Any:
@@ -100,7 +103,7 @@ class Skinning:
         shares, shapes, parts = query.ComputeSubShapeWeights(weights)
         indices, offsets = query.ComputeBlendShapePointIndices(), query.ComputeSubShapePointOffsets()
         if not query.ComputeDeformedPoints(shares, shapes, parts, indices, offsets, points):
-            raise ValueError("the blend shapes do not fit the points")
+            raise ValueError("the blend shapes do not match the points")
         return points
 
 

@@ -92,14 +92,17 @@ class StageReader:
 
     @property
     def has_lost(self) -> bool:
-        """True if a prim was skipped, or if reading a prim caused a notice other than about ignored properties."""
+        """True if a prim was skipped, or if a prim caused a notice.
+
+        Notices about materials and ignored properties are not counted.
+        """
         return bool(self._meshes.notices or self._own_notices or self._skipped or self._instancers.notices)
 
     @property
     def notices(self) -> list[StageNotice]:
         """All notices, grouped by their source."""
         left_out = [
-            StageNotice("ignored_element", f"{what} are not shown: {count}")
+            StageNotice("ignored_element", f"{what} are not shown (number: {count})")
             for what, count in sorted(self._skipped.items())
         ]
         return [

@@ -46,9 +46,10 @@ def list_variants(stage: Usd.Stage) -> tuple[list[str], list[str]]:
 
 
 def select_variants(stage: Usd.Stage, wanted: str) -> None:
-    """Selects variants, given as "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several separated by commas.
+    """Selects variants of a stage.
 
-    Without a prim, all prims with such a variant change. Raises `UnknownVariant` if no prim has the variant.
+    `wanted` contains "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several separated by commas. Without a prim, all prims
+    with such a variant change. Raises `UnknownVariant` if no prim has the variant.
     """
     stage.SetEditTarget(stage.GetSessionLayer())
     for one in wanted.split(","):

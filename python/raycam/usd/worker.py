@@ -51,7 +51,10 @@ class Options:
 
 
 def read_stage(path: Path, folder: Path, options: Options) -> dict[str, Any]:
-    """Reads the file, writes arrays, materials and images to the folder, and returns the rest of the world."""
+    """Reads the file, and returns the world without the parts that are written to the folder.
+
+    Arrays, materials and images are written to the folder.
+    """
     confinement = Confinement(path, Path(options.folder), options.bytes)
     layers = confinement.open_layers()  # the stage uses layers that are already open
     stage = Usd.Stage.Open(layers[0])

@@ -1,4 +1,6 @@
-"""The codecs of video files, chosen by the file's ending, by loss and by opacity; and the encoding of videos.
+"""The codecs of video files, and the encoding of videos.
+
+A codec is chosen by the file's ending, by loss and by opacity.
 
 Equal images give equal bytes, because encoders use a fixed number of threads and write no dates or versions.
 """
@@ -81,7 +83,10 @@ opacity."""
 
 
 def codec_of(ending: str, *, lossless: bool, alpha: bool) -> Codec:
-    """Returns the codec for an ending and options; raises `SettingsError` if no codec supports them."""
+    """Returns the codec for an ending and options.
+
+    Raises `SettingsError` if no codec supports them.
+    """
     codec = CODECS.get((ending, lossless, alpha))
     if codec is None and not lossless:  # .mkv is always lossless
         codec = CODECS.get((ending, True, alpha))

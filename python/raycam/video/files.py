@@ -80,7 +80,10 @@ def has_av() -> bool:
 
 
 def require_av(name: str) -> None:
-    """Raises `SettingsError` if PyAV, which encodes video files, is missing or too old, before anything is rendered."""
+    """Raises `SettingsError` if PyAV, which encodes video files, is missing or too old.
+
+    It is called before anything is rendered.
+    """
     try:
         import av
     except ImportError as error:
@@ -108,10 +111,11 @@ def open_video(
     alpha: bool = False,
     audio: Path | None = None,
 ) -> AbstractContextManager[Add]:
-    """Returns the writer of a video file by its ending: one of `ENDINGS`, or none for a folder of PNG images.
+    """Returns the writer of a video file, which depends on its ending.
 
-    `lossless` keeps every bit of the images; a folder and .mkv always do. With `alpha`, images have a fourth
-    component, opacity, and colours are not premultiplied. `audio` is a file whose first audio track is added.
+    The ending is one of `ENDINGS`, or empty for a folder of PNG images. `lossless` keeps every bit of the images; a
+    folder and .mkv always do. With `alpha`, images have a fourth component, opacity, and colours are not premultiplied.
+    `audio` is a file whose first audio track is added.
 
     Raises the errors of `check_video`. Entering the context raises `SettingsError` for an unsupported size or rate, and
     `OSError` if the path cannot be written.

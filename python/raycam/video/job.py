@@ -18,7 +18,10 @@ __all__ = ["job_folder", "make_video"]
 
 
 def job_folder(path: str | os.PathLike[str]) -> Path:
-    """The folder that contains the frames of a video file until it is complete; a folder of images is its own job."""
+    """The folder that contains the frames of a video file until it is complete.
+
+    A folder of images is its own job folder.
+    """
     target = Path(path)
     return target if not target.suffix else target.with_name(target.name + ".job")
 
@@ -37,12 +40,12 @@ def make_video(
     audio: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
 ) -> int | None:
-    """Creates a video file or a folder of images by a job in `job_folder(path)`; returns the number of frames.
+    """Creates a video file or a folder of images by a job; returns the number of frames.
 
-    Frames go to the encoder in order as they are finished. An interrupted encoding starts again from the stored frames,
-    which are removed when the file is complete, unless `keep_frames`. A `shard` that finishes while frames of other
-    shards are missing creates no file and returns None. `frames`, `lossless` and `audio` are as in `write_video`, other
-    arguments as in `Job.run`.
+    The job is in `job_folder(path)`. Frames go to the encoder in order as they are finished. An interrupted encoding
+    starts again from the stored frames, which are removed when the file is complete, unless `keep_frames`. A `shard`
+    that finishes while frames of other shards are missing creates no file and returns None. `frames`, `lossless` and
+    `audio` are as in `write_video`, other arguments as in `Job.run`.
 
     Raises the errors of `write_video` and `Job.run`.
     """

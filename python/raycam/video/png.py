@@ -18,9 +18,9 @@ COMPONENTS = {2: 3, 6: 4}
 
 
 def decode_png(data: bytes) -> npt.NDArray[np.uint8]:
-    """The pixels [height, width, 3 or 4] of a PNG image with 8 bits and no interlacing, as raycam writes them.
+    """The pixels [height, width, 3 or 4] of a PNG image that raycam has written.
 
-    Raises `FormatError` for other PNG files.
+    Such images have 8 bits and no interlacing. Raises `FormatError` for other PNG files.
     """
     if not data.startswith(SIGNATURE):
         raise FormatError("not a PNG image", code="wrong_format")

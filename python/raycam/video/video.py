@@ -147,9 +147,9 @@ class VideoPlan:
         return number / self.fps * self._pace
 
     def frame(self, number: int, progress: Progress | None = None) -> Frame:
-        """Renders frame `number`, from 0, with the channel `color`; each frame has its own random numbers.
+        """Renders frame `number`, from 0, with the channel `color`.
 
-        `progress` is as in `raycam.render`.
+        Each frame has its own random numbers. `progress` is as in `raycam.render`.
         """
         number = whole("frame", number, 0, len(self) - 1)
         # The worlds of all frames share the acceleration structures built here.
@@ -172,11 +172,11 @@ class VideoPlan:
     def sample(
         self, number: int, sensors: Mapping[str, Sensor] | Rig | None = None
     ) -> dict[str, dict[str, npt.NDArray[Any]]]:
-        """Samples sensors at the time of frame `number`, from 0; returns their arrays by sensor and by name.
+        """Samples sensors at the time of a frame; returns arrays by sensor and by name.
 
-        `sensors` are in world coordinates (default: `World.sensors` at that time). They may also be a rig: the video
-        moves it, and its `Rig.sensors` are sampled. The arrays include "world_from_sensor" and "times", as in
-        `raycam.sensors.sample_sensor`.
+        `number` is the number of the frame, from 0. `sensors` are in world coordinates (default: `World.sensors` at
+        that time). If `sensors` is a rig, the video moves the rig, and its `Rig.sensors` are sampled. The arrays
+        include "world_from_sensor" and "times", as in `raycam.sensors.sample_sensor`.
         """
         number = whole("frame", number, 0, len(self) - 1)
         time = self.time(number)
@@ -258,7 +258,9 @@ def write_video(
     progress: Progress | None = None,
     **settings: Any,
 ) -> VideoPlan:
-    """Renders the video of a world to a file (.mp4 .mov .mkv .webm .gif), or to a folder as frame_0000.png and so on.
+    """Renders the video of a world to a file or to a folder of images.
+
+    Files are .mp4, .mov, .mkv, .webm or .gif. Images are named frame_0000.png and so on.
 
     `lossless` keeps every bit of the images. `audio` is a file whose first audio track is added, cut or padded with
     silence to the length of the video. With `transparent_background=True`, frames have an opacity, which is stored in
@@ -334,9 +336,10 @@ def frame_range(text: str) -> tuple[int | None, int | None]:
 
 
 def with_orbit(world: World, target: Floats | None = None) -> World:
-    """Returns a copy of the world with a video of a 4-second orbit; it shares the acceleration structures.
+    """Returns a copy of the world with a video of a 4-second orbit.
 
-    The orbit's axis passes through the centre of the bounds `target` [2, 3] (default: the world's bounds).
+    The copy shares the acceleration structures. The orbit's axis passes through the centre of the bounds `target` [2,
+    3] (default: the world's bounds).
     """
     moving = world.at(0.0)
     bounds = world.bounds if target is None else target

@@ -1,1 +1,1 @@
-"""The viewer: pages that contain frames with their values, and live views of worlds in the browser."""
+"""The viewer: pages with frames and their values, and live views of worlds in the browser."""

@@ -44,7 +44,9 @@ GRACE = 2.0
 
 
 class Answers:
-    """Computes the answers of all clients: in order for each client, concurrently for different clients.
+    """Computes the answers of all clients.
+
+    The answers of a client are computed in order, the answers of different clients concurrently.
 
     Its daemon threads exist only while messages wait; `close` waits for the threads for at most `GRACE`.
     """
@@ -57,7 +59,10 @@ class Answers:
         self._ends = False
 
     def queue_message(self, session: Session, message: Message) -> None:
-        """Queues a message for an answer; sends a notice instead if too many messages of its client wait."""
+        """Queues a message for an answer.
+
+        If too many messages of its client are waiting, a notice is sent instead.
+        """
         with self._changed:
             if sum(each is session for each, _ in self._waiting) >= MOST_WAITING:
                 session.notify("Too many requests at once: wait for the answers first.")
@@ -73,7 +78,10 @@ class Answers:
             self._waiting = [each for each in self._waiting if each[0] is not session]
 
     def close(self) -> None:
-        """Stops all answers: cancels videos and removes their files, and waits up to `GRACE` for other answers."""
+        """Stops all answers.
+
+        Videos are cancelled, and their files are removed. Other answers have up to `GRACE` seconds to finish.
+        """
         with self._changed:
             self._ends, self._waiting = True, []
             for session in self._busy:
@@ -120,7 +128,10 @@ def probe(session: Session, message: Probe) -> None:
 
 
 def send_tile(session: Session, message: Tile) -> None:
-    """Sends the exact numbers of a part of the shown channel; sends nothing for a part outside of the image."""
+    """Sends the exact numbers of a part of the shown channel.
+
+    Nothing is sent for a part outside of the image.
+    """
     with session.lock:
         view, still = session.view, session.images.still
     width, height = view.size

@@ -38,13 +38,18 @@ def beside(name: str, source: str) -> str:
 
 @functools.cache
 def modules(entry: str = "main.js") -> tuple[str, ...]:
-    """The module `entry` and all its imports, each after its own imports. Raises `ValueError` for an import cycle."""
+    """Returns the module `entry` and all its imports, each after its own imports.
+
+    Raises `ValueError` for an import cycle.
+    """
     ordered: list[str] = []
     entered: list[str] = []
 
     def enter(name: str) -> None:
         if name in entered:
-            raise ValueError(f"{' -> '.join([*entered, name])}: modules of the client import in a circle")
+            raise ValueError(
+                f"{' -> '.join([*entered, name])}: modules of the client import each other in a circle"
+            )
         entered.append(name)
         for _, source in IMPORT.findall(client_file(name)):
             imported = beside(name, source)
@@ -59,7 +64,10 @@ def modules(entry: str = "main.js") -> tuple[str, ...]:
 
 @functools.cache
 def bundle(entry: str = "main.js") -> str:
-    """Returns the module `entry` and its imports as one classic script; raises `ValueError` for unsupported syntax."""
+    """Returns the module `entry` and its imports as one classic script.
+
+    Raises `ValueError` for unsupported syntax.
+    """
     owner: dict[str, str] = {}
     parts = []
     for name in modules(entry):

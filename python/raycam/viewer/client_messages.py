@@ -1,4 +1,6 @@
-"""The messages that a client sends: one dataclass each, whose annotations give the types and ranges of its fields.
+"""The messages that a client sends, with one dataclass for each message.
+
+The annotations contain the types and ranges of the fields.
 
 `client/messages.d.ts` contains the same messages as TypeScript types; `python -m raycam.viewer.message_types` writes
 it. To add a message, add a dataclass here and a method to `Session.ACTIONS`; CONTRIBUTING.md describes the steps.
@@ -148,7 +150,7 @@ class Size(Message):
 
 @dataclass(frozen=True)
 class Move(Message):
-    """The camera's new pose, which the client computed. `fx` is the focal length of parallel rays in image pixels."""
+    """The new camera pose, which the client computed."""
 
     KIND = "move"
     UNDO = "group"
@@ -157,6 +159,7 @@ class Move(Message):
     R: Rotation
     C: Point
     fx: Annotated[float, Range(1e-9, 1e12)]
+    """The scale of a camera with parallel rays, in image pixels per metre; unused for other cameras."""
     pivot: Point
 
 
@@ -172,7 +175,7 @@ class Home(Message):
 
 @dataclass(frozen=True)
 class Locate(Message):
-    """Requests the ray of an image position, the surface point that it hits, and the bounds of that object."""
+    """Requests the ray of an image position, and the hit point with its object's bounds."""
 
     KIND = "locate"
     id: Number
@@ -193,7 +196,7 @@ class Ground(Message):
 
 @dataclass(frozen=True)
 class LookThrough(Message):
-    """Looks through a camera of the world, or keeps the pose as a free camera if the name is empty."""
+    """Looks through a camera of the world; an empty name keeps the pose as a free camera."""
 
     KIND = "camera"
     UNDO = "step"
@@ -204,12 +207,12 @@ class LookThrough(Message):
 
 @dataclass(frozen=True)
 class Panes(Message):
-    """Shows several cameras of the world at once, or only the main view if the list is empty. An empty name is the
-    camera of the main view."""
+    """Shows several cameras of the world at once, or only the main view if the list is empty."""
 
     KIND = "panes"
     CHANGES = "view"
     names: Annotated[list[Name], Length(MAX_PANES)]
+    """The names of the cameras; an empty name is the camera of the main view."""
 
 
 @dataclass(frozen=True)
@@ -253,8 +256,7 @@ class FromSide(Message):
 
 @dataclass(frozen=True)
 class Look(Message):
-    """Sets the light, the ground and the background. Angles are in degrees; empty: the background that the light
-    shows."""
+    """Sets the light, the ground and the background; angles are in degrees."""
 
     KIND = "look"
     UNDO = "group"
@@ -265,11 +267,12 @@ class Look(Message):
     elevation: Annotated[float, Range(-90, 90)]
     ground: Annotated[str, OneOf(("auto", "none", "plain", "shadow"))]
     background: Annotated[str, Color()]
+    """A colour; empty for the background that the light shows."""
 
 
 @dataclass(frozen=True)
 class Lens(Message):
-    """Sets the intrinsics, in pixels of the camera's own size, and the coefficients of its lens model."""
+    """Sets the intrinsics, in the camera's own pixels, and the lens model's coefficients."""
 
     KIND = "lens"
     UNDO = "group"
@@ -355,7 +358,7 @@ class Edit(Message):
 
 @dataclass(frozen=True)
 class Select(Message):
-    """Selects an object, and shows nothing, its outline, or its outline and the handles of a tool."""
+    """Selects an object; `tool` determines whether its outline and handles are shown."""
 
     KIND = "select"
     CHANGES = "view"
@@ -411,7 +414,7 @@ class RemoveCamera(Message):
 
 @dataclass(frozen=True)
 class Gizmo(Message):
-    """A drag of a handle between two image positions; the messages of one drag are one undo step."""
+    """A drag of a handle between two image positions; one drag is one undo step."""
 
     KIND = "gizmo"
     CHANGES = "world"
@@ -608,11 +611,12 @@ class Control(Message):
 
 @dataclass(frozen=True)
 class Planes(Message):
-    """Chooses whether still images are sent as exact numbers, for comparisons and ranges, or only for display."""
+    """Chooses whether still images are sent as exact numbers or only for display."""
 
     KIND = "planes"
     CHANGES = "view"
     wanted: bool
+    """True for exact numbers, which comparisons and ranges require."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""Controls and drawings that a script adds to a live view: sliders, buttons, texts, images, plots, labels, lines."""
+"""Controls and drawings that a script adds to a live view.
+
+A script can add sliders, buttons, checkboxes, texts, images, plots, labels and lines.
+"""
 
 from __future__ import annotations
 
@@ -103,10 +106,11 @@ class Control:
         self.value = value
 
     def on_change(self, function: Callback) -> Callback:
-        """Calls `function(control)` after each change in the browser; returns it, so that it works as a decorator.
+        """Calls `function(control)` after each change in the browser.
 
-        Functions are called one after another on a thread of the view, coroutine functions in the event loop that is
-        running now. An exception is printed and shown in the view.
+        Returns `function`, so that `on_change` can be used as a decorator. Functions are called one after another on a
+        thread of the view, coroutine functions in the event loop that is running now. An exception is printed and shown
+        in the view.
         """
         loop = asyncio.get_running_loop() if inspect.iscoroutinefunction(function) else None
         self._callbacks.append((function, loop))
@@ -123,7 +127,10 @@ class Control:
                 asyncio.run_coroutine_threadsafe(function(self), loop).result()  # type: ignore[arg-type]
 
     def update(self, **properties: Any) -> None:
-        """Replaces properties of an image, a plot, a label or lines, with the arguments that created them."""
+        """Replaces properties of an image, a plot, a label or lines.
+
+        The method accepts the arguments of the method that added the control.
+        """
         made = self._controls.describe(self.kind, **properties)
         self._properties |= made
         self._controls.changed()
@@ -190,7 +197,10 @@ class Folder:
         return self._add("image", label, **self._controls.describe("image", image=image))
 
     def add_plot(self, label: str, x: npt.ArrayLike, y: npt.ArrayLike) -> Control:
-        """Adds a line plot of `y` [n] over `x` [n], at most 10,000 points; `update(x=..., y=...)` replaces the data."""
+        """Adds a line plot of `y` [n] over `x` [n], with at most 10,000 points.
+
+        `update(x=..., y=...)` replaces the data.
+        """
         return self._add("plot", label, **self._controls.describe("plot", x=x, y=y))
 
 

@@ -1,4 +1,7 @@
-"""The page of an explanation: one file with the same figures as in the lecture and the live view."""
+"""The page of an explanation, in one file.
+
+Its figures are the same as in the lecture and the live view.
+"""
 
 from __future__ import annotations
 

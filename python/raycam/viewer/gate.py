@@ -110,7 +110,10 @@ def _refusal_of_socket(
 
 
 def token_of(headers: Headers) -> str:
-    """The token of a request that opens a WebSocket; empty unless the request has exactly one token."""
+    """The token of a request that opens a WebSocket.
+
+    The result is empty unless the request has exactly one token.
+    """
     tokens = [word.removeprefix("token.") for word in _protocols(headers) if word.startswith("token.")]
     return tokens[0] if len(tokens) == 1 else ""
 

@@ -1,4 +1,7 @@
-"""The client's messages as TypeScript types: `python -m raycam.viewer.message_types` writes `client/messages.d.ts`."""
+"""The client's messages as TypeScript types.
+
+`python -m raycam.viewer.message_types` writes `client/messages.d.ts`.
+"""
 
 from __future__ import annotations
 

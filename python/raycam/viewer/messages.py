@@ -1,7 +1,9 @@
-"""Messages as JSON: checks client messages against their dataclasses, and packs server messages.
+"""Messages as JSON: checks of client messages, and packing of server messages.
+
+Client messages are checked against their dataclasses.
 
 A server message is a dict and a list of buffers. On the WebSocket, it consists of the JSON's length as uint32, the
-JSON, zeros up to a multiple of 4, and the buffers in order, whose lengths are `buffers` in the JSON.
+JSON, zeros up to a multiple of 4, and the buffers in order. `buffers` in the JSON contains the lengths of the buffers.
 """
 
 from __future__ import annotations

@@ -152,7 +152,10 @@ def _picture(frame: Frame, channel: str | None, exposure: float | None, view: st
 
 
 def write_page(made: Page, *, browser: bool = True) -> Path:
-    """The path of a temporary file with the page, which is opened in the browser; see `browser_folder`."""
+    """Writes the page to a temporary file; returns the path.
+
+    With `browser`, the page is opened in the browser. See `browser_folder` for the folder.
+    """
     file, name = tempfile.mkstemp(prefix="raycam-", suffix=".html", dir=browser_folder())
     with os.fdopen(file, "w", encoding="utf-8") as opened:
         opened.write(made)

@@ -24,9 +24,9 @@ __all__ = ["explained", "explanation_parts", "ground_below", "locate", "values_a
 def values_at(
     world: World, camera: Camera, still: Frame | None, u: int, v: int, names: Sequence[str]
 ) -> dict[str, Any]:
-    """Returns the values of all channels of a pixel, with the names of ids, in the form of the message `values`.
+    """Returns the values of all channels of a pixel, in the form of the message `values`.
 
-    `names` are those of the world's objects.
+    Ids also have names; `names` are the names of the world's objects.
 
     Ground truth is rendered for this pixel only, on a separate thread; its bytes equal those of the whole image.
     """
@@ -62,10 +62,10 @@ def _json(number: float) -> float | str:
 
 
 def locate(world: World, camera: Camera, u: float, v: float) -> dict[str, Any]:
-    """Returns the ray at a position in the image, in pixels from its top left corner, and its hit.
+    """Returns the ray at a position in the image, and its hit.
 
-    The dict contains `origin` and `direction` of the ray, the surface `point` and the `bounds` of its object; None
-    without a ray or a hit.
+    The position is in pixels from the top left corner of the image. The dict contains `origin` and `direction` of the
+    ray, the surface `point` and the `bounds` of its object; None without a ray or a hit.
     """
     pixel = np.array([u, v]) + camera.corner
     origin, direction = camera.rays(pixel)
@@ -83,9 +83,10 @@ def locate(world: World, camera: Camera, u: float, v: float) -> dict[str, Any]:
 
 
 def ground_below(world: World, camera: Camera, place: Floats, foot: float) -> float | None:
-    """The height of `place` [3] above the highest ground within `foot` metres; None if there is no ground below.
+    """The height of `place` [3] above the highest ground within `foot` metres.
 
-    Several rays at distances of `foot` are used, so that narrower gaps in the ground do not count.
+    None if there is no ground below. Several rays at distances of `foot` are used, so that narrower gaps in the ground
+    do not count.
     """
     up = 2 if camera.up == "z" else 1
     across = np.delete(np.eye(3), up, axis=0)
@@ -103,7 +104,11 @@ def explained(world: World, camera: Camera, u: int, v: int) -> tuple[dict[str, A
 
 
 def explanation_parts(explanation: Explanation) -> tuple[dict[str, Any], list[Line]]:
-    """Returns the ray's text and figure, with those of the light and the tree as `sections`; and the rays of light."""
+    """Returns the text and figures of an explanation, and the rays of light.
+
+    The dict contains the text and the figure of the ray, and the text and figure of the light and of the tree in
+    `sections`.
+    """
     light, path, tree = explanation.lighting(), explanation.light_path(), explanation.tree()
     lines = light_lines(explanation.world, light, path)
     parts = {

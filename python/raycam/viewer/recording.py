@@ -27,8 +27,9 @@ SPACE = (640, 480)
 
 
 class Recording:
-    """The changes of a view over time. `Viewer.record` starts a recording; as a context manager, a recording stops at
-    the end of the block.
+    """The changes of a view over time.
+
+    `Viewer.record` starts a recording. If it is used as a context manager, it stops at the end of the block.
     """
 
     def __init__(self, view: Callable[[], View], *, title: str, fps: float, seconds: float) -> None:
@@ -62,7 +63,7 @@ class Recording:
     def save(
         self, path: str | os.PathLike[str], *, size: tuple[int, int] | None = None, samples: int = 16
     ) -> None:
-        """Stops, renders an image of each recorded change, and writes an HTML page that plays these images.
+        """Stops the recording and writes an HTML page that plays an image of each change.
 
         The page needs no server and makes no requests. `size` (width, height) is the size of the images (default: that
         of the view, at most 640 x 480), `samples` the number of samples per pixel. Raises `SettingsError` for invalid

@@ -35,7 +35,9 @@ def is_frame(path: str | os.PathLike[str]) -> bool:
 
 
 def load_frame(path: str | os.PathLike[str]) -> Frame:
-    """Returns the frame in an .npz or .exr file from `Frame.save`, or in a single-part .exr file of another program.
+    """Returns the frame in an .npz or .exr file.
+
+    The file is from `Frame.save`, or it is a single-part .exr file of another program.
 
     Channels of other programs keep their names; related channels of a layer are combined, such as `beauty.RGB` from
     `beauty.R`, `beauty.G` and `beauty.B`. R, G and B without a layer are `color`, A is `alpha`. Floats of .exr files

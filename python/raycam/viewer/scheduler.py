@@ -1,4 +1,6 @@
-"""The render thread: images during motion first, then still images; outdated images are cancelled.
+"""The render thread: images during motion first, then still images.
+
+Outdated images are cancelled.
 
 The first available task is done next: a moving image of the session with the oldest change; the shown channel of a
 session without changes; a slice of additional samples. A session with followers comes first; attached followers share
@@ -272,7 +274,7 @@ class Scheduler(threading.Thread):
         seconds: float,
     ) -> None:
         """Sends an image to a client and its followers."""
-        if session.role.is_attached:  # since the image was started
+        if session.role.is_attached:  # the session was attached after the image was started
             return
         width, height = view.size
         message = {

@@ -45,7 +45,10 @@ TRY_AGAIN_LATER, POLICY_VIOLATION, GOING_AWAY = 1013, 1008, 1001
 
 
 class Server:
-    """Serves sessions created by `make_session` until `close`; raises `NetworkError` if the port cannot be used."""
+    """Serves sessions created by `make_session` until `close`.
+
+    Raises `NetworkError` if the port cannot be used.
+    """
 
     def __init__(
         self,
@@ -101,7 +104,10 @@ class Server:
 
     @property
     def url(self) -> str:
-        """The address to open on this machine; the token is in its fragment, which browsers never send."""
+        """The address to open on this machine.
+
+        The token is in the fragment of the address, which browsers never send.
+        """
         return self.urls[0]
 
     @property
@@ -118,7 +124,10 @@ class Server:
         return [f"{each.split('#')[0]}#t={self._tokens.follower}" for each in urls]
 
     def invitation(self) -> str:
-        """An address on this machine with a token that is valid once, so browser histories do not matter."""
+        """An address on this machine with a token that is valid once.
+
+        Browser histories therefore contain no valid token.
+        """
         return f"{self.url.split('#')[0]}#t={self._tokens.invite()}"
 
     def close(self) -> None:
@@ -272,7 +281,7 @@ class Server:
             with contextlib.suppress(RuntimeError):  # the event loop has ended
                 loop.call_soon_threadsafe(_put, outgoing, data)
 
-        # Sent before the welcome message, whose camera may depend on the window's shape.
+        # The window's size is processed before the welcome message, whose camera may depend on the window's shape.
         session.receive(Size(hello.width, hello.height, hello.ratio))
         session.connection.open(send)
         self.emptied = None
@@ -421,7 +430,10 @@ def _listening(host: str, port: int | None) -> socket.socket:
 
 
 def machine_addresses(host: str) -> list[str]:
-    """Returns the addresses of a server that listens on all networks, with this machine's loopback address first."""
+    """Returns the addresses of a server that listens on all networks.
+
+    This machine's loopback address comes first.
+    """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     found = ["::1" if family == socket.AF_INET6 else "127.0.0.1"]
     with contextlib.suppress(OSError):

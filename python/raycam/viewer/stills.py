@@ -73,7 +73,10 @@ class Refinement:
     _luminances: list[tuple[int, Floats32]] = field(default_factory=list, init=False)
 
     def step(self, cancel: Cancel) -> Frame | None:
-        """Executes a step and measures its time and change; returns a frame or None. Raises `Cancelled`."""
+        """Executes a step and measures its time and change; returns a frame or None.
+
+        Raises `Cancelled`.
+        """
         began = time.perf_counter()
         try:
             frame = self.refine(cancel)
@@ -101,7 +104,10 @@ class Refinement:
         return self.samples * width * height / self.seconds if self.seconds > 0 else 0.0
 
     def refine(self, cancel: Cancel) -> Frame | None:
-        """Executes a step; returns a frame if one should be shown. Raises `Cancelled`, which loses no samples."""
+        """Executes a step; returns a frame if one should be shown.
+
+        Raises `Cancelled`; no samples are lost.
+        """
         raise NotImplementedError
 
     @property
@@ -117,7 +123,10 @@ class Refinement:
 
 @dataclass(eq=False)
 class Slices(Refinement):
-    """A refinement by slices of a progressive image: no sample is discarded, and delays are short."""
+    """A refinement that adds samples to a progressive image in short time slices.
+
+    No sample is discarded, and delays are short.
+    """
 
     _picture: Progressive | None = field(default=None, init=False)
     _told: int = field(default=0, init=False)
@@ -132,7 +141,10 @@ class Slices(Refinement):
     """Seconds of samples since the last frame."""
 
     def refine(self, cancel: Cancel) -> Frame | None:
-        """Adds samples for a slice; returns a frame if they have doubled or are complete, or after a while."""
+        """Adds samples for a slice; returns a frame, or None if no frame is due.
+
+        A frame is due if the samples have doubled or are complete, or after a while.
+        """
         if self.samples >= self.most:
             return None
         started = time.monotonic()
@@ -160,7 +172,10 @@ class Slices(Refinement):
 
 
 class FromScratch(Refinement):
-    """A refinement by images of 4, 16, 64, ... samples, each from scratch, for a camera with a background."""
+    """A refinement by images of 4, 16, 64, ... samples, each rendered from scratch.
+
+    It is used for a camera with a background.
+    """
 
     def refine(self, cancel: Cancel) -> Frame | None:
         """Renders the frame with four times as many samples."""
@@ -182,7 +197,10 @@ def refinement(
     options: dict[str, Any] | None = None,
     first: int = 1,
 ) -> Refinement:
-    """The refinement of a view, up to `most` samples; `options` are more options of `render`."""
+    """The refinement of a view, up to `most` samples per pixel.
+
+    `options` are further options of `render`.
+    """
     options = options or {}
     made = FromScratch if "background" in options or camera.background is not None else Slices
     return made(world, camera, integrator, most, threads, channels, options, first)

@@ -25,7 +25,10 @@ class Tokens:
         return token
 
     def accept(self, token: str) -> bool:
-        """True for the server's and the followers' token, and for an unused invitation, which is used up."""
+        """True for the server's and the followers' token, and for an unused invitation.
+
+        The invitation cannot be used again.
+        """
         if _are_equal(token, self.own) or self.is_follower(token):
             return True
         used = [each for each in self._invitations if _are_equal(token, each)]

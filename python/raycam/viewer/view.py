@@ -38,19 +38,21 @@ def view(
     photos: Photos | None = None,
     **options: Any,
 ) -> Any:
-    """Shows a world in the browser or in a notebook cell, where it can be moved with the mouse; returns a `Viewer`.
+    """Shows a world in the browser or in a notebook cell; returns a `Viewer`.
 
-    `what` is a world or a frame, or the path of one; also a folder or a .zip archive with a world, or a list of models,
-    which are shown in one world, each at its own coordinates. A frame (.npz, .exr) is shown as by `Frame.show`, with
-    its options. `camera` is the initial camera (default: the world's first), `size` (width, height) the size of the
-    images (default: that of the client's window). `integrator` ("direct" or "path") and `samples` apply to the image at
-    rest. `title` is the page's title; `host` ("127.0.0.1"), `port` (7421 or the next free one) and `allow_hosts` are
-    the server's addresses; `threads` is the number of threads. With `edit=False`, the world cannot be changed; with
-    `follow=True`, up to 40 followers show the leader's view, for example in teaching: `Viewer.url` is the leader's
-    address, `Viewer.followers_urls` those of the followers. With `allow_open=True`, worlds that are
-    dropped on the page are copied to a private folder and opened. `source` is the world's file, next to which a changed
-    world file can be saved. `start` contains initial values, for example {"time": 1.5, "animation": "Run", "variant":
-    "red", "channel": "depth", "exposure": 1, "view": "agx"}.
+    The view can be moved with the mouse.
+
+    `what` is a world or a frame, or the path of a world or a frame. It may also be a folder or a .zip archive with a
+    world, or a list of models. Models are shown in one world, each at its own coordinates. A frame (.npz, .exr) is
+    shown as by `Frame.show`, with its options. `camera` is the initial camera (default: the world's first), `size`
+    (width, height) the size of the images (default: that of the client's window). `integrator` ("direct" or "path") and
+    `samples` apply to the image at rest. `title` is the page's title; `host` ("127.0.0.1"), `port` (7421 or the next
+    free one) and `allow_hosts` are the server's addresses; `threads` is the number of threads. With `edit=False`, the
+    world cannot be changed. With `follow=True`, up to 40 followers show the leader's view, for example in teaching.
+    `Viewer.url` is the leader's address, and `Viewer.followers_urls` are the followers' addresses. With
+    `allow_open=True`, worlds that are dropped on the page are copied to a private folder and opened. `source` is the
+    world's file, next to which a changed world file can be saved. `start` contains initial values, for example {"time":
+    1.5, "animation": "Run", "variant": "red", "channel": "depth", "exposure": 1, "view": "agx"}.
 
     `cameras`, such as those of `raycam.load_cameras`, are listed in addition to the world's. `photos` are their
     photographs: a folder, or a mapping from the photographs' names to paths or arrays [h, w, 3]. The view begins with
@@ -131,7 +133,7 @@ def _open(what: Any, watch: bool) -> tuple[World, dict[str, Any]]:
     if not given or not all(isinstance(each, str | os.PathLike) for each in given):
         if watch:
             raise SettingsError(
-                "watch requires the path of a world, instead of a loaded world", code="conflicting_values"
+                "watch requires the path of a world, got a loaded world", code="conflicting_values"
             )
         return world_of(what), {}
     with tempfile.TemporaryDirectory(prefix="raycam-archive-") as unpacked:
@@ -166,8 +168,9 @@ def _in_notebook() -> bool:
 
 
 def open_browser(viewer: Viewer, wanted: bool | None = None) -> bool:
-    """Opens a viewer in the browser if `wanted` (default: if this machine has a browser); returns True if it was
-    opened.
+    """Opens a viewer in the browser; returns True if the viewer was opened.
+
+    `wanted` determines whether the viewer is opened (default: if this machine has a browser).
 
     The browser opens a private file that redirects to the view with a token that is valid once. The list of processes
     therefore contains only the file's name, and the browser's history does not contain a valid token.

@@ -50,7 +50,10 @@ LINGER = 5.0  # seconds after the last client until `exit_when_closed` ends a vi
 
 
 class Viewer:
-    """A live view: a server in the background or a notebook widget, which may have several clients."""
+    """A live view: a server in the background or a notebook widget.
+
+    A view may have several clients.
+    """
 
     def __init__(
         self,
@@ -156,7 +159,10 @@ class Viewer:
 
     @property
     def world(self) -> World:
-        """The world, including edits made in the browser. Setting this property shows another world to all clients."""
+        """The world, including edits made in the browser.
+
+        Setting this property shows another world to all clients.
+        """
         return self._edits.world
 
     @world.setter
@@ -184,8 +190,9 @@ class Viewer:
 
     @property
     def url(self) -> str:
-        """The address to open in a browser. Anyone who knows the address can use the view. Raises `SettingsError` for a
-        widget.
+        """The address to open in a browser.
+
+        Anyone who knows the address can use the view. Raises `SettingsError` for a widget.
         """
         if self._server is None:
             raise SettingsError(
@@ -196,16 +203,18 @@ class Viewer:
 
     @property
     def urls(self) -> list[str]:
-        """All addresses of the view, including those for other machines if `host` allows them. Raises the errors of
-        `url`.
+        """All addresses of the view.
+
+        They include addresses for other machines if `host` allows them. Raises the errors of `url`.
         """
         return [self.url] if self._server is None else self._server.urls
 
     @property
     def followers_urls(self) -> list[str]:
-        """The addresses for followers, who show the leader's view and cannot change the world; `urls` are the leader's.
+        """The addresses for followers.
 
-        Raises `SettingsError` without `follow=True`.
+        Followers show the leader's view and cannot change the world; `urls` are the leader's addresses. Raises
+        `SettingsError` without `follow=True`.
         """
         urls = [] if self._server is None else self._server.followers_urls
         if not urls:
@@ -215,7 +224,10 @@ class Viewer:
         return urls
 
     def redirect_file(self) -> Path:
-        """Writes a page that redirects to the view once and that only this user can read; `close` removes the file."""
+        """Writes a page that redirects to the view once; returns its path.
+
+        Only this user can read the page; `close` removes the file.
+        """
         if self._server is None:
             return Path(self.url)
         if self._redirects is None:
@@ -234,7 +246,10 @@ class Viewer:
 
     @property
     def camera(self) -> Camera:
-        """The camera of the client that was used last, with its own size; without clients, the initial camera."""
+        """The camera of the client that was used last, with its own size.
+
+        Without clients, it is the initial camera.
+        """
         return (self._last() or self._first).view.camera
 
     @camera.setter
@@ -250,10 +265,10 @@ class Viewer:
         return [self._first, *holder.sessions.values()]
 
     def screenshot(self, size: tuple[int, int] | None = None, **options: Any) -> Frame:
-        """Renders the view of the client that was used last, in `size` (width, height) (default: the client's size).
+        """Renders the view of the client that was used last.
 
-        `options` are those of `raycam.render`. Without clients, the initial camera is used. Raises the errors of
-        `raycam.render`.
+        `size` (width, height) is the size of the image (default: the client's size). `options` are those of
+        `raycam.render`. Without clients, the initial camera is used. Raises the errors of `raycam.render`.
         """
         view = (self._last() or self._first).view
         camera = view.still_camera if size is None else view.camera.resized(size_of(size))
@@ -275,11 +290,17 @@ class Viewer:
         return made
 
     def add_folder(self, name: str) -> Folder:
-        """Adds a group of controls to the panel `Script`; the returned `Folder` has the same methods."""
+        """Adds a group of controls to the panel `Script`.
+
+        The returned `Folder` has the same methods.
+        """
         return self.controls.add_folder(name)
 
     def add_slider(self, label: str, **options: Any) -> Control:
-        """Adds a slider: `min` (0), `max` (1), `step` and `value`. Returns a `Control` with `value` and `on_change`."""
+        """Adds a slider from `min` (0) to `max` (1), with `step` and `value`.
+
+        Returns a `Control` with `value` and `on_change`.
+        """
         return self.controls.add_slider(label, **options)
 
     def add_button(self, label: str) -> Control:
@@ -311,13 +332,17 @@ class Viewer:
         return self.controls.add_lines(points, **options)
 
     def frame(self) -> Frame | None:
-        """The newest still image of the client that was used last (colour, alpha and coverage), or None."""
+        """The newest still image of the client that was used last, or None.
+
+        The image contains colour, alpha and coverage.
+        """
         last = self._last()
         return None if last is None else last.images.still
 
     def wait(self, *, exit_when_closed: bool = False) -> None:
-        """Waits until the view is closed, or with `exit_when_closed` until 5 seconds after the last client
-        disconnects.
+        """Waits until the view is closed.
+
+        With `exit_when_closed`, the wait also ends 5 seconds after the last client disconnects.
         """
         while self._server is not None and not self._server.join(0.2):
             emptied = self._server.emptied
@@ -325,8 +350,9 @@ class Viewer:
                 return
 
     def on_pick(self, function: Callable[[dict[str, Any]], object]) -> Callable[[dict[str, Any]], object]:
-        """Calls `function` with the ground truth of each clicked pixel; returns `function`, so that it works as a
-        decorator.
+        """Calls `function` with the ground truth of each clicked pixel.
+
+        Returns `function`, so that `on_pick` can be used as a decorator.
 
         The argument is a dict: `pixel` (column, row), `camera`, and the channels of `Frame` for this pixel as NumPy
         values: `position` [3], `instance` (-1 for the background), `triangle`, `normal` [3] and so on. Calls are made

@@ -1,4 +1,6 @@
-"""The live view in a notebook cell: the client in a frame, with messages through the kernel's own connection.
+"""The live view in a notebook cell.
+
+The client is in a frame; its messages use the kernel's own connection.
 
 The widget forwards messages without interpreting them. Each output that shows it is a view with its own session.
 """
@@ -87,10 +89,11 @@ export default {
 
 
 def is_unattended() -> bool:
-    """True if a program executes the notebook, as `jupyter nbconvert --execute` does: its kernel ends before a widget
-    is shown, and a page with a widget is empty without a network.
+    """True if a program executes the notebook, as `jupyter nbconvert --execute` does.
 
-    Such programs do not accept input for the cell. Voilà also executes notebooks, but keeps the kernel.
+    The kernel of such a program ends before a widget is shown, and a page with a widget is empty without a network.
+    Such programs are recognised because they do not accept input for the cell. Voilà also executes notebooks, but keeps
+    the kernel.
     """
     ipython = sys.modules.get("IPython")
     kernel = None if ipython is None else getattr(ipython.get_ipython(), "kernel", None)
@@ -134,7 +137,10 @@ class Views:
         """The viewer, which is kept alive from its first display until its last output is removed."""
 
     def hear(self, content: Any) -> None:
-        """Executes a view's message, or ends the view for None; malformed messages are answered with an error."""
+        """Executes a view's message; None ends the view.
+
+        Malformed messages are answered with an error.
+        """
         if not isinstance(content, dict) or not isinstance(content.get("view"), str):
             return
         view, said = content["view"][:64], content.get("said")
@@ -198,9 +204,10 @@ class Views:
 
 
 def make_widget(make_session: Callable[[], Session], title: str, height: int) -> Any:
-    """Returns the widget of a world; its `views` are the sessions. Raises `ImportError` without anywidget.
+    """Returns the widget of a world; its `views` are the sessions.
 
-    Its `still`, an image as a data URL, is shown without a kernel, as in notebooks that are only read.
+    Raises `ImportError` without anywidget. The image `still` of the widget, a data URL, is shown if no kernel is
+    running, as in notebooks that are only read.
     """
     import anywidget
     import traitlets

@@ -53,7 +53,10 @@ def data_url(media: str, data: bytes) -> str:
 def pack(
     name: str, array: Array, *, level: int = 6, filter: str | None = None
 ) -> tuple[dict[str, Any], bytes]:
-    """The header and the bytes of a plane [h, w] or [h, w, components]; level 0 does not compress it."""
+    """Returns the header and the bytes of a plane [h, w] or [h, w, components].
+
+    With level 0, the plane is not compressed.
+    """
     dtype = np.dtype(array.dtype).newbyteorder("<")
     if dtype.name not in DTYPES:
         raise ValueError(f"{name} has dtype {dtype.name}; the client supports {', '.join(DTYPES)}")
@@ -77,9 +80,10 @@ def pack(
 
 
 def reduced(array: Array) -> Array:
-    """Floats rounded to `MANTISSA_BITS` bits of their mantissa, which deflate better; other arrays are unchanged.
+    """Floats rounded to `MANTISSA_BITS` bits of their mantissa; other arrays are unchanged.
 
-    The relative error is at most 2^-(MANTISSA_BITS + 1); infinities and NaN do not change.
+    Rounded numbers are compressed better by deflate. The relative error is at most 2^-(MANTISSA_BITS + 1); infinities
+    and NaN do not change.
     """
     if array.dtype != np.float32:
         return array

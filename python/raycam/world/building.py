@@ -1,4 +1,7 @@
-"""Methods of `World` that add, change and remove objects, lights and cameras, and that place cameras around it."""
+"""Methods of `World` that change its contents or place cameras around it.
+
+Objects, lights and cameras can be added, changed and removed.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ __all__ = ["WorldBuilding"]
 
 
 class WorldBuilding(WorldContents):
-    """Base class of `World` with the methods that change a world or create a camera that shows all of it."""
+    """Base class of `World` with the methods that change a world or place a camera around it."""
 
     __slots__ = ()
 
@@ -51,7 +54,9 @@ class WorldBuilding(WorldContents):
         material: Mapping[str, Any] | None = None,
         **placement: Any,
     ) -> int:
-        """Adds a mesh as an object; returns the object's id, which is its value in the channel `instance`.
+        """Adds a mesh as an object; returns the object's id.
+
+        The id is the value of the object in the channel `instance`.
 
         `vertices` [n, 3] are float64 in metres, `faces` [m, 3] indices from 0, counter-clockwise seen from outside.
         `face_colors` [m, 3] and `vertex_colors` [n, 3] (interpolated) are linear values in 0..1 if they are floats,
@@ -95,8 +100,9 @@ class WorldBuilding(WorldContents):
         Accepts a dict, keywords, or both; or the path of a mesh file, or the name of a shape, followed by keywords:
         `add_object(box={"size": 2}, location=[0, 0, 1], color="#cc4422")`, `add_object("sphere", radius=2)`,
         `add_object(mesh="bunny.ply", refine=1)`, `add_object(instance_of="box", location=[3, 0, 1])`. The keys of a
-        shape may also be given next to it, as `radius` above. A number or list instead of the shape's table is the size
-        of a box or plane, or the radius of a sphere: `add_object(sphere=2)` adds a sphere with a radius of 2 m.
+        shape may also be given next to it, as `radius` above. Instead of a shape's table, a number or list may be
+        given: the size of a box or plane, or the radius of a sphere. `add_object(sphere=2)` adds a sphere with a radius
+        of 2 m.
 
         An object with `shadow_catcher=True` represents the ground in a photograph: in images with a transparent
         background or a background photo, only the shadows on it are visible. In all other images it is an ordinary
@@ -130,7 +136,9 @@ class WorldBuilding(WorldContents):
         xacro_args: Mapping[str, str] | None = None,
         **placement: Any,
     ) -> Robot:
-        """Adds a robot from a file (.urdf, .xacro, .sdf with one model, .xml); returns it, as in `robots`.
+        """Adds a robot from a file; returns the robot, as in `robots`.
+
+        Files are .urdf, .xacro, .sdf (with one model) or .xml.
 
         Every shape of a link becomes an object named `robot/link`, `robot/link/2`, ... Its category is the link's
         name, or the robot's name with `category="robot"`. `name` is the robot's name (default: as in its file).
@@ -216,10 +224,10 @@ class WorldBuilding(WorldContents):
         grey light: `add_light("sun", direction=[-1, -1, -2], irradiance=3)`, `{"type": "point", "position": [0, 0, 3],
         "power": [60, 60, 60], "radius": 0.05}`, `{"type": "environment", "image": "/data/noon.hdr"}`, whose image may
         be an array [h, w, 3] (linear floats, or sRGB as uint8), `{"type": "sky", "radiance": [1, 1, 1]}`. `target` aims
-        a light at a point [3] in the world, or at the centre of an object by name. It replaces `direction` of a sun,
-        spot, disk or ies light, which then points from `position` to the target (for a sun, `position` has no other
-        effect), and the edges `u` and `v` of an area light of `size` (width, height). With `body=True`, a light with a
-        size is an object too, which occludes and has an id.
+        a light at a point [3] in the world, or at the centre of an object by name. For a sun, spot, disk or ies light,
+        it replaces `direction`: the light points from `position` to the target. (For a sun, `position` has no other
+        effect.) For an area light of `size` (width, height), it replaces the edges `u` and `v`. With `body=True`, a
+        light with a size is an object too, which occludes and has an id.
 
         Raises `WorldError` for an invalid light, and `FormatError` or `OSError` for its files.
         """
@@ -228,12 +236,14 @@ class WorldBuilding(WorldContents):
             return _core.world_add_light(self._core, plain(given), None)
 
     def set_fog(self, description: Mapping[str, Any] | None = None, /, **keys: Unpack[FogKeys]) -> None:
-        """Fills the world outside of objects with fog, described as in `[fog]` of a world file; replaces earlier fog.
+        """Fills the world outside of objects with fog, which replaces earlier fog.
+
+        The fog is described as in `[fog]` of a world file.
 
         Accepts a dict, keywords, or both; without any, the fog is removed. `visibility` is the distance in metres after
         which 5 % of the contrast remains: `set_fog(visibility=80)`. `extinction` is the fraction of light that is
-        absorbed or scattered, per metre (ln 20 / `visibility`), `albedo` (default: 1) is the fraction of that light
-        that is scattered; both are a number or linear red, green and blue. `g` (default: 0) is the mean cosine of the
+        absorbed or scattered, per metre (ln 20 / `visibility`). `albedo` (default: 1) is the fraction of this light
+        that is scattered. Both are a number or linear red, green and blue. `g` (default: 0) is the mean cosine of the
         scattering angle, between -1 and 1. `height` is the coordinate along the up axis at which the fog ends; the fog
         is below it (default: everywhere).
 
@@ -244,13 +254,18 @@ class WorldBuilding(WorldContents):
             _core.world_set_fog(self._core, plain(given) if given else None)
 
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
-        """Adds a camera; the first one is the default camera. A number is appended to a name that already exists."""
+        """Adds a camera; the first camera is the default camera.
+
+        A number is appended to a name that already exists.
+        """
         hint = ": add_camera(camera, name)" if isinstance(camera, str) else ""
         camera = check_camera(camera, hint)
         self._core.add_camera(_camera_name(name), camera._core)
 
     def add_rig(self, rig: Rig) -> None:
-        """Adds a rig under its name; its cameras and other sensors are added with the names rig/camera.
+        """Adds a rig under its name.
+
+        Its cameras and other sensors are added with names such as rig/camera.
 
         Raises `SettingsError` for a sensor that a world cannot store (see `add_sensor`).
         """
@@ -258,10 +273,10 @@ class WorldBuilding(WorldContents):
         _core.world_add_rig(self._core, rig._core.with_sensors(described))
 
     def add_sensor(self, sensor: Sensor, name: str = "sensor") -> None:
-        """Adds a sensor that is not a camera, such as a lidar. A number is appended to a name that already exists.
+        """Adds a sensor that is not a camera, such as a lidar.
 
-        Raises `SettingsError` for an object that is not a sensor, and for a class that cannot be imported or has no
-        `from_dict`.
+        A number is appended to a name that already exists. Raises `SettingsError` for an object that is not a sensor,
+        and for a class that cannot be imported or has no `from_dict`.
         """
         _core.world_add_sensor(
             self._core, *sensor_row(word("name", name, error=WorldError), require_sensor("sensor", sensor))
@@ -309,7 +324,9 @@ class WorldBuilding(WorldContents):
             _core.world_set_object(self._core, one_object(which), plain(describe_object_change(dict(keys))))
 
     def remove_object(self, which: str | int) -> None:
-        """Removes an object, by name or number, and its mesh, materials and images unless others use them.
+        """Removes an object, by name or number.
+
+        Its mesh, materials and images are also removed, unless other objects use them.
 
         As in a list, the ids of all later objects, and of later materials, decrease. Names are unchanged; videos,
         animations and variants still refer to the same objects. To keep all ids, hide the object instead:
@@ -333,7 +350,10 @@ class WorldBuilding(WorldContents):
             _core.world_set_light(self._core, number, plain(aim_light(self, changed)), keeps_file, None)
 
     def remove_light(self, number: int) -> None:
-        """Removes a light by its index in `lights`; later indices decrease. Raises `WorldError` for a wrong index."""
+        """Removes a light by its index in `lights`; later indices decrease.
+
+        Raises `WorldError` for a wrong index.
+        """
         _core.world_remove_light(self._core, whole("light", number, 0, (1 << 62), error=WorldError))
 
     def set_camera(self, name: str, camera: Camera) -> None:
@@ -351,9 +371,10 @@ class WorldBuilding(WorldContents):
         _core.world_remove_camera(self._core, _camera_name(name))
 
     def default_camera(self, size: Iterable[int] = (640, 480)) -> Camera:
-        """Returns the first camera, or one that shows the whole world in an image of `size` (width, height).
+        """Returns the first camera, or a camera that shows the whole world.
 
-        Cameras that a robot's file has on its links are not used by default; `camera(name)` returns them.
+        `size` (width, height) is the size of the image that shows the whole world. Cameras that a robot's file has on
+        its links are not used by default; `camera(name)` returns them.
         """
         wanted = size_of(tuple(size))
         name = self._first_camera
@@ -368,15 +389,15 @@ class WorldBuilding(WorldContents):
         zoom: float = 1.0,
         camera: Camera | None = None,
     ) -> Camera:
-        """Returns a camera from which the whole world just fits into an image of `size` (width, height).
+        """Returns a camera from which the whole world just fits into the image.
 
         `direction` is "front", "back", "left", "right", "top", "bottom", "iso", "default" (from the front right above),
         or a vector [3] from the world's centre to the camera. The front side faces -y in a z-up world and +z in a y-up
-        world, as in Blender and glTF. `size` defaults to (640, 480), and `fov`, the vertical field of view in degrees,
-        to 45. `zoom` is the scale of the world in the image: at 1 it fills 90 % of the image. A given `camera`, such as
-        a calibration without a pose, keeps its size, K and lens, and is moved until the world fits. Raises
-        `CameraError` for an empty world and `SettingsError` for invalid arguments, and for `size` or `fov` together
-        with `camera`.
+        world, as in Blender and glTF. `size` (width, height) defaults to (640, 480), and `fov`, the vertical field of
+        view in degrees, to 45. `zoom` is the scale of the world in the image: at 1 it fills 90 % of the image. A given
+        `camera`, such as a calibration without a pose, keeps its size, K and lens, and is moved until the world fits.
+        Raises `CameraError` for an empty world and `SettingsError` for invalid arguments, and for `size` or `fov`
+        together with `camera`.
         """
         given: dict[str, Any] = {}
         if size is not None:

@@ -21,10 +21,10 @@ Chosen = int | str | Iterable[int | str]
 
 
 def object_mask(core: _core.World, objects: Chosen | None, exclude: Chosen | None = None) -> Bools | None:
-    """Returns a mask of a world's objects: those in `objects` (None: all) that are not in `exclude`.
+    """Returns a mask of the objects in `objects` that are not in `exclude`.
 
-    None if all objects are selected. A name selects every object of that name. Raises `WorldError` for unknown
-    objects.
+    `objects` may be None for all objects of the world. The result is None if both arguments are None, which selects all
+    objects. A name selects every object of that name. Raises `WorldError` for unknown objects.
     """
     if objects is None and exclude is None:
         return None
@@ -37,7 +37,10 @@ def object_mask(core: _core.World, objects: Chosen | None, exclude: Chosen | Non
 
 
 def object_number(core: _core.World, which: int | str) -> int:
-    """Returns one object's number; raises `WorldError` for an unknown object and a name of several objects."""
+    """Returns one object's number.
+
+    Raises `WorldError` for an unknown object and for a name of several objects.
+    """
     found = _numbers([parts[0] for parts in core.objects], which)
     if len(found) != 1:
         raise WorldError(

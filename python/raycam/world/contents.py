@@ -55,7 +55,10 @@ class WorldContents:
 
     @property
     def objects(self) -> list[Object]:
-        """The objects in the order of their ids, as read-only records; `set_object` changes an object."""
+        """The objects in the order of their ids, as read-only records.
+
+        `set_object` changes an object.
+        """
         found = [
             Object(number, name, category, mesh, triangles, _matrix(matrix, name), *flags)
             for number, (name, category, mesh, triangles, matrix, *flags) in enumerate(self._core.objects)
@@ -93,7 +96,10 @@ class WorldContents:
 
     @property
     def fog(self) -> dict[str, Any] | None:
-        """The fog as a read-only dict with the keys of `set_fog`, or None; a `visibility` is given as `extinction`."""
+        """The fog as a read-only dict with the keys of `set_fog`, or None.
+
+        A `visibility` is given as `extinction`.
+        """
         fog = self._core.fog
         return (
             None if fog is None else ReadOnlyDict(fog, "the fog is read-only; world.set_fog(...) changes it")
@@ -128,11 +134,11 @@ class WorldContents:
 
     @property
     def sensors(self) -> dict[str, Sensor]:
-        """The sensors that are not cameras, in world coordinates, by name; a rig's sensors are called rig/name.
+        """The sensors that are not cameras, in world coordinates, by name.
 
-        In a world at a time (`world.at(t)`), the video and the sensors' trajectories determine their poses, and lidars
-        move during their frame. A sensor whose class has not been imported is omitted with a notice. Raises
-        `LidarError` for invalid settings of a lidar.
+        A rig's sensors are called rig/name. In a world at a time (`world.at(t)`), the video and the sensors'
+        trajectories determine their poses, and lidars move during their frame. A sensor whose class has not been
+        imported is omitted with a notice. Raises `LidarError` for invalid settings of a lidar.
         """
         found = self._sensors_at(self._core.time)
         return ReadOnlyDict(found, "sensors are read-only; world.add_sensor and add_rig add sensors")
@@ -167,7 +173,9 @@ class WorldContents:
 
     @property
     def counts(self) -> dict[str, int]:
-        """The numbers of objects, meshes, triangles, mesh_triangles, zero_area_triangles, vertices, materials, ...
+        """The numbers of objects, meshes, triangles, vertices, materials and other contents.
+
+        Two of the other names are mesh_triangles and zero_area_triangles.
 
         In `triangles`, a mesh that several objects share counts once per object; in `mesh_triangles`, it counts once.
         Triangles of zero area stay in the mesh, but no ray hits them.
@@ -183,7 +191,10 @@ class WorldContents:
 
     @property
     def bounds(self) -> Floats | None:
-        """The lower and upper corner [2, 3] of the world's bounding box, metres; None for an empty world."""
+        """The lower and upper corner [2, 3] of the world's bounding box, in metres.
+
+        None for an empty world.
+        """
         bounds = self._core.bounds
         remedy = "bounds are read-only; world.set_object(name, matrix=...) moves an object"
         return None if bounds is None else read_only_array(bounds, remedy, WorldError)
@@ -219,14 +230,20 @@ class WorldContents:
 
     @property
     def render_settings(self) -> dict[str, Any]:
-        """The `[render]` section of the world file, whose values are defaults for the arguments of `raycam.render`."""
+        """The `[render]` section of the world file.
+
+        Its values are defaults for the arguments of `raycam.render`.
+        """
         return ReadOnlyDict(
             self._core.render_settings,
             "render_settings are read-only; they come from the world file: pass options to raycam.render",
         )
 
     def camera(self, name: str) -> Camera:
-        """Returns the camera of this name; raises `WorldError` for an unknown name, with the nearest one."""
+        """Returns the camera of this name.
+
+        Raises `WorldError`, with the nearest name, for an unknown name.
+        """
         if not isinstance(name, str):
             raise WorldError(
                 f"camera names must be strings, got {name!r}; options: {', '.join(self.cameras) or 'none'}",
@@ -245,7 +262,10 @@ class WorldContents:
         return self._derived(_core.world_with_cameras(self._core, more))
 
     def copy(self) -> Self:
-        """Returns a copy that shares the acceleration structures; later changes affect only one of the two."""
+        """Returns a copy that shares the acceleration structures.
+
+        Later changes affect only one of the two worlds.
+        """
         return self.with_cameras({})
 
     def __copy__(self) -> Self:
@@ -287,7 +307,10 @@ class WorldContents:
 
     @property
     def variants(self) -> list[str]:
-        """The names of glTF material variants; for USD, all variants as "SET=NAME", the form that `load` accepts."""
+        """The names of glTF material variants, or all variants of a USD file.
+
+        Variants of a USD file are given as "SET=NAME", the form that `load` accepts.
+        """
         return self._core.variants or list(self._stage_variants)
 
     def with_variant(self, name: str) -> Self:
@@ -306,10 +329,12 @@ class WorldContents:
         )
 
     def camera_at(self, camera: Camera, time: float) -> Camera:
-        """Returns `camera` as the video moves it, at a time in seconds; raises `WorldError` without a video.
+        """Returns `camera` as the video moves it, at a time in seconds.
 
-        A camera at the pose of a world's camera that has its own keyframes, for example on a robot's link, moves with
-        that camera; any other camera moves by the orbit or by the keyframes without a name.
+        Raises `WorldError` without a video.
+
+        Some cameras of the world have their own keyframes, for example on a robot's link. At the pose of such a camera,
+        `camera` moves with it. Any other camera moves by the orbit or by the keyframes without a name.
 
         For a camera with an open shutter (`Camera.exposing`), the motion during the exposure is approximated by 32
         linear steps.
@@ -320,16 +345,18 @@ class WorldContents:
         )
 
     def rig_at(self, rig: Rig, time: float) -> Rig:
-        """Returns `rig` as the video moves it, at a time in seconds: by the keyframes with its name, or else like the
-        camera.
+        """Returns `rig` as the video moves it, at a time in seconds.
+
+        The keyframes with its name move the rig, or else it moves like the camera.
         """
         return rig._moved(_core.world_rig_at(self._core, rig._core, float(time)))
 
     # Plain triangles --------------------------------------------------------------------------------------
 
     def triangles(self, object: int | None = None) -> Floats:
-        """Returns the corners of all visible triangles in the world, float64 [n, 3, 3], in the order of (instance,
-        triangle).
+        """Returns the corners of all visible triangles in the world, float64 [n, 3, 3].
+
+        The order is that of (instance, triangle).
 
         With `object`, returns only the triangles of the object with this id, visible or not; raises `SettingsError`
         for an unknown id.
@@ -351,7 +378,10 @@ class WorldContents:
         return self._core.triangle_colors()
 
     def prepare(self, *, threads: int | None = None) -> Self:
-        """Builds the acceleration structures now instead of for the first image; returns the same world."""
+        """Builds the acceleration structures now; returns the same world.
+
+        Otherwise, they are built for the first image.
+        """
         with no_fork():
             self._core.prepare(thread_count(threads))
         return self

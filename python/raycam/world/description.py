@@ -1,4 +1,7 @@
-"""Converts descriptions of parts of a world to the core's types: dicts, lists, arrays and strings."""
+"""Converts descriptions of parts of a world to the core's types.
+
+These types are dicts, lists, arrays and strings.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,9 @@ __all__ = ["corner_values", "indices", "plain"]
 
 
 def plain(value: Any, name: str = "value") -> Any:
-    """Converts mappings to dicts, textures and cameras to their tables, paths to strings and tensors to arrays.
+    """Converts a value to types that the core accepts.
+
+    Mappings become dicts, textures and cameras their tables, paths strings, and tensors arrays.
 
     Raises `WorldError` with the name of a tensor that is not on the CPU.
     """
@@ -37,7 +42,10 @@ def plain(value: Any, name: str = "value") -> Any:
 
 
 def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.NDArray[Any] | None:
-    """Checks values per corner or face [n, columns]; uint8 colours (sRGB) are unchanged, all others become float64."""
+    """Checks values per corner or face [n, columns] and returns them.
+
+    Colours of uint8 (sRGB) are unchanged; all other values become float64.
+    """
     if value is None:
         return None
     if isinstance(value, np.ndarray) and value.dtype == np.uint8 and name.endswith("colors"):

@@ -27,7 +27,9 @@ EITHER = (
 
 
 def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
-    """Returns the description of an object's changes; raises `WorldError` for invalid keys and values.
+    """Returns the description of an object's changes.
+
+    Raises `WorldError` for invalid keys and values.
 
     As in `World.add_mesh`, `faces` means `triangles` and `material` is a dict of material keys. `normals` may be None
     for flat faces.
@@ -72,7 +74,10 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
 def describe_light_change(
     light: Mapping[str, Any], description: Mapping[str, Any] | str | None, keys: dict[str, Any]
 ) -> tuple[dict[str, Any], bool]:
-    """Returns a light's complete description after a change, and True if it keeps its image or profile."""
+    """Returns a light's complete description after a change.
+
+    Also returns True if the light keeps its image or profile.
+    """
     given = light_keys(description, keys)
     if not given:
         raise WorldError(

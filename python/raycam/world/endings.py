@@ -1,4 +1,7 @@
-"""Endings of files from which worlds are loaded; the core's table of formats lists most endings."""
+"""Endings of files from which worlds are loaded.
+
+The core's table of formats lists most endings.
+"""
 
 from __future__ import annotations
 

@@ -11,7 +11,10 @@ __all__ = ["face_areas", "face_normals", "unique_rows"]
 
 
 def face_normals(corners: Floats) -> Floats:
-    """Returns unit normals [n, 3] of triangles [n, 3, 3], counter-clockwise seen from outside; 0 for zero area."""
+    """Returns unit normals [n, 3] of triangles [n, 3, 3].
+
+    Corners are counter-clockwise seen from outside; the normal is 0 for a triangle without area.
+    """
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.sqrt((across**2).sum(axis=1, keepdims=True))
     normals: Floats = np.divide(across, length, out=np.zeros_like(across), where=length > 0)
@@ -26,9 +29,10 @@ def face_areas(corners: Floats) -> Floats:
 
 
 def unique_rows(rows: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Returns the different rows [u, k] of an array [n, k] in ascending order, and the number of each row [n].
+    """Returns the different rows [u, k] of an array [n, k], and the number of each row [n].
 
-    It equals `np.unique(rows, axis=0, return_inverse=True)`, in a quarter of the time.
+    The different rows are in ascending order. The function equals `np.unique(rows, axis=0, return_inverse=True)`, in a
+    quarter of the time.
     """
     order = np.lexsort(rows.T[::-1])
     ordered = rows[order]

@@ -59,7 +59,10 @@ MOMENT_COUNT = 9
 
 
 def axes_of(up: str) -> Floats:
-    """Returns unit vectors [3, 3] to the right, to the front (towards the default camera) and up, in rows."""
+    """Returns unit vectors [3, 3] to the right, to the front and up, in rows.
+
+    The front is the side of the default camera.
+    """
     return np.array(
         [[1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]] if up == "z" else [[1.0, 0, 0], [0, 0, 1.0], [0, 1.0, 0]]
     )
@@ -76,10 +79,10 @@ def framing_camera(
     camera: Camera | None = None,
     moments: Sequence[WorldContents] = (),
 ) -> Camera:
-    """Returns a camera from which the whole world just fits into the image; see `World.view_from`.
+    """Returns a camera from which the whole world just fits into the image.
 
-    If `turning`, the world fits at every angle around the vertical axis through its centre. If `moments` are given
-    (the world at several times), the world fits at all of them.
+    See `World.view_from`. If `turning`, the world fits at every angle around the vertical axis through its centre. If
+    `moments` are given (the world at several times), the world fits at all of them.
     """
     if camera is not None:
         size = camera.size
@@ -189,9 +192,10 @@ def _turned_to(camera: Camera, pixel: Floats, rotation: Floats) -> Floats:
 
 
 def moments_of(world: AnyWorld, animation: str | int | None = None) -> list[AnyWorld]:
-    """Returns the world at evenly spaced times of its video and an animation; an empty list without motion.
+    """Returns the world at evenly spaced times of its video and an animation.
 
-    `animation` is a name or number (default: the first). Raises `WorldError` for an unknown animation.
+    The list is empty for a world without motion. `animation` is a name or number (default: the first). Raises
+    `WorldError` for an unknown animation.
     """
     animations = world.animations
     asked = [each for number, each in enumerate(animations) if animation in (each.name, number)]
@@ -204,11 +208,13 @@ def moments_of(world: AnyWorld, animation: str | int | None = None) -> list[AnyW
 
 
 def without_ground(world: AnyWorld) -> AnyWorld:
-    """Returns a copy without the ground below the objects, or the world itself if it has no ground or nothing else.
+    """Returns a copy without the ground below the objects.
 
-    A ground is a level square of two triangles. Its name is that of the object that `World.add_ground` or `add_studio`
-    adds, or its side is at least `MIN_GROUND_SIDE` diagonals of the other objects' bounds. Files of all formats
-    preserve both properties.
+    The world itself is returned if it has no ground, or nothing but ground.
+
+    A ground is a level square of two triangles. It has the default name of the square that `World.add_ground` or
+    `add_studio` adds (such as "ground" or "studio floor"), or its side is at least `MIN_GROUND_SIDE` diagonals of the
+    other objects' bounds. Files of all formats preserve both properties.
     """
     axis = 2 if world.up == "z" else 1
     squares = [item for item in world.objects if item.visible and item.triangles == 2]
@@ -241,9 +247,10 @@ def _hide(world: AnyWorld, objects: Sequence[int]) -> AnyWorld:
 
 
 def bounding_corners(world: WorldContents, most: int = MAX_TRIANGLES) -> Floats | None:
-    """Returns points [n, 3] whose hull contains the world without its ground; None for an empty world.
+    """Returns points [n, 3] whose hull contains the world without its ground.
 
-    The points are the corners of all triangles, or of the bounding box if there are more than `most` triangles.
+    Returns None for an empty world. The points are the corners of all triangles, or of the bounding box if there are
+    more than `most` triangles.
     """
     world = without_ground(world)
     bounds = world.bounds

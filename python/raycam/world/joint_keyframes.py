@@ -29,8 +29,9 @@ MAX_KEYFRAMES = 2_000_000
 def expand_joint_keyframes(
     world: WorldContents, description: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, JointMotion]]:
-    """Returns a video's description in which keyframes of objects and cameras replace joint keyframes, and the motions
-    of robots by name.
+    """Replaces joint keyframes in a video's description by keyframes of objects and cameras.
+
+    Returns the new description, and the motions of robots by name.
 
     Joint values are interpolated linearly; continuous joints turn in the shorter direction. Objects, and cameras on
     links, get `STEPS_PER_FRAME` keyframes per video frame, so that their curved paths are exact at the frames and close
@@ -138,14 +139,15 @@ def _object_keyframes(robot: Robot, motion: JointMotion) -> list[dict[str, Any]]
 
 
 def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats, Floats]:
-    """Reads joint values over time from a CSV or NPY file, or a ROS 2 bag; returns times [n] in seconds and vectors [n,
-    k].
+    """Reads joint values over time from a CSV or NPY file, or a ROS 2 bag.
+
+    Returns times [n] in seconds and joint vectors [n, k].
 
     The first row of a CSV file contains `time` and the joints' names. An NPY array [n, 1 + k] has the time in its first
-    column, followed by the joints in the order of `Robot.joints`. Of a bag, the `sensor_msgs/JointState` messages are
-    read (see `read_joint_states`); the times are those of all messages with joints of the robot, relative to the bag's
-    first joint state. A joint that a message omits is interpolated linearly. Joints without a column keep their values.
-    A notice reports joints of a bag that the robot does not have or that cannot be set.
+    column, followed by the joints in the order of `Robot.joints`. From a bag, the `sensor_msgs/JointState` messages are
+    read (see `read_joint_states`). The times are the times of all messages with joints of the robot, relative to the
+    bag's first joint state. A joint that a message omits is interpolated linearly. Joints without a column keep their
+    values. A notice reports joints of a bag that the robot does not have or that cannot be set.
 
     Raises `OSError` if the file cannot be read, `WorldError` if its contents are invalid, and the errors of
     `read_joint_states`.

@@ -95,7 +95,10 @@ class ObjectKeys(TypedDict, total=False):
 
 
 class ObjectChanges(ObjectKeys, total=False):
-    """The keys of `World.set_object`: the keys of an object and the arguments of `World.add_mesh`."""
+    """The keys of `World.set_object`.
+
+    They are the keys of an object and the arguments of `World.add_mesh`.
+    """
 
     faces: npt.ArrayLike
     material: Mapping[str, Any]
@@ -170,9 +173,10 @@ PHOTOMETRIC_KEYS = ("lux", "candela", "lumen", "nit")
 def object_keys(
     description: Mapping[str, Any] | str | os.PathLike[str] | None, keys: dict[str, Any]
 ) -> dict[str, Any]:
-    """Merges an object's description (a dict, a mesh file's path or a shape's name) with keywords; returns its keys.
+    """Merges an object's description with keywords; returns the object's keys.
 
-    Raises `WorldError` for a string that is neither a mesh file nor a shape.
+    The description is a dict, a mesh file's path or a shape's name. Raises `WorldError` for a string that is neither a
+    mesh file nor a shape.
     """
     if isinstance(description, str) and description.lower() in SHAPES:
         description = {description.lower(): {}}
@@ -221,7 +225,10 @@ def light_keys(description: Mapping[str, Any] | str | None, keys: dict[str, Any]
 
 
 def merge_keys(description: Mapping[str, Any] | None, keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Merges a description with keywords; raises `WorldError` for a description that is not a dict."""
+    """Merges a description with keywords.
+
+    Raises `WorldError` for a description that is not a dict.
+    """
     if description is not None and not isinstance(description, Mapping):
         raise WorldError(
             f"expected a dict, a string or keywords, not {type(description).__name__}", code="wrong_type"

@@ -40,7 +40,10 @@ def load(
     packages: Iterable[str | os.PathLike[str]] = (),
     xacro_args: Mapping[str, str] | None = None,
 ) -> World:
-    """Loads a world file, glTF (.gltf .glb .vrm), a mesh (.obj .ply .stl .off), USD or a robot (.urdf .sdf .xml).
+    """Loads a world from a world file, glTF, a mesh, USD or a robot.
+
+    The extensions are .gltf, .glb and .vrm for glTF, .obj, .ply, .stl and .off for meshes, and .urdf, .sdf and .xml for
+    robots.
 
     `source` is a path, the bytes of a file, or a binary file object such as `io.BytesIO` or a download, which is read
     to its end. The content determines the file type of bytes and of files without a known extension; if it is

@@ -1,4 +1,7 @@
-"""Errors with remedies for missing files (with the nearest names), and for recipes passed as worlds."""
+"""Errors with remedies for missing files, and for recipes passed as worlds.
+
+The remedy for a missing file contains the nearest names.
+"""
 
 from __future__ import annotations
 
@@ -20,9 +23,10 @@ DRAWS = re.compile(r"^\s*(see|on|gap|count|see\.\w+)\s*=|\{\s*(uniform|log_unifo
 
 
 def check_exists(path: str | os.PathLike[str]) -> None:
-    """Raises `FileNotFoundError` with the nearest names of models in the folder if there is no such file.
+    """Raises `FileNotFoundError` for a missing file, `IsADirectoryError` for a folder.
 
-    Raises `IsADirectoryError` with the names of models in it for a folder.
+    The error for a missing file contains the nearest names of models in its folder; the error for a folder contains the
+    names of models in the folder.
     """
     if os.path.isdir(path):
         raise with_code(
@@ -46,7 +50,10 @@ def check_exists(path: str | os.PathLike[str]) -> None:
 
 
 def nearest_names(path: str | os.PathLike[str]) -> str:
-    """Returns the end of a message with the names in a missing file's folder that are nearest to its name."""
+    """Returns the end of a message with names that resemble a missing file's name.
+
+    The names are from the missing file's folder.
+    """
     folder = Path(path).parent
     try:
         names = os.listdir(folder)

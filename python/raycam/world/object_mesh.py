@@ -44,7 +44,10 @@ class ObjectMesh:
 
 
 def object_mesh(world: WorldContents, number: int) -> ObjectMesh:
-    """Returns the mesh of the object with this id; texture coordinates and normals are the mesh's float32 values."""
+    """Returns the mesh of the object with this id.
+
+    Texture coordinates and normals are the mesh's float32 values.
+    """
     corners = world.triangles(number)
     alone = _alone(world, number)
     data, _ = _core.world_to_gltf(alone)

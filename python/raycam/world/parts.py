@@ -10,7 +10,10 @@ from ..errors import WorldError
 
 @dataclass(repr=False)
 class Object:
-    """A placed mesh of a world, an instance in the ground truth; read-only: `World.set_object` changes objects."""
+    """A placed mesh of a world, an instance in the ground truth.
+
+    Objects are read-only; `World.set_object` changes objects.
+    """
 
     id: int
     """The object's value in the channel `instance`."""

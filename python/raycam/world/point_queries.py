@@ -50,7 +50,10 @@ class PointQueries:
     _core: _core.World
 
     def topology(self, object: int | str) -> Topology:
-        """Returns the topology of an object's mesh, by number or name; raises `WorldError` for an unknown object."""
+        """Returns the topology of an object's mesh, by number or name.
+
+        Raises `WorldError` for an unknown object.
+        """
         return Topology(*_core.world_topology(self._core, object_number(self._core, object)))
 
     def inside(
@@ -58,12 +61,12 @@ class PointQueries:
     ) -> Bools:
         """Returns True [...] for `points` [..., 3] that are inside any of the objects.
 
-        The result is exact for closed meshes. A point is inside an oriented mesh (also one that is inside out,
-        hollow, or consists of overlapping bodies) if the signed crossings of a ray from it do not sum to 0; inside a
-        mesh with mixed orientations if their number is odd. A point is inside an open mesh if the absolute winding
-        number is at least 1/2. A point on a surface is classified as if moved by an infinitesimal (e, e², e³): a box
-        contains `low <= p < high`, so a point on the common face of two adjacent boxes is inside exactly one. Points
-        that are not finite are outside.
+        The result is exact for closed meshes. A point is inside an oriented mesh if the signed crossings of a ray from
+        the point do not sum to 0. The mesh may be inside out, hollow, or consist of overlapping bodies. A point is
+        inside a mesh with mixed orientations if the number of crossings is odd. A point is inside an open mesh if the
+        absolute winding number is at least 1/2. A point on a surface is classified as if moved by an infinitesimal (e,
+        e², e³): a box contains `low <= p < high`, so a point on the common face of two adjacent boxes is inside exactly
+        one. Points that are not finite are outside.
 
         `objects` are numbers or names (default: all). Raises `WorldError` for unknown objects and `SettingsError` for
         a wrong shape.
@@ -75,12 +78,15 @@ class PointQueries:
     def winding_number(
         self, points: npt.ArrayLike, *, objects: Chosen | None = None, threads: int | None = None
     ) -> Floats:
-        """Returns the generalised winding number float64 [...] around `points` [..., 3], summed over the objects.
+        """Returns the generalised winding number around `points` [..., 3], float64 [...].
 
-        It is the surface's solid angle divided by 4 pi (Jacobson, Kavan and Sorkine-Hornung 2013): 1 inside a closed
-        mesh whose triangles are counter-clockwise seen from outside, 0 outside, and in between for open meshes.
-        Integers are exact; other values have errors of about 1e-12. The time is proportional to the number of edges
-        without a partner. The value is 0 for points that are not finite. Arguments and errors are those of `inside`.
+        The winding numbers of all objects are summed.
+
+        A winding number is the surface's solid angle divided by 4 pi (Jacobson, Kavan and Sorkine-Hornung 2013): 1
+        inside a closed mesh whose triangles are counter-clockwise seen from outside, 0 outside, and in between for open
+        meshes. Integers are exact; other values have errors of about 1e-12. The time is proportional to the number of
+        edges without a partner. The value is 0 for points that are not finite. Arguments and errors are those of
+        `inside`.
         """
         array = triples("points", points)
         mask, threads = self._ready(objects, threads)
@@ -123,7 +129,10 @@ class PointQueries:
         objects: Chosen | None = None,
         threads: int | None = None,
     ) -> Floats:
-        """Returns the distance float64 [...] of `points` [..., 3] to the nearest surface, as in `closest_points`."""
+        """Returns the distance float64 [...] of `points` [..., 3] to the nearest surface.
+
+        The rules are those of `closest_points`.
+        """
         query, shape = self._points(points, max_distance, objects, threads)
         return _core.world_distance(self._core, query).reshape(shape)
 
@@ -136,12 +145,15 @@ class PointQueries:
         objects: Chosen | None = None,
         threads: int | None = None,
     ) -> Floats:
-        """Returns the distance float64 [...] of `points` [..., 3] to the nearest surface, negative inside.
+        """Returns the signed distance of `points` [..., 3] to the nearest surface, float64 [...].
 
-        `sign` selects which points have a negative distance: "auto", points for which `inside` is True; "winding",
-        points with an absolute winding number of at least 1/2; "pseudonormal", points behind the surface at the
-        closest point, also for open meshes (Bærentzen and Aanæs 2005); "none", no points. trimesh uses the opposite
-        sign. The distance is +inf beyond `max_distance`. Other arguments and errors are those of `closest_points`.
+        The distance is negative inside.
+
+        `sign` selects which points have a negative distance. "auto" selects points for which `inside` is True, and
+        "winding" points with an absolute winding number of at least 1/2. "pseudonormal" selects points behind the
+        surface at the closest point, also for open meshes (Bærentzen and Aanæs 2005). "none" selects no points. trimesh
+        uses the opposite sign. The distance is +inf beyond `max_distance`. Other arguments and errors are those of
+        `closest_points`.
         """
         rule = one_of("sign", sign, ("auto", "winding", "pseudonormal", "none"))
         query, shape = self._points(points, max_distance, objects, threads)
@@ -159,7 +171,9 @@ class PointQueries:
         surface: Surface = "first",
         threads: int | None = None,
     ) -> Bools:
-        """Returns True [...] for points `a` and `b` [..., 3] with no triangle between them; symmetric in `a` and `b`.
+        """Returns True [...] for points `a` and `b` [..., 3] with no triangle between them.
+
+        The result is symmetric in `a` and `b`.
 
         The points broadcast as in NumPy: `visible(a[:, None], b)` returns the visibility matrix, without copying the
         points. Triangles within `margin` of either point are ignored, because the point may lie on them. The default

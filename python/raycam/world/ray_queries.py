@@ -134,11 +134,11 @@ class RayQueries:
         by the other surface. It requires t_min = 0 and the default `objects`, `skip`, `facing` and `surface`.
         `coherent` states whether neighbouring rays are similar (None: detected); it affects the speed only.
 
-        `times` is one time for all rays, or one for each ray, in seconds after the world's time T (see `World.at`):
-        ray i has the same hit as in `world.at(T + times[i])`, also with `exact=False`. If objects follow
-        keyframes, only the objects within reach of the rays are placed at each distinct time; with other animations
-        and `exact=False`, the world is prepared once for each distinct time. Worlds without motion need no additional
-        time. An animated world for which no time is set is static, with a notice.
+        `times` is one time for all rays, or one for each ray, in seconds after the world's time T (see `World.at`). Ray
+        i has the same hit as in `world.at(T + times[i])`, also with `exact=False`. If objects follow keyframes, only
+        the objects within reach of the rays are placed at each distinct time. With other animations and `exact=False`,
+        the world is prepared once for each distinct time. Worlds without motion need no additional time. An animated
+        world for which no time is set is static, with a notice.
 
         `cancel` is a `raycam.Cancel`; cancelling it from another thread ends the call with `Cancelled`.
 
@@ -173,9 +173,10 @@ class RayQueries:
         fields: Iterable[str] = CROSSING_FIELDS,
         **limits: Unpack[CrossingLimits],
     ) -> Arrays:
-        """Returns all crossings of each ray `origin + t * direction`, `t_min` <= t <= `t_max`, with surfaces.
+        """Returns all crossings of each ray with surfaces.
 
-        Arguments are those of `cast_rays`; `max_hits` limits the result to the first crossings of each ray. Returns
+        Ray points are `origin + t * direction` with `t_min` <= t <= `t_max`. Arguments are those of `cast_rays`;
+        `max_hits` limits the result to the first crossings of each ray. Returns
 
         ======= ============= ========================================================================
         offsets int64 [n + 1] crossings of ray i are `offsets[i]:offsets[i + 1]`; n rays, in C order
@@ -188,10 +189,10 @@ class RayQueries:
 
         Each ray is moved by an infinitesimal vector (e, e², e³) (simulation of simplicity, Edelsbrunner and Mücke
         1990), so it never meets an edge or a corner, and never starts on a surface. A ray through an edge or corner
-        that triangles share therefore crosses the surface once, or 0 or 2 times at a silhouette; a line crosses a
-        closed mesh an even number of times; a ray in the plane of a triangle does not cross it. Duplicate faces are
-        two surfaces. With `t_min=0`, a crossing at the ray's start is included if the moved start is before it. The
-        arithmetic is exact, as in `cast_rays`.
+        that triangles share therefore crosses the surface once, or 0 or 2 times at a silhouette. A line crosses a
+        closed mesh an even number of times. A ray in the plane of a triangle does not cross the triangle. Duplicate
+        faces are two surfaces. With `t_min=0`, a crossing at the ray's start is included if the moved start is before
+        it. The arithmetic is exact, as in `cast_rays`.
         """
         if max_hits is not None:
             max_hits = whole("max_hits", max_hits, 0, 2**62)
@@ -209,8 +210,8 @@ class RayQueries:
     ) -> npt.NDArray[np.int32]:
         """Returns the number of crossings of each ray, int32 [...], by the rules of `intersections`.
 
-        With `signed`, crossings that enter (through the front of a triangle) are subtracted from those that leave;
-        for closed oriented meshes, the result is the winding number around the ray's origin.
+        With `signed`, the result is the number of crossings that leave minus the number of crossings that enter
+        (through the front of a triangle). For closed oriented meshes, it is the winding number around the ray's origin.
         """
         query, shape = self._rays(origins, directions, t_max, limits, CrossingLimits)
         return _core.world_count_intersections(self._core, query, flag("signed", signed)).reshape(shape)

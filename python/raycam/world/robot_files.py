@@ -289,7 +289,7 @@ class _Builder:
         elif not _has_materials(path):
             keys |= self._material(material)
             if suffix == ".stl" and "color" in keys:
-                keys["face_colors"] = []  # as in RViz, the description's colour replaces those of facets
+                keys["face_colors"] = []  # as in RViz, the description's colour replaces the facets' colours
         return _core.world_add_object(core, plain(keys | {"mesh": path}), None)
 
     def _image(self, mesh: Path, name: str) -> Path:

@@ -51,7 +51,10 @@ def move_robot(world: WorldContents, name: str, joints: JointValues, *, clamp: b
 
 
 def joint_poses(world: WorldContents, joints: Mapping[str, JointValues]) -> dict[str, Floats]:
-    """Returns world_from_mesh [n, 4, 4] of the objects of robots for joint values of many images."""
+    """Returns world_from_mesh [n, 4, 4] of the objects of robots.
+
+    There is one matrix for each row of joint values; each row belongs to an image.
+    """
     if not isinstance(joints, Mapping):
         raise WorldError(
             f"joints must map robot names to joint values, got {type(joints).__name__}", code="wrong_type"
@@ -79,9 +82,10 @@ def mounted_camera(world: WorldContents, camera: Any) -> Any:
 def follow_joints(
     world: WorldContents, cameras: list[Camera], joints: Mapping[str, JointValues]
 ) -> list[Camera]:
-    """Returns the cameras of many images: cameras on the robots of `joints` are placed for each joint vector.
+    """Returns the cameras of many images.
 
-    Raises `SettingsError` if the numbers of cameras and joint vectors differ and neither is 1.
+    Cameras on the robots of `joints` are placed for each joint vector. Raises `SettingsError` if the numbers of cameras
+    and joint vectors differ and neither is 1.
     """
     placed: list[list[Camera]] = []
     for camera in cameras:

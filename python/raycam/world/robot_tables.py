@@ -35,8 +35,10 @@ def has_robots(description: Mapping[str, Any]) -> bool:
 def split_robots(
     description: Mapping[str, Any],
 ) -> tuple[dict[str, Any], list[dict[str, Any]], dict[str, Any]]:
-    """Returns the description without its robots (and without its video if the video moves joints), the robots, and the
-    video.
+    """Separates the robots from a world's description.
+
+    Returns the rest of the description, the robots, and the video. If the video moves joints, the rest does not contain
+    the video; otherwise, the returned video is empty.
     """
     rest = dict(description)
     tables = rest.pop("robot")

@@ -17,10 +17,10 @@ __all__ = ["sensors_of"]
 def sensors_of(
     core: _core.World, rigs: Iterable[Rig], rig_at: Callable[[Rig, float], Rig] | None, time: float | None
 ) -> dict[str, Sensor]:
-    """Returns the sensors of a world in world coordinates, by name; those of its `rigs` as rig/name.
+    """Returns the sensors of a world in world coordinates, by name.
 
-    At a `time`, rigs are where `rig_at` places them (None: they are at rest), and lidars move during their frame.
-    Without a time, the world is static.
+    The sensors of its `rigs` are called rig/name. At a `time`, rigs are where `rig_at` places them (None: they are at
+    rest), and lidars move during their frame. Without a time, the world is static.
     """
     found = read_mounted_sensors(_core.world_sensors(core), core.up, time)
     for rig in rigs:

@@ -50,7 +50,9 @@ def settle(
     gravity: float = 9.81,
     physics: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> Settled:
-    """Lets `objects` of a world fall until they are at rest, and moves them there; returns the figures.
+    """Lets `objects` of a world fall until they are at rest, and moves them there.
+
+    Returns how the objects came to rest.
 
     With `into` (a bin) or `on` (a table), the objects are thrown from above these objects, one every 0.1 s, with random
     poses that depend on `seed` and their names. Without both, they fall from where they are. Objects are given by name
@@ -58,17 +60,18 @@ def settle(
     visible objects do not move. Gravity points against the world's up axis.
 
     `seconds` limits the simulated time after the last throw, `gravity` is in m/s². `physics` has a table for each
-    object by name: `density` (1,000 kg/m³), `friction` (0.5) and `restitution` (0.1), which are averaged over two
-    surfaces, and `parts` (32), the greatest number of convex parts that represent the mesh; 1 means its convex hull.
+    object by name, with the keys `density` (1,000 kg/m³), `friction` (0.5), `restitution` (0.1) and `parts` (32).
+    Friction and restitution are averaged over two surfaces. `parts` is the greatest number of convex parts that
+    represent the mesh; 1 means its convex hull.
 
-    Convex parts of the meshes (V-HACD) move in rapier's solver in steps of 1/240 s. Then the real meshes are checked:
-    none penetrates another by more than 0.2 mm (0.2 % of the size for objects below 0.1 m), each touches something if
-    it is lowered by 0.5 mm (2 % of the size for objects of several parts), none moves by more than 0.1 mm in another
-    second, and each is within its target: completely for `into`, with its centre for `on`. Penetrating objects are
-    lifted and fall again. Objects that fail another check, for example because they fell next to the bin, are thrown
-    again while the others stay; after 10 attempts, all objects are thrown again, and after 20 attempts, settling fails.
-    The poses become matrices of the objects. The same arguments return the same bytes on any number of threads. A
-    notice reports robots that overlap other objects.
+    Convex parts of the meshes (V-HACD) move in rapier's solver in steps of 1/240 s. Then the real meshes are checked.
+    No mesh penetrates another by more than 0.2 mm (0.2 % of the size for objects below 0.1 m). Each object touches
+    something if it is lowered by 0.5 mm (2 % of the size for objects of several parts). No object moves by more than
+    0.1 mm in another second. Each object is within its target: completely for `into`, with its centre for `on`.
+    Penetrating objects are lifted and fall again. Objects that fail another check, for example because they fell next
+    to the bin, are thrown again while the others stay. After 10 attempts, all objects are thrown again, and after 20
+    attempts, settling fails. The poses become matrices of the objects. The same arguments return the same bytes on any
+    number of threads. A notice reports robots that overlap other objects.
 
     Raises `WorldError` with the code "not_settled" and the check that failed if no attempt succeeds (the world is then
     unchanged), "no_volume" for a flat object, "unknown_name", and "conflicting_values" for links of robots.
@@ -82,13 +85,13 @@ def settle(
             code="conflicting_values",
         )
     if into is not None and on is not None:
-        raise SettingsError("into and on cannot be used together", code="conflicting_values")
+        raise SettingsError("into and on cannot be combined; use only one of them", code="conflicting_values")
     target = None
     if into is not None or on is not None:
         which = "on" if into is None else "into"
         found = _numbers(world, which, on if into is None else into)
         if set(found) & set(moving):
-            raise WorldError(f"{which}: an object cannot fall into itself", code="conflicting_values")
+            raise WorldError(f"{which}: an object cannot fall {which} itself", code="conflicting_values")
         target = found, into is not None
     settled, fault = _core.world_settle(
         world._core,
@@ -107,7 +110,7 @@ def settle(
         world.set_object(number, matrix=np.array(matrix))
     warn_all(
         Notice(
-            f"the robot overlaps this object by {1e3 * depth:.1f} mm",
+            f"these objects overlap by {1e3 * depth:.1f} mm",
             "overlapping_objects",
             [f"{a!r} and {b!r}"],
         )

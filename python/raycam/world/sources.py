@@ -24,7 +24,10 @@ HEAD_BYTES = 512
 
 
 def read_bytes(source: bytes | bytearray | memoryview | SupportsRead[bytes]) -> bytes:
-    """The bytes of a source that is not a path; a file object is read to its end. Raises `SettingsError`."""
+    """The bytes of a source that is not a path.
+
+    A file object is read to its end. Raises `SettingsError` for other objects.
+    """
     data = source.read() if hasattr(source, "read") else source
     if isinstance(data, str):
         raise SettingsError(
@@ -40,9 +43,9 @@ def read_bytes(source: bytes | bytearray | memoryview | SupportsRead[bytes]) -> 
 
 
 def kind_suffix(kind: str | None, data: bytes) -> str:
-    """The extension for these bytes, such as ".glb", from their content or else `kind`; empty if unknown.
+    """The extension for these bytes, such as ".glb"; empty if unknown.
 
-    Raises `SettingsError` for an unknown `kind`.
+    It is determined by the content, or else by `kind`. Raises `SettingsError` for an unknown `kind`.
     """
     named = "" if kind is None else f".{kind.lower().lstrip('.')}" if isinstance(kind, str) else "."
     if named and named not in MODEL_ENDINGS:
@@ -52,7 +55,10 @@ def kind_suffix(kind: str | None, data: bytes) -> str:
 
 
 def path_suffix(path: str | os.PathLike[str]) -> str:
-    """The extension of a file's name, such as ".usd"; without a known extension, that of its content."""
+    """The extension of a file, such as ".usd".
+
+    A known extension in the name is used, or else the extension for the content.
+    """
     suffix = Path(path).suffix.lower()
     if suffix in MODEL_ENDINGS:
         return suffix
@@ -69,7 +75,10 @@ def _content_suffix(head: bytes) -> str:
 
 
 def scale_factor(scale: float | None, units: str | None) -> float | None:
-    """The factor for a mesh file's coordinates; None if neither argument is given. Raises `SettingsError`."""
+    """The factor for a mesh file's coordinates; None if neither argument is given.
+
+    Raises `SettingsError`.
+    """
     if scale is not None and units is not None:
         raise SettingsError(
             f"scale={scale!r} and units={units!r} cannot be combined; use only one of them",

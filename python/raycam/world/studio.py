@@ -1,4 +1,6 @@
-"""The studio: a soft key light, a grey room that metals reflect, and a floor without a visible edge.
+"""The studio in which worlds without lights and cameras are shown.
+
+The studio has a soft key light, a grey room that metals reflect, and a floor without a visible edge.
 
 The room's radiance below the horizon is that of the lit floor, so the floor's edge is invisible.
 """
@@ -74,7 +76,7 @@ def add_ground(
 
 
 def studio_floor(world: WorldContents) -> dict[str, float | None]:
-    """Returns the height and the side of the studio's floor under a world, as arguments of `add_ground`."""
+    """Returns the height and the side of the studio's floor, as arguments of `add_ground`."""
     bounds = without_ground(world).bounds
     if bounds is None:
         return {"height": None, "size": 2 * FLOOR_SIDE}
@@ -84,7 +86,11 @@ def studio_floor(world: WorldContents) -> dict[str, float | None]:
 
 
 def add_sun(world: WorldBuilding, azimuth: float, elevation: float, *, sky: bool) -> None:
-    """Adds a sun, given in degrees to the right of the front and above the horizon, and with `sky` a pale sky."""
+    """Adds a sun, and with `sky` a pale sky.
+
+    The sun's direction is given by two angles in degrees: `azimuth` from the front towards the right, and `elevation`
+    above the horizon.
+    """
     right, front, upward = axes_of(world.up)
     across, above = math.radians(azimuth), math.radians(elevation)
     level = math.cos(across) * front + math.sin(across) * right
@@ -115,10 +121,11 @@ def add_studio(world: WorldBuilding, camera: Camera | None = None, *, ground: bo
 
 
 def add_studio_preview(world: WorldBuilding, camera: Camera) -> None:
-    """Adds lights that resemble the studio's, but require only one sample per pixel with the integrator "direct".
+    """Adds lights that resemble the studio's, but require only one sample per pixel.
 
-    The sky's radiance is `FLOOR`. The sun has no size; its irradiance is such that the floor's radiance is also
-    `FLOOR`: `FLOOR = FLOOR / pi * (pi * FLOOR + irradiance * sin(KEY_ELEVATION))`.
+    One sample is sufficient with the integrator "direct". The sky's radiance is `FLOOR`. The sun has no size; its
+    irradiance is such that the floor's radiance is also `FLOOR`: `FLOOR = FLOOR / pi * (pi * FLOOR + irradiance *
+    sin(KEY_ELEVATION))`.
     """
     world.add_light(type="sky", radiance=FLOOR)
     world.add_light(
@@ -153,7 +160,10 @@ def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats,
 
 
 def is_above(world: WorldContents, camera: Camera) -> bool:
-    """Returns True if the camera is above the world's lowest point, and therefore above its ground."""
+    """Returns True if the camera is above the world's lowest point.
+
+    The camera is then above the ground, too.
+    """
     bounds = without_ground(world).bounds
     axis = 2 if world.up == "z" else 1
     return bounds is not None and bool(camera.location[axis] > bounds[0][axis])

@@ -17,7 +17,9 @@ DIRECTED = ("sun", "spot", "disk", "ies")
 
 
 def aim_light(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
-    """Returns a light's keys with `target` replaced by a direction, or by the edges of an area light.
+    """Returns a light's keys with `target` replaced by a direction.
+
+    For an area light, `target` is replaced by the edges of the light.
 
     Raises `WorldError` for a light that shines in all directions, and if `position` is missing.
     """

@@ -72,11 +72,11 @@ class World(WorldBuilding, RayQueries, PointQueries):
         folder: str | os.PathLike[str] = ".",
         texture_memory: int | str | None = None,
     ) -> World:
-        """Returns a world from a dict with the keys of a world file: `up`, `camera`, `object`, `robot`, `light`,
-        `video`, ...
+        """Returns a world from a dict with the keys of a world file.
 
-        Lists of numbers may be NumPy arrays. All files must be in `folder`, as for a world file, so that an untrusted
-        description cannot read other files. Raises the errors of `load`, without file and line.
+        The keys are `up`, `camera`, `object`, `robot`, `light`, `video` and so on. Lists of numbers may be NumPy
+        arrays. All files must be in `folder`, as for a world file, so that an untrusted description cannot read other
+        files. Raises the errors of `load`, without file and line.
         """
         return cls._described(description, folder, texture_memory)
 
@@ -107,18 +107,21 @@ class World(WorldBuilding, RayQueries, PointQueries):
         return world
 
     def to_bytes(self) -> bytes:
-        """Serialises the world exactly, including its files; `World.from_bytes` of the same raycam version reads the
-        result.
+        """Serialises the world exactly, including its files.
 
-        Equal worlds have equal bytes, independent of the folders of their files. Background photos of cameras are not
-        included, only their paths. Robots become plain objects at their current joint values; `pickle` preserves
-        robots. Raises `WorldError` if the textures, which are included, exceed `texture_memory`.
+        `World.from_bytes` of the same raycam version reads the result. Equal worlds have equal bytes, independent of
+        the folders of their files. Background photos of cameras are not included, only their paths. Robots become plain
+        objects at their current joint values; `pickle` preserves robots. Raises `WorldError` if the textures, which are
+        included, exceed `texture_memory`.
         """
         return _core.world_to_bytes(self._core)
 
     @classmethod
     def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
-        """Returns the world that `to_bytes` serialised; raises `FormatError` or `WorldError` for invalid bytes."""
+        """Returns the world that `to_bytes` serialised.
+
+        Raises `FormatError` or `WorldError` for invalid bytes.
+        """
         if not isinstance(data, bytes | bytearray | memoryview):
             raise FormatError(
                 f"data must be bytes returned by World.to_bytes, not {type(data).__name__}", code="wrong_type"
@@ -148,12 +151,12 @@ class World(WorldBuilding, RayQueries, PointQueries):
         return _from_pickle, (self.to_bytes(), self._folder, self.texture_memory, self._robots)
 
     def cull_faces(self, which: str | int, keep: npt.ArrayLike) -> World:
-        """Returns a copy in which an object, by name or number, has only the faces where `keep` is True.
+        """Returns a copy in which an object has only the faces where `keep` is True.
 
-        `keep` is bool [n], one for each triangle of the object, as `surface_visibility` returns:
-        `world.cull_faces(0, seen.views > 0)`. Texture coordinates, shading normals, vertex colours and the material
-        are kept. Raises `WorldError` for a wrong shape, if no face would remain, and for an object with several
-        materials.
+        The object is given by name or number. `keep` is bool [n], one for each triangle of the object, as
+        `surface_visibility` returns: `world.cull_faces(0, seen.views > 0)`. Texture coordinates, shading normals,
+        vertex colours and the material are kept. Raises `WorldError` for a wrong shape, if no face would remain, and
+        for an object with several materials.
         """
         return cull_faces(self, which, keep)
 
@@ -185,7 +188,10 @@ class World(WorldBuilding, RayQueries, PointQueries):
         add_studio(self, camera, ground=ground)
 
     def in_studio(self, camera: Camera, *, ground: bool = True) -> World:
-        """Returns a copy with the studio added (see `add_studio`); the copy's `without_studio` is this world."""
+        """Returns a copy with the studio added (see `add_studio`).
+
+        The copy's `without_studio` is this world.
+        """
         copy = self.copy()
         add_studio(copy, camera, ground=ground)
         copy._bare = self

@@ -82,7 +82,7 @@ def test_geoms_covered_by_identical_later_geoms_are_omitted_with_a_notice() -> N
     assert set(np.unique(renderer.render()[..., 0])) == {-1, 1, 2}
 
 
-def test_copies_of_a_mesh_cover_each_other() -> None:
+def test_geoms_covered_by_a_copy_of_their_mesh_are_omitted() -> None:
     points = 'vertex="0 0 0  1 0 0  0 1 0  0 0 1"'
     meshes = f'<mesh name="a" {points}/><mesh name="b" {points}/><mesh name="c" vertex="0 0 0  1 0 0  0 1 0  0 0 2"/>'
     geoms = "".join(f'<geom name="{name}" type="mesh" mesh="{name}"/>' for name in "abc")

@@ -123,7 +123,7 @@ def test_data_without_poses_raises() -> None:
         raycam.from_mujoco(model, mujoco.MjData(model))
 
 
-def test_spot_lights_and_their_motion_reach_the_world() -> None:
+def test_spot_lights_become_lights_of_the_world_that_move() -> None:
     model = mujoco.MjModel.from_xml_string("""<mujoco><statistic center="0 0 0" extent="2"/><worldbody>
       <body pos="0 0 2"><joint type="slide" axis="1 0 0"/><geom size=".1"/>
         <light pos="0 0 0" dir="0 0 -1" diffuse=".5 .5 .5" cutoff="30" exponent="0"/></body>

@@ -214,7 +214,7 @@ def test_exact_edge_rule_has_no_leaks_and_float32_has_some() -> None:
     assert not single.all()
 
 
-def test_phong_reflects_at_most_what_arrives() -> None:
+def test_phong_reflects_at_most_the_incident_light() -> None:
     page = in_page(
         """const found = [];
         for (const shininess of [1, 20, 200]) for (const light of [0, 0.6]) {

@@ -66,7 +66,7 @@ def test_live_page_renders_and_its_numbers_equal_raycam(tmp_path: Path) -> None:
         assert all(request.startswith(("file:", "blob:", "data:")) for request in tab.requests), tab.requests
 
 
-def test_live_page_explains_a_rolling_shutter_as_raycam_does(tmp_path: Path) -> None:
+def test_live_page_explanation_of_a_rolling_shutter_equals_raycams(tmp_path: Path) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name="box")
     world.add_object(plane={"size": [8, 8]}, location=[0, 0, -0.5], name="floor")

@@ -24,7 +24,8 @@ pub(crate) struct PyCameraRecord {
 
 #[pymethods]
 impl PyCameraRecord {
-    /// Record of a camera. The record of a rig's camera contains its frame and its name in the rig.
+    /// Record of a camera. If the camera is on a rig, the record also contains the rig's frame and the camera's name on
+    /// the rig.
     #[staticmethod]
     #[pyo3(name = "of", signature = (name, camera, image, time, on=None))]
     fn from_camera(
@@ -57,8 +58,8 @@ impl PyCameraRecord {
         Self { inner: CameraRecord { image, time, ..self.inner.clone() } }
     }
 
-    /// Returns the mount of a camera on a rig: the rig, the frame, its name in the rig; camera_from_body and the centre
-    /// in the body's axes; body_from_world and the body's position.
+    /// Returns the mount of a camera on a rig: the names of the rig, the frame and the camera on the rig;
+    /// camera_from_body and the camera's centre in the body's axes; body_from_world and the body's position.
     #[getter]
     #[allow(clippy::type_complexity, reason = "a mount taken apart")]
     fn mount(&self) -> Option<(&str, &str, &str, RotationCenter, RotationCenter)> {

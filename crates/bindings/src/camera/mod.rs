@@ -220,7 +220,7 @@ impl Camera {
         wrap(spec.build(self::up(up)?))
     }
 
-    /// Returns its exact description as JSON.
+    /// Returns the camera's exact description as JSON.
     fn to_json(&self) -> PyResult<String> {
         serde_json::to_string(&CameraSpec::from_camera(&self.inner)).map_err(|error| camera_error(error.to_string()))
     }
@@ -256,7 +256,7 @@ impl Camera {
         wrap(self.inner.with_intrinsics(matrix3(k), size))
     }
 
-    /// Returns the origin of its rays: "point", "plane" or "infinity".
+    /// Returns the origin of the camera's rays: "point", "plane" or "infinity".
     #[getter]
     fn center(&self) -> &'static str {
         match self.inner.center() {
@@ -266,7 +266,7 @@ impl Camera {
         }
     }
 
-    /// Returns camera_from_world [n, 3, 3] in the middle of the exposures of pixels [n, 2].
+    /// Returns camera_from_world [n, 3, 3] for pixels [n, 2], each in the middle of the pixel's exposure.
     fn rotations<'py>(&self, py: Python<'py>, pixels: Floats<'py>) -> ArrayResult<'py, f64> {
         let pixels = rows::<f64, 2>(&pixels, "pixels")?;
         let rotations: Vec<_> =

@@ -48,7 +48,7 @@ impl Rig {
         wrap(self.inner.clone().with_sensors(sensors.into_iter().map(named_sensor).collect()))
     }
 
-    /// Returns its exact description as JSON.
+    /// Returns the rig's exact description as JSON.
     fn to_json(&self) -> PyResult<String> {
         serde_json::to_string(&RigSpec::from_rig(&self.inner)).map_err(|error| camera_error(error.to_string()))
     }

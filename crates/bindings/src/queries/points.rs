@@ -45,7 +45,7 @@ impl PointArguments<'_> {
     }
 }
 
-/// Returns the closest point of each point, with the names of `World.closest_points`.
+/// Returns the closest surface point for each query point, with the names of `World.closest_points`.
 #[pyfunction]
 pub(crate) fn world_closest_points<'py>(world: &Bound<'py, World>, query: PointArguments<'py>) -> DictResult<'py> {
     let (arrays, threads) = (query.arrays()?, query.threads);

@@ -22,7 +22,7 @@ pub(crate) fn flat<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>, 
     array.as_slice().map_err(|_| settings_error(format!("{name}: expected a C-contiguous array")))
 }
 
-/// Rays from a dict: rays [n, 3], their limits [1] or [n], and the surfaces that count.
+/// Rays from a dict: rays [n, 3], their limits [1] or [n], and the objects that rays can hit.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct RayArguments<'py> {
@@ -30,7 +30,7 @@ pub(crate) struct RayArguments<'py> {
     directions: Floats<'py>,
     t_min: Floats<'py>,
     t_max: Floats<'py>,
-    /// True if exact arithmetic decides, false for float32.
+    /// True if hits are decided by exact arithmetic; false if float32 is sufficient.
     exact: bool,
     coherent: Option<bool>,
     objects: Option<PyReadonlyArrayDyn<'py, bool>>,
@@ -82,7 +82,7 @@ pub(crate) fn mask<'a>(objects: Option<&'a PyReadonlyArrayDyn<'_, bool>>) -> PyR
     objects.map(|objects| flat(objects, "objects")).transpose()
 }
 
-/// Surface with this name.
+/// Converts "first" or "solid" to the surface that ground truth shows.
 pub(crate) fn surface(name: &str) -> PyResult<TruthSurface> {
     match name {
         "first" => Ok(TruthSurface::First),

@@ -70,8 +70,8 @@ pub(crate) fn amodal_masks<'py>(
         .collect()
 }
 
-/// Returns the images of points [n, 3], as arrays with the names of `raycam.Keypoints`. `objects` and `triangles`, if
-/// given, have one entry per point; points on triangles are weights of the triangle's corners.
+/// Returns the projections of points [n, 3], as arrays with the names of `raycam.Keypoints`. `objects` and `triangles`,
+/// if given, have one entry per point. A point on a triangle is given by the weights of the triangle's corners.
 #[pyfunction]
 pub(crate) fn keypoints<'py>(
     py: Python<'py>,

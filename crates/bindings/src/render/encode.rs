@@ -52,8 +52,8 @@ pub(crate) fn read_photo(py: Python<'_>, path: PathBuf) -> PyResult<(NewArray<'_
     Ok((array(py, pixels, &shape)?, orientation, notices.into()))
 }
 
-/// Returns name and array of each channel of a single-part EXR file: uint32 [height, width] with True for integer
-/// channels, otherwise the bits of float32.
+/// Returns (name, is_integer, values) of each channel of a single-part EXR file. The values are uint32 [height, width]:
+/// integers, or the bits of float32.
 #[pyfunction]
 pub(crate) fn read_exr(py: Python<'_>, path: PathBuf) -> PyResult<Vec<(String, bool, NewArray<'_, u32>)>> {
     let ([columns, rows], channels) = detached(py, || raycam_formats::read_exr(&path, &Budget::default()))?;
@@ -222,7 +222,7 @@ fn size_of(shape: &[usize]) -> PyResult<([u32; 2], usize)> {
         u32::try_from(side).map_err(|_| {
             settings_error(format!(
                 "image too large: {side} pixels \
-        per side"
+        per side; the limit is 4294967295"
             ))
         })
     };

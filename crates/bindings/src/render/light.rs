@@ -12,7 +12,8 @@ use crate::queries::rays::flat;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
 
-/// A dict of points [n]: their objects, triangles, weights of corners, normals, and pixels of random numbers.
+/// A dict of points [n]: their objects, triangles, weights of corners, normals, and pixels that select the random
+/// numbers.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct PointArguments<'py> {
@@ -58,7 +59,7 @@ fn to_arrays(py: Python<'_>, PointLight { light, error }: PointLight) -> PyResul
     Ok((array(py, light.into_flattened(), &[n, 3])?, array(py, error, &[n])?))
 }
 
-/// A dict of rays [n]: their origins, unit directions, and pixels of random numbers.
+/// A dict of rays [n]: their origins, unit directions, and pixels that select the random numbers.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct LightRayArguments<'py> {

@@ -18,7 +18,7 @@ use crate::world::state::World;
 /// Image to which samples are added.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct Progressive {
-    /// Locked without the GIL.
+    /// Threads release the GIL before they lock this mutex.
     inner: Arc<Mutex<Inner>>,
 }
 
@@ -46,7 +46,7 @@ impl Progressive {
         Ok(Self { inner: Arc::new(Mutex::new(inner)) })
     }
 
-    /// Adds samples to all pixels of a region that have fewer than `until`.
+    /// Adds samples to all pixels of a region that have fewer than `until` samples.
     fn add(
         &self,
         py: Python<'_>,

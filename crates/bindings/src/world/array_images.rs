@@ -90,7 +90,7 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
     if height == 0 || width == 0 || height > 65_536 || width > 65_536 {
         return Err(world_error(format!("image of {width} x {height} texels; expected 1 to 65536 columns and rows")));
     }
-    // RGBA, and copies in another order or of another width.
+    // Memory for the RGBA texels, and for copies in another order or width.
     let texel_bytes = if array.dtype().kind() == b'f' { 48 } else { 8 };
     check_memory(&format!("an image of {width} x {height} texels"), width * height * texel_bytes)?;
     let texels = if let Ok(bytes) = array.cast::<PyArrayDyn<u8>>() {
@@ -100,7 +100,8 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
         let texels = texels_of(&bytes, channels, 1)?;
         Texels::Srgb8(texels.into_iter().map(|texel| texel.map(|value| value * 255)).collect())
     } else if array.dtype().kind() == b'u' && array.dtype().itemsize() == 2 {
-        // Converted to colours if used as such, which depends on the key's name.
+        // These values are later converted to colours if the image is used for colours, which depends on the key's
+        // name.
         let values = array.call_method1("astype", ("uint16",))?.cast_into::<PyArrayDyn<u16>>()?;
         Texels::Linear16(texels_of(&values, channels, u16::MAX)?)
     } else if array.dtype().kind() == b'f' {
@@ -156,7 +157,7 @@ impl<'a> FilesAndArrays<'a> {
         Self { files, arrays, shared: None, notice_count: 0 }
     }
 
-    /// Reads files that several worlds share only once.
+    /// With `shared`, files that several worlds use are read only once.
     pub(crate) fn sharing(self, shared: Option<&'a SharedFiles>) -> Self {
         Self { shared, ..self }
     }

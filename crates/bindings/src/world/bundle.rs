@@ -13,7 +13,8 @@ use crate::error::detached;
 use crate::notice::Notices;
 use crate::world::state::{World, budget};
 
-/// Returns a copy of the world with more cameras at the end, which shares everything that has been built.
+/// Returns a copy of the world with additional cameras after its own cameras; both worlds share everything that has
+/// been built.
 #[pyfunction]
 pub(crate) fn world_with_cameras(world: &World, cameras: Vec<(String, PyRef<'_, Camera>)>) -> PyResult<World> {
     let copy = World { state: Mutex::new(world.state().clone()), folder: world.folder.clone() };
@@ -33,7 +34,7 @@ pub(crate) fn world_to_bytes<'py>(py: Python<'py>, world: &World) -> BytesResult
     arrays::bytes(py, &detached(py, || bundle::write(&inner))?)
 }
 
-/// Reads a world from such bytes; relative names of files that are added later refer to `folder`.
+/// Reads a world from the bytes of [`world_to_bytes`]; relative names of files that are added later refer to `folder`.
 #[pyfunction]
 pub(crate) fn world_from_bytes(
     py: Python<'_>,
@@ -63,7 +64,7 @@ pub(crate) fn world_to_gltf<'py>(
     Ok((arrays::bytes(py, &bytes)?, notices.into()))
 }
 
-/// Reads a world from a GLB file's bytes, with another up axis and further notices.
+/// Reads a world from a GLB file's bytes, sets its up axis, and adds the given notices.
 #[pyfunction]
 pub(crate) fn world_from_gltf(
     py: Python<'_>,

@@ -20,8 +20,8 @@ pub(crate) fn described(description: &Bound<'_, PyAny>) -> PyResult<(ArrayImages
     Ok((arrays, value))
 }
 
-/// Builds the world of a description, whose files must be in `folder`. Worlds with the same `shared` read each file once
-/// and share what is built of it; with `texture_memory`, every world has its own.
+/// Builds the world of a description, whose files must be in `folder`. Worlds with the same `shared` read each file
+/// once and share the meshes and textures built from it. With `texture_memory`, nothing is shared.
 #[pyfunction]
 #[pyo3(signature = (description, folder, texture_memory, shared=None))]
 pub(crate) fn world_from_dict(
@@ -47,7 +47,8 @@ pub(crate) fn world_from_dict(
     Ok(world)
 }
 
-/// Adds an object. Its files may be anywhere or, with `within`, only in that folder, which is that of the `shared` files.
+/// Adds an object. Its files may be anywhere or, with `within`, only in that folder; `shared` contains files of the
+/// same folder.
 #[pyfunction]
 #[pyo3(signature = (world, description, within, shared=None))]
 pub(crate) fn world_add_object(
@@ -88,7 +89,7 @@ pub(crate) fn world_add_light(
     })
 }
 
-/// Names the image of a light that was an array.
+/// Renames the image of a light if the image was given as an array.
 pub(crate) fn name_array(light: &mut Light) {
     if let Light::Environment { image, .. } | Light::Projector { image, .. } = light
         && is_array(&image.file)

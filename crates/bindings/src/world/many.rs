@@ -30,7 +30,7 @@ impl<'py> SeriesArray<'py> {
         })
     }
 
-    /// Planes of `count` images with this many values.
+    /// Planes of `count` images; each plane has `values` values.
     fn planes(&mut self, count: usize, values: usize) -> PyResult<Vec<PlaneData<'_>>> {
         fn chunks<'a, T: Element>(
             array: &'a mut PyReadwriteArrayDyn<'_, T>,
@@ -39,7 +39,8 @@ impl<'py> SeriesArray<'py> {
         ) -> PyResult<std::slice::ChunksMut<'a, T>> {
             let whole = array.len() == count * values;
             let slice = array.as_slice_mut().ok().filter(|_| whole);
-            let slice = slice.ok_or_else(|| settings_error("out: expected C-contiguous arrays of the images"))?;
+            let slice =
+                slice.ok_or_else(|| settings_error("out: expected C-contiguous arrays with one entry per image"))?;
             Ok(slice.chunks_mut(values))
         }
         Ok(match self {

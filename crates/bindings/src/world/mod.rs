@@ -234,7 +234,8 @@ impl World {
         self.snapshot().video.as_ref().map(|video| (video.fps(), video.seconds(), video.frame_count()))
     }
 
-    /// Returns `base` as moved by `[video]`: by the keyframes of the world's camera at its pose, if there are any.
+    /// Returns `base` as moved by `[video]`. If a camera of the world has the pose of `base` and its own keyframes,
+    /// these keyframes move `base`.
     fn video_camera(&self, base: &Camera, time: f64) -> PyResult<Camera> {
         let world = self.snapshot();
         let video = world.video.as_ref().ok_or_else(|| {
@@ -248,8 +249,8 @@ impl World {
         Ok(Camera { inner })
     }
 
-    /// Returns the world at a time of an animation (default: that of its time, else the first) and of its video; it shares everything that has
-    /// been built.
+    /// Returns the world at a time of an animation and of its video. The default animation is the animation of the
+    /// world's time, otherwise the first animation. Both worlds share everything that has been built.
     #[pyo3(name = "at", signature = (time, animation))]
     fn at_time(&self, time: f64, animation: Option<usize>) -> PyResult<Self> {
         self.derive(|world| {
@@ -310,7 +311,7 @@ impl World {
         array(py, corners.into_flattened().into_flattened(), &[n, 3, 3])
     }
 
-    /// Returns (instance, triangle) [n, 2].
+    /// Returns (instance, triangle) [n, 2] of the triangles, in the order of [`Self::triangles`].
     fn triangle_ids<'py>(&self, py: Python<'py>) -> ArrayResult<'py, i32> {
         let ids = triangles::ids(&self.snapshot());
         let n = ids.len();

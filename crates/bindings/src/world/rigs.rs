@@ -38,7 +38,7 @@ pub(crate) fn world_add_sensor(world: &World, name: String, kind: String, settin
     })
 }
 
-/// Object, reflectance, retroreflection and its table.
+/// Object, its reflectance, its retroreflection, and the table of its retroreflection.
 type LidarSurfaceParts = (usize, Option<f64>, Option<f64>, Option<Vec<[f64; 2]>>);
 
 /// Values for lidars of the objects with a key `lidar`.
@@ -52,7 +52,8 @@ pub(crate) fn world_lidar_surfaces(world: &World) -> Vec<LidarSurfaceParts> {
     world.objects.iter().enumerate().filter_map(parts).collect()
 }
 
-/// Returns a rig as moved by the video of a world: the world's rig with that name, if `named_cameras`.
+/// Returns a rig as moved by the video of a world: by the keyframes of the world's rig with the same name, otherwise by
+/// the keyframes of the camera.
 #[pyfunction]
 pub(crate) fn world_rig_at(world: &World, rig: &Rig, time: f64) -> PyResult<Rig> {
     let world = world.snapshot();

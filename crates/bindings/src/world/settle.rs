@@ -24,8 +24,8 @@ type SettledParts = (ReportParts, Vec<[[f64; 4]; 4]>);
 /// Code and message of an error.
 type Fault = (&'static str, String);
 
-/// Returns the moved objects at rest, or the error's code and message. `target` contains objects, and true if
-/// bodies must stay within their sides.
+/// Returns the moved objects at rest, or the error's code and message. `target` contains objects, and a flag: if true,
+/// bodies must end completely within the sides of these objects; otherwise, the bodies' centres must end above them.
 #[pyfunction]
 #[pyo3(signature = (world, moving, physics, target, seed, seconds, gravity))]
 pub(crate) fn world_settle(

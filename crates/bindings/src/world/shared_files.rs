@@ -124,7 +124,7 @@ impl Files {
     }
 }
 
-/// The largest memory of an image without its mip maps.
+/// Upper bound of an image's memory in bytes, without its mip maps.
 fn image_bytes(image: &Image) -> usize {
     image.size[0] as usize * image.size[1] as usize * 16
 }

@@ -87,8 +87,8 @@ impl World {
         changed
     }
 
-    /// Same as [`World::modify`], for changes that cannot be undone in part: a copy of the whole world is kept
-    /// meanwhile.
+    /// Same as [`World::modify`], for changes that may fail halfway: the world is copied first, and restored if the
+    /// change fails.
     pub(crate) fn modify_or_restore<T>(&self, change: impl FnOnce(&mut Inner) -> PyResult<T>) -> PyResult<T> {
         self.modify(|world| {
             let before = world.clone();

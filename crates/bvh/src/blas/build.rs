@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn trees_are_identical_for_every_instruction_set_and_thread_count() {
-        // Large enough for several treelets, which are found from a sample and binned by several threads.
+        // The mesh is large enough for several treelets, which are found from a sample and binned by several threads.
         let side = if cfg!(miri) { 12 } else { 132 };
         let counts: &[usize] = if cfg!(miri) { &[2] } else { &[1, 2, 5] };
         for (name, vertices, triangles) in meshes(side) {

@@ -1,5 +1,5 @@
 //! The BLAS: a BVH over one mesh. This file defines the data; the modules `build`, `refit` and `bounding_boxes`
-//! implement the BLAS. Uses `build`.
+//! implement the BLAS. The builder is in `crate::build`.
 
 pub(crate) mod bounding_boxes;
 pub(crate) mod build;

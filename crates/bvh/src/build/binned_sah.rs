@@ -11,7 +11,7 @@ pub struct SahBins<const N: usize> {
     count: [[u32; N]; 3],
 }
 
-/// The affine map from a centroid to its bins, the same arithmetic for binning and partition.
+/// The affine map from a centroid to its bins; binning and partition use the same arithmetic.
 #[derive(Clone, Copy)]
 pub struct BinMapping {
     offset: F32x4,
@@ -74,7 +74,7 @@ impl<const N: usize> SahBins<N> {
             let at = mapping.bin_coords(prim.centroid()).to_i32_trunc();
             let packed = prim.load::<I>();
             for axis in 0..3 {
-                // In 0..N by the choice of `scale`; the mask removes the bounds check.
+                // The bin is in 0..N, because `scale` is chosen accordingly; the mask removes the bounds check.
                 let b = at[axis] as usize & (N - 1);
                 let bounds = self.bounds[axis][b].as_mut_ptr();
                 // SAFETY: a box has eight floats.

@@ -150,8 +150,8 @@ pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
     node
 }
 
-/// The binary nodes that replace `at` in at most `places` child slots, the number of slots of each node, and the number
-/// of nodes. With `opened`, `at` itself is not in the list.
+/// Selects the binary nodes that replace `at` in at most `slots` child slots. Returns the nodes, each with its number
+/// of slots, and the number of nodes. With `opened`, `at` itself is not in the list.
 #[inline(always)]
 pub fn select_children(tree: &[BinaryNode], at: usize, slots: usize, opened: bool) -> ([(usize, usize); 8], usize) {
     let mut found = [(0, 0); 8];

@@ -6,13 +6,14 @@ use crate::build::binned_sah::has_depth_budget;
 use crate::build::prim_ref::{PrimInfo, PrimRef, half_area};
 use crate::simd::{Isa, Portable, Vector};
 
-/// Fraction of the whole area from which a primitive is large: less than a wall of a cubic room, which is a third.
+/// Minimum fraction of the whole area for a large primitive: less than the fraction of a wall of a cubic room, which is
+/// a third.
 const LARGE_AREA_RATIO: f32 = 0.25;
 
 /// A filter of large primitives.
 #[derive(Clone, Copy)]
 pub struct LargePrimFilter {
-    /// Half the surface area from which a primitive is large.
+    /// Minimum half surface area of a large primitive.
     min_half_area: f32,
 }
 

@@ -48,7 +48,7 @@ pub fn build<L: LeafBuilder, S: PrimSource + ?Sized>(dispatch: Dispatch, source:
         Some(rate) if count > SAMPLING_THRESHOLD => kd_sample::build_sampled_top(source, rate, &shared),
         _ if count == 0 => (None, vec![]),
         _ => {
-            // A few primitives never use rayon, because the caller may not be in a pool.
+            // A build of a few primitives never uses rayon, because the caller may not be in a pool.
             let mut prims: Vec<_> = match count <= TREELET_SIZE {
                 true => (0..count).map(|at| source.prim(at)).collect(),
                 false => (0..count).into_par_iter().with_min_len(TREELET_SIZE).map(|at| source.prim(at)).collect(),

@@ -129,7 +129,7 @@ fn bin_and_split<const N: usize>(
     bins?.best_split::<Portable>(mapping, 1)
 }
 
-/// Primitives from which a partition is split between threads.
+/// Maximum number of primitives that one thread partitions; larger ranges are split between threads.
 const PARALLEL_PARTITION: usize = 1 << 17;
 
 /// Partitions primitives so that primitives on the left of a plane come first. Both halves are partitioned in parallel;
@@ -146,7 +146,8 @@ pub fn partition(dispatch: Dispatch, prims: &mut [PrimRef], mapping: &BinMapping
         rayon::join(|| partition(dispatch, front, mapping, plane), || partition(dispatch, back, mapping, plane));
     let (wrong_front, wrong_back) = (&mut front[a.0..], &mut back[..b.0]);
     let swaps = wrong_front.len().min(wrong_back.len());
-    // Equal parts next to the middle, or all of the smaller part with the end of the larger.
+    // Exchanges equal numbers of primitives. If the front has more wrong primitives, its first ones are exchanged with
+    // all of the back; otherwise, all of the front are exchanged with the last ones of the back.
     let from = wrong_front.len() - swaps;
     if from > 0 {
         wrong_front[..swaps].swap_with_slice(&mut wrong_back[..swaps]);

@@ -96,7 +96,7 @@ fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut Partitio
         // The range that is not read yet.
         let (mut first, mut last) = (PARTITION_BLOCK, n - PARTITION_BLOCK);
         while last - first >= PARTITION_BLOCK {
-            // Reads from the end with less room, so that both ends keep room for a block.
+            // Reads from the end that has fewer free places, so that both ends keep room for a block.
             if first - cursors.low <= cursors.high - last {
                 for _ in 0..PARTITION_BLOCK {
                     let prim = prims[first];

@@ -6,8 +6,8 @@ use crate::build::prim_ref::PrimRef;
 use crate::limits::MAX_DEPTH;
 use crate::node::NodeBlock;
 
-/// A builder with one box per leaf. The top of the tree is built from all boxes, or from a sample of one in this
-/// number.
+/// A builder with one box per leaf. The top of the tree is built from all boxes, or from a sample of one in `0` boxes
+/// (the field of this struct).
 struct Boxes(Option<usize>);
 
 impl LeafBuilder for Boxes {
@@ -177,7 +177,7 @@ fn tree_does_not_depend_on_the_number_of_threads() {
     }
 }
 
-/// Asserts that one child of the root is flat at z = 0, and the others are above 0.001, where the floor is not.
+/// Asserts that one child of the root is flat at z = 0, and that all other children are above z = 0.001.
 fn check_floor(blocks: &[NodeBlock], root: NodeRef, case: &str) {
     let root = crate::node::node(blocks, root);
     let children = (0..root.child_count as usize).map(|k| root.child_bounds(k));

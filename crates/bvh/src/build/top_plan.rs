@@ -162,8 +162,8 @@ impl TopPlan {
     }
 }
 
-/// Expected cost per area of a treelet as 1 to 8 children, by its number of primitives: halved down to leaves of
-/// `usual` primitives.
+/// Expected cost per area of a treelet as 1 to 8 children, by its number of primitives. The treelet is assumed to be
+/// halved down to leaves of `usual` primitives.
 fn expected_costs(usual: usize) -> impl Fn(usize) -> PackedBounds {
     let mut halved = vec![[1.0; 8]];
     for _ in 0..usize::BITS {

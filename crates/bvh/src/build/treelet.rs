@@ -12,9 +12,9 @@ use crate::simd::Isa;
 /// The description of a treelet before it is built.
 #[derive(Clone, Copy, Debug)]
 pub struct TreeletDesc {
-    /// Its bounds, exact or estimated.
+    /// The treelet's bounds, exact or estimated.
     pub bounds: PackedBounds,
-    /// The number of its primitives.
+    /// The number of primitives in the treelet.
     pub count: usize,
     /// The number of splits above this treelet.
     pub depth: usize,

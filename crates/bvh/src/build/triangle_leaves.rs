@@ -55,7 +55,7 @@ impl LeafScratch {
     /// Deduplicates the vertices of primitives; `None` if there are too many vertices or triangles for a leaf.
     #[inline(always)]
     fn dedup_vertices(&mut self, prims: &[PrimRef]) -> Option<LeafVertices> {
-        // Too many triangles need no lookups.
+        // If there are too many triangles, the vertices need not be looked up.
         let count = |prim: &PrimRef| usize::from(self.pairs.pairs[prim.id as usize].count);
         if prims.iter().map(count).sum::<usize>() > MAX_LEAF_TRIANGLES {
             return None;
@@ -121,7 +121,7 @@ impl TrianglePrims<'_> {
     #[inline(always)]
     fn vertex(&self, index: u32) -> [f32; 3] {
         debug_assert!((index as usize) < self.vertices.len());
-        // SAFETY: `check` has compared every index of every triangle.
+        // SAFETY: `validate_mesh` has compared every index of every triangle.
         unsafe { self.vertices.get_unchecked(index as usize) }.map(|x| x * self.scale)
     }
 }
@@ -173,7 +173,7 @@ impl LeafBuilder for TrianglePrims<'_> {
 
     fn bin_count(&self, prims: usize) -> usize {
         match prims {
-            // Large ranges need planes close to where geometry ends.
+            // Large ranges require many bins, so that planes are close to the ends of the geometry.
             _ if prims > 16 * TREELET_SIZE => 256,
             _ if prims > TREELET_SIZE => 64,
             _ if prims < 24 => 8,
@@ -182,7 +182,7 @@ impl LeafBuilder for TrianglePrims<'_> {
     }
 
     fn size_estimate(&self) -> (usize, usize) {
-        // A third more than hair requires, which fills leaves worst.
+        // A third more blocks than hair requires; hair fills leaves less than other meshes.
         let blocks = (self.triangles.len() + self.vertices.len()) / 10;
         (blocks + 1, self.triangles.len())
     }

@@ -6,7 +6,8 @@ use crate::simd::prefetch;
 /// The largest area of a pair's bounds, relative to the sum of both triangles' bounds.
 const MAX_PAIR_AREA_RATIO: f32 = 0.85;
 
-/// How many triangles ahead corners are prefetched: they may have left the L1 cache since their bounds were computed.
+/// Number of triangles by which prefetching is ahead: corners may have left the L1 cache since their bounds were
+/// computed.
 const PREFETCH_DISTANCE: usize = 8;
 
 /// Maximum number of probes per edge; after that an edge is ignored.
@@ -61,7 +62,7 @@ impl TrianglePair {
 /// Pairs triangles of a treelet. Memory is reused between treelets.
 #[derive(Default)]
 pub struct PairFinder {
-    /// By the primitive ids that [`PairFinder::pair_triangles`] assigns.
+    /// Pairs of triangles, indexed by the primitive ids that [`PairFinder::pair_triangles`] assigns.
     pub pairs: Vec<TrianglePair>,
     /// Open-addressing hash table of the edges of unpaired triangles: part of the hash in the upper half, the primitive
     /// in the lower half, counted from 1.
@@ -144,7 +145,8 @@ impl PairFinder {
 mod tests {
     use super::*;
 
-    /// Quads of a sheet, each divided into two triangles, in the order `order`: which quad, and which half.
+    /// Triangles of a sheet of quads, two per quad. `order` returns the quad of each triangle, and true for the upper
+    /// half.
     fn sheet(side: u32, order: impl Fn(u32) -> (u32, bool)) -> Vec<[u32; 3]> {
         (0..2 * side * side)
             .map(|t| {

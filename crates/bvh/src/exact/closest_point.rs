@@ -90,7 +90,8 @@ fn foot_in_double_double(point: Vector3, [a, b, c]: [Vector3; 3]) -> Option<[f64
 /// The closest point of the three edges.
 fn closest_of_edges(corners: [Vector3; 3], relative: [Vector3; 3]) -> TrianglePoint {
     let edge = |i: usize, j: usize| {
-        // Computed from the smaller end, so that neighbours return the same bits.
+        // Computed from the edge's lexicographically smaller end, so that both triangles of the edge return the same
+        // bits.
         let (i, j) = if corners[j] < corners[i] { (j, i) } else { (i, j) };
         let along = sub(corners[j], corners[i]);
         let t = -dot(relative[i], along) / dot(along, along);

@@ -77,7 +77,7 @@ impl Expansion {
         }
     }
 
-    /// The float nearest to the sum, up to one unit in the last place; its sign is that of the sum.
+    /// The float nearest to the sum, up to one unit in the last place; it has the sum's sign.
     pub fn estimate(&self) -> f64 {
         self.components[..self.len].iter().sum()
     }
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn error_free_sums_and_products_are_exact() {
         let (sum, error) = two_sum(1e16, 1.0 + f64::EPSILON);
-        // The sum rounds to an even number of units of 2; the rounding error is exact.
+        // The sum is rounded to a multiple of 2; the rounding error is exact.
         assert_eq!((sum - 1e16) + error, 1.0 + f64::EPSILON);
         let (product, error) = two_product(1.0 + f64::EPSILON, 1.0 + f64::EPSILON);
         assert_eq!((product, error), (1.0 + 2.0 * f64::EPSILON, f64::EPSILON * f64::EPSILON));

@@ -1,9 +1,9 @@
 //! Exact signs of a ray and a triangle, and their intersection in twice the precision.
 //!
 //! A ray o + t d meets the plane of corners a, b, c relative to o: A, B, C. The edge function T(a, b) = d . (A x B) is
-//! the side on which the ray passes the edge, V = A . (B x C) the side of the plane on which it starts, and t is V by
-//! the sum of the three edge functions. Signs are exact for the given float64 numbers: a float64 filter decides,
-//! otherwise twice the precision, otherwise expansions (Shewchuk 1997).
+//! the side on which the ray passes the edge. V = A . (B x C) is the side of the plane on which the ray starts, and t
+//! is V divided by the sum of the three edge functions. Signs are exact for the given float64 numbers: a float64 filter
+//! decides, otherwise twice the precision, otherwise expansions (Shewchuk 1997).
 //!
 //! Exact for coordinates with magnitudes between 1e-70 and 1e70, and 0; beyond, float64 rounding decides.
 
@@ -14,17 +14,17 @@ type Point = [f64; 3];
 /// The rounding unit of float64.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// The error of an edge function in float64, as a fraction of the sum of its products' sizes; twice the bound.
+/// Error bound of an edge function in float64, doubled, as a fraction of the sum of its products' sizes.
 const FLOAT_ERROR: f64 = 16.0 * UNIT;
 
-/// The same in twice the precision.
+/// Error bound of an edge function in twice the precision, doubled, as the same fraction.
 const DOUBLE_ERROR: f64 = UNIT * UNIT * 256.0;
 
 /// Magnitude, as a fraction of the sum of its products' magnitudes, above which a value in twice the precision is
 /// accurate to float64 rounding.
 const ROUNDABLE: f64 = DOUBLE_ERROR / UNIT;
 
-/// The axes of the products of a determinant: first, second, third; the last two are subtracted in turn.
+/// Axes i, j, k of the products x_i (y_j z_k - y_k z_j) in a determinant.
 const AXES: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
 
 /// The exact differences of the components.
@@ -133,7 +133,8 @@ impl RayPredicates {
         })
     }
 
-    /// Sign of V, A . (B x C). If it equals that of the edge functions, the ray starts in front of the plane; 0: on it.
+    /// Sign of V, A . (B x C): equal to the sign of the edge functions if the ray starts in front of the plane, and 0
+    /// if the ray starts on the plane.
     #[inline]
     pub fn start_sign(&self, corners: [Point; 3]) -> i32 {
         let [x, y, z] = corners.map(|corner| self.relative(corner));
@@ -285,8 +286,8 @@ mod tests {
         (0..3).map(|i| x[i] * (y[(i + 1) % 3] * z[(i + 2) % 3] - y[(i + 2) % 3] * z[(i + 1) % 3])).sum()
     }
 
-    /// Signs compared with integer arithmetic: coordinates of 40 bits, whose products float64 rounds, on lines and
-    /// planes of few points.
+    /// Signs compared with integer arithmetic: small coordinates, which are often on one line or plane, and coordinates
+    /// of 40 bits, whose products float64 rounds.
     #[test]
     fn predicate_signs_match_integer_arithmetic() {
         let mut random = Random(7);
@@ -296,7 +297,7 @@ mod tests {
             let mut point = || -> [i64; 3] { std::array::from_fn(|_| random.integer(size)) };
             let [o, d, a, b, mut c] = [point(), point(), point(), point(), point()];
             if round % 2 == 0 {
-                // Almost in a plane with the origin.
+                // The corners and the origin are in one plane.
                 c = std::array::from_fn(|k| a[k] + b[k] - o[k]);
             }
             let relative = |p: [i64; 3]| -> [i128; 3] { std::array::from_fn(|k| i128::from(p[k]) - i128::from(o[k])) };

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-/// An instruction set that kernels are compiled for. Hits are the same bits for all.
+/// An instruction set for which kernels are compiled. Hits are bit-identical on all instruction sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InstructionSet {
     /// Plain Rust, for any machine.
@@ -21,7 +21,7 @@ impl InstructionSet {
     /// All instruction sets, the narrowest first.
     pub const ALL: [InstructionSet; 5] = [Self::Portable, Self::Neon, Self::Simd128, Self::Avx2, Self::Avx512];
 
-    /// Its name, as in `RAYCAM_ISA`.
+    /// Name of the instruction set, as in `RAYCAM_ISA`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Portable => "portable",
@@ -154,8 +154,8 @@ pub trait WithSimd {
     fn run(self);
 }
 
-/// Runs work compiled for [`InstructionSet::detect`]. Results are the same bits on all: the compiler neither reorders
-/// nor fuses floating-point operations.
+/// Runs work compiled for [`InstructionSet::detect`]. Results are bit-identical on all instruction sets, because the
+/// compiler neither reorders nor fuses floating-point operations.
 pub fn dispatch_simd<W: WithSimd>(work: W) {
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
@@ -168,7 +168,7 @@ pub fn dispatch_simd<W: WithSimd>(work: W) {
         work.run();
     }
     match InstructionSet::detect() {
-        // SAFETY: `best` is an instruction set that was found to be available.
+        // SAFETY: [`InstructionSet::detect`] returns only instruction sets that this machine supports.
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 => unsafe { avx2(work) },
         // SAFETY: as above.

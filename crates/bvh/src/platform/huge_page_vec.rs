@@ -39,18 +39,18 @@ impl<T: Copy> HugePageVec<T> {
         // SAFETY: the layout is not empty.
         let Some(allocated) = NonNull::new(unsafe { alloc(layout) }) else { handle_alloc_error(layout) };
         let skipped = allocated.align_offset(CACHE_LINE);
-        // SAFETY: the layout has a line more than the values.
+        // SAFETY: the layout contains one cache line more than the values require.
         let start = unsafe { allocated.add(skipped) }.cast();
         madvise_hugepage(allocated.as_ptr(), layout.size());
         Self { start, len: 0, capacity, align_offset: skipped }
     }
 
-    /// The layout of an allocation: the values and a cache line more. Because of the low alignment, allocators can
-    /// shrink the memory in place.
+    /// The layout of an allocation: the values and one additional cache line. Because of the low alignment, allocators
+    /// can shrink the memory in place.
     fn layout(capacity: usize) -> Layout {
         let size = capacity.saturating_mul(size_of::<T>());
         let size = if size == 0 { 0 } else { size.saturating_add(CACHE_LINE) };
-        // The largest allocation. Larger requests fail in the same way.
+        // The largest size that a layout accepts. Larger requests use this size, and their allocation fails too.
         let limit = isize::MAX as usize - HUGE_PAGE;
         let Ok(layout) = Layout::from_size_align(size.min(limit), 16) else { unreachable!("a valid layout") };
         layout
@@ -85,8 +85,8 @@ impl<T: Copy> HugePageVec<T> {
             handle_alloc_error(new)
         };
         let skipped = moved.align_offset(CACHE_LINE);
-        // SAFETY: the values have the same number of bytes before them as before, and both ranges are within the
-        // allocation.
+        // SAFETY: the reallocation keeps the values' offset from the start of the allocation, and both ranges are
+        // within the allocation.
         unsafe {
             let values = len * size_of::<T>();
             std::ptr::copy(moved.add(self.align_offset).as_ptr(), moved.add(skipped).as_ptr(), values);
@@ -95,8 +95,8 @@ impl<T: Copy> HugePageVec<T> {
         (self.align_offset, self.capacity) = (skipped, len);
     }
 
-    /// Concatenates `parts`, `capacity` values in all. Many are copied in parallel; each part is dropped after its
-    /// copy.
+    /// Concatenates `parts`, which contain `capacity` values in total. Many values are copied in parallel; each part is
+    /// dropped after its copy.
     pub fn concat_parallel<P: AsRef<[T]> + Send>(capacity: usize, parts: Vec<P>) -> Self
     where
         T: Send + Sync,
@@ -164,7 +164,7 @@ impl<T: Copy> DerefMut for HugePageVec<T> {
 /// Copies values to uninitialised memory of the same length.
 pub fn copy_to_uninit<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
     assert!(room.len() == values.len(), "the lengths of source and destination differ");
-    // SAFETY: both have the same length, and memory that can be written is not the memory that is read.
+    // SAFETY: both slices have the same length, and a mutable slice cannot overlap another slice.
     unsafe {
         let to = room.as_mut_ptr().cast::<T>();
         std::ptr::copy_nonoverlapping(values.as_ptr(), to, values.len());

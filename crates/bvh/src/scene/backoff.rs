@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 /// The maximum number of blocks skipped in a row. After an unprofitable block, 1, 2, 4 ... blocks are skipped.
 const MAX_SKIPS: u32 = 64;
 
-/// Back-off state of a heuristic. It belongs to the scene, because a batch is often shorter than a trial. Races between
-/// threads only affect speed.
+/// Back-off state of a heuristic. The scene stores this state for all batches, because a batch often ends before the
+/// heuristic has been evaluated. Races between threads only affect speed.
 #[derive(Debug, Default)]
 pub struct Backoff {
     remaining: AtomicU32,

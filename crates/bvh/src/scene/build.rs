@@ -23,7 +23,7 @@ pub enum TlasLeaves {
     Subtrees,
 }
 
-/// Roundings of [`length_scale`] and of the transforms.
+/// Factor that covers the rounding of [`length_scale`] and of the transforms.
 const LENGTH_ROUNDING: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 impl InstanceRecord {

@@ -9,7 +9,7 @@ use crate::scene::{Instance, Scene};
 impl Scene {
     /// Builds one BLAS over static meshes: `vertices` in scene-local coordinates, the `triangles` of all meshes one
     /// after another, and the first triangle of each mesh in `first_prims`, ascending from 0. Each mesh counts as an
-    /// instance; hits are those of [`Scene::build`] up to float32 rounding.
+    /// instance; hits equal the hits of [`Scene::build`] up to float32 rounding.
     ///
     /// # Errors
     ///
@@ -36,7 +36,8 @@ mod tests {
 
     #[test]
     fn leaves_contain_triangles_of_one_mesh_only() {
-        // Small intersecting sheets of two triangles each. Without the rule, a leaf would contain up to eight sheets.
+        // Small intersecting sheets of two triangles each. If leaves contained triangles of several meshes, a leaf
+        // would contain up to eight sheets.
         let (mut vertices, mut triangles, mut first_prims) = (vec![], vec![], vec![]);
         for sheet in 0..200u32 {
             let at = [sheet % 10, sheet / 10 % 10, sheet / 100].map(|x| 0.3 * x as f32);

@@ -124,7 +124,7 @@ impl Scene {
         &self.tlas
     }
 
-    /// The padding of instance boxes that covers the rounding of a transformed ray that starts within `distance` of the
+    /// Padding of instance boxes for the rounding errors of a transformed ray whose origin is within `distance` of the
     /// scene's origin.
     #[inline(always)]
     pub(crate) fn box_padding(&self, distance: f32) -> f32 {
@@ -137,8 +137,8 @@ impl Scene {
         x.abs().max(y.abs()).max(z.abs()) <= self.max_abs_coord
     }
 
-    /// The padding as a fraction of the largest coordinate. For a float32 ray that starts within the scene, boxes of
-    /// general transforms are padded already, and a translation rounds one sum.
+    /// The padding as a fraction of the largest coordinate. For a float32 ray that starts within the scene, the boxes
+    /// of instances with general transforms are already padded, and a translation has the rounding error of one sum.
     #[inline(always)]
     pub(crate) fn relative_padding(&self, within: bool) -> f32 {
         if within { 2.0 * MACHINE_EPSILON } else { relative_padding_of(self.transform_condition) }

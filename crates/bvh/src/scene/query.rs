@@ -28,9 +28,10 @@ impl Scene {
     }
 
     /// The closest hit of every ray, decided exactly for the float64 corners. Edges, corners and both ends of the range
-    /// of t are included, and hits are ordered by (t, instance, triangle); but of coplanar surfaces of several instances,
-    /// up to rounding to float32, the instance with the largest index is hit. Returns a tie for each ray that hits several
-    /// instances at the same distance, up to that rounding, in the order of the rays. On the calling thread; `hits` is as long as `rays`.
+    /// of t are included, and hits are ordered by (t, instance, triangle). If surfaces of several instances are
+    /// coplanar up to rounding to float32, the ray hits the instance with the largest index. Returns a tie for each ray
+    /// that hits several instances at the same distance, up to that rounding, in the order of the rays. On the calling
+    /// thread; `hits` is as long as `rays`.
     pub fn closest_exact<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],

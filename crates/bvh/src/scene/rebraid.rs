@@ -18,7 +18,7 @@ pub(crate) struct SubtreeRef {
     pub instance: u32,
     /// The root of the subtree.
     pub node: NodeRef,
-    /// Its bounds in scaled scene coordinates, padded unless the instance is only translated.
+    /// The subtree's bounds in scaled scene coordinates, padded unless the instance is only translated.
     pub bounds: Aabb,
 }
 
@@ -233,8 +233,8 @@ mod tests {
     use super::*;
     use crate::node::leaf;
 
-    /// Small triangles along a line. Of each `every` runs of 250 triangles, the mesh contains the run that starts at
-    /// `first`.
+    /// Small triangles along a line, in runs of 250 triangles. Of every `every` runs, the mesh contains the run with
+    /// index `first`.
     fn beads(first: usize, every: usize, lift: f32) -> InstanceTransform {
         let at = |i: usize| [i as f32 * 0.01, lift, (i % 7) as f32 * 0.001];
         let chosen = (0..8000).filter(|i| i / 250 % every == first);
@@ -247,7 +247,7 @@ mod tests {
         let triangles: Vec<_> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let bvh = Bvh::build(&vertices, &triangles).unwrap();
         let scale = f64::from(bvh.scale());
-        // Turned by a quarter and moved.
+        // The instance is rotated by a quarter turn and moved.
         InstanceTransform {
             bvh: Arc::new(bvh),
             scene_from_mesh: [

@@ -9,7 +9,7 @@ use crate::scene::{ExactTriangles, Scene};
 use crate::traverse;
 use crate::traverse::exact::ties::{MarkedHits, RELATIVE_WIDTH, absolute_width};
 
-/// Largest distance of tied planes, in rounding units of the coordinates across them.
+/// Largest distance between planes that tie, in float32 rounding units of the coordinates along the planes' normal.
 const TIE_UNITS: f64 = 8.0;
 
 /// Sine of the largest angle between planes that count as coplanar: rounding to float32 tilts small triangles.
@@ -19,9 +19,9 @@ const MAX_SINE: f64 = 1.0 / (1u64 << 10) as f64;
 /// with the floor.
 const MIN_WEIGHT: f64 = 1.0 / (1u64 << 16) as f64;
 
-/// Range of t behind the closest hit in which other instances tie with it: planes that differ by [`TIE_UNITS`] rounding
-/// units of the coordinates across them, of the triangle and of the ray's origin. This width is at most the width
-/// within which traversal marks rays.
+/// Range of t behind the closest hit in which hits of other instances tie with it. Along the normal, the planes may
+/// differ by [`TIE_UNITS`] rounding units of the coordinates of the triangle and of the ray's origin. This range is at
+/// most as wide as the range within which traversal marks rays.
 fn tie_width(scene: &Scene, ray: &ExactRay, hit: &ExactHit, corners: [[f64; 3]; 3]) -> f64 {
     let (mut units, mut along) = (0.0, 0.0);
     let normal = cross(corners);

@@ -153,7 +153,7 @@ impl Isa for Avx2 {
     }
 }
 
-/// Sixteen lanes by eight indices in the low four bits.
+/// Eight values of a table of sixteen lanes, selected by indices in the low four bits of each lane.
 #[inline(always)]
 fn permute_impl(table: DoubleWidth<Ymm, 8>, index: __m256i) -> Ymm {
     on_avx2!({

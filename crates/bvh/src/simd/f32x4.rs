@@ -34,7 +34,8 @@ mod imp {
             /// The first three lanes, and 0.
             pub fn zero_w(self) -> Self =
                 on_sse2!(Self(_mm_and_ps(self.0, _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0)))));
-            /// `if self < b { NaN } else { 0.0 }`, by lane, with either sign; `or` with it replaces a number by NaN.
+            /// `if self < b { NaN } else { 0.0 }`, by lane; the NaN has either sign. A bitwise or with this value
+            /// replaces a number by NaN.
             pub fn cmp_lt(self, b: Self) -> Self = on_sse2!(Self(_mm_cmplt_ps(self.0, b.0)));
             /// The inverse of [`F32x4::cmp_lt`].
             pub fn cmp_nlt(self, b: Self) -> Self = on_sse2!(Self(_mm_cmpnlt_ps(self.0, b.0)));
@@ -110,7 +111,8 @@ mod imp {
             pub fn max(self, b: Self) -> Self = self.zip(b, |a, b| if a > b { a } else { b });
             /// The first three lanes, and 0.
             pub fn zero_w(self) -> Self = Self([self.0[0], self.0[1], self.0[2], 0.0]);
-            /// `if self < b { NaN } else { 0.0 }`, by lane, with either sign; `or` with it replaces a number by NaN.
+            /// `if self < b { NaN } else { 0.0 }`, by lane; the NaN has either sign. A bitwise or with this value
+            /// replaces a number by NaN.
             pub fn cmp_lt(self, b: Self) -> Self = self.zip(b, |a, b| f32::from_bits(if a < b { u32::MAX } else { 0 }));
             /// The inverse of [`F32x4::cmp_lt`].
             pub fn cmp_nlt(self, b: Self) -> Self =

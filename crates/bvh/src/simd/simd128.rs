@@ -137,7 +137,8 @@ impl Isa for Simd128 {
     }
     #[inline(always)]
     fn expand_bits(packed: u64) -> Self::F32x16 {
-        // Words 0, 1, 0, 1, and their next 4 bits for each pair of lanes.
+        // Each quarter takes 4 bits of words 0 and 1 for two lanes, and the next 4 bits of both words for the other two
+        // lanes.
         let words = u64x2_splat(packed);
         let quarter = |i: u32| {
             let (first, second) = (u32x4_shr(words, 8 * i), u32x4_shr(words, 8 * i + 4));

@@ -30,7 +30,7 @@ impl Scene {
         self.max_abs_coord * ABSOLUTE_WIDTH
     }
 
-    /// The same for a direction in coordinates of a mesh.
+    /// The window's width at t = 0, times the length of a direction in the coordinates of a mesh.
     #[inline(always)]
     pub(crate) fn near_tie_width_in(&self, instance: &InstanceRecord) -> f32 {
         // A component of a transformed direction is at most three times the largest component before the transform.
@@ -65,7 +65,7 @@ impl Scene {
     }
 }
 
-/// One over the largest component of a direction: the factor from lengths to t.
+/// One over the largest component of a direction: the factor that converts lengths to t.
 #[inline(always)]
 pub fn t_per_length(ray: &Ray) -> f32 {
     let [x, y, z] = ray.direction.map(f32::abs);

@@ -22,7 +22,7 @@ use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 const MAX_VISITS_PER_RAY: usize = 4;
 const SINGLE_RAY_COST: usize = 4;
 
-/// At most this many rays of a packet at a node continue as single rays. Leaves are always tested at once.
+/// Maximum number of a packet's rays at a node that continue as single rays. Leaves are always tested by the packet.
 const MAX_SINGLE_RAYS: u32 = 2;
 
 /// Returns, for every ray of a batch, true if the ray hits anything.

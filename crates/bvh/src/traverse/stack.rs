@@ -69,8 +69,8 @@ impl Stack {
     pub fn pop_unchecked(&mut self) -> NodeRef {
         debug_assert!(self.len > 0);
         self.len -= 1;
-        // SAFETY: entries below the previous `len` have been written; a stack with a floor is not empty before it is
-        // removed.
+        // SAFETY: entries below the previous `len` have been written; a stack with a sentinel is not empty before the
+        // sentinel is removed.
         unsafe { self.nodes.get_unchecked(self.len).assume_init() }
     }
 
@@ -78,7 +78,7 @@ impl Stack {
     #[inline(always)]
     pub fn pop_if(&mut self, done: bool, at: NodeRef) -> NodeRef {
         debug_assert!(self.len > 0);
-        // SAFETY: as in `next`.
+        // SAFETY: as in `pop_unchecked`.
         let last = unsafe { self.nodes.get_unchecked(self.len - 1).assume_init() };
         self.len -= usize::from(done);
         select_unpredictable(done, last, at)
@@ -97,7 +97,7 @@ impl Stack {
         let lane = I::argmin(enter, mask);
         let mask = <I::F32x8 as Vector>::to_bitmask(mask);
         let rest = mask & !(1 << lane);
-        // SAFETY: as in `push` and `next`.
+        // SAFETY: as in `push` and `pop_unchecked`.
         unsafe {
             let child = I::compress(I::F32x8::load(node.children.as_ptr().cast()), rest);
             child.store(self.nodes.as_mut_ptr().add(self.len).cast());
@@ -105,7 +105,7 @@ impl Stack {
                 let enter = I::compress(enter, rest);
                 enter.store(self.enter.as_mut_ptr().add(self.len).cast());
             }
-            // Selects an address instead of a value, which the compiler would turn into a branch.
+            // Selects an address, because the compiler would turn the selection of a value into a branch.
             let last = self.nodes.as_ptr().add(self.len - 1).cast();
             let next = select_unpredictable(mask == 0, last, node.children.as_ptr().add(lane));
             self.len = self.len + rest.count_ones() as usize - usize::from(mask == 0);
@@ -199,7 +199,7 @@ impl PacketStack {
         unsafe { I::permute8(I::F32x8::load(LANE_IDS.as_ptr().cast()), order).store(lanes.as_mut_ptr().cast()) };
         // Always writes all eight entries, because branching on the count would be mispredicted.
         for (i, lane) in lanes.iter().enumerate() {
-            // SAFETY: `STACK_SIZE` leaves room for 8 more entries than `len`, as `push_ordered` says.
+            // SAFETY: `STACK_SIZE` leaves room for 8 more entries than `len`, see `push_ordered`.
             unsafe { self.rays.get_unchecked_mut(len + i) }.write(entered[*lane as usize & 7]);
         }
         let nearest = lanes[(self.stack.len - len) & 7];

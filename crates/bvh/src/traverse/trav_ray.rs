@@ -8,16 +8,18 @@ use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 /// Padding of slabs, so that rounding loses no hit and the order of traversal changes no hit.
 ///
 /// Let u = [`MACHINE_EPSILON`], o the origin, r the reciprocal and s the shear of a ray. A slab is entered at `bound *
-/// n - (o * n + pad)`, fused, where n = r minus [`RELATIVE_PAD`], and left at `bound * f - (o * f - pad)` where f = r
-/// plus the same amount. Rounding is monotonic, so the slabs of a box contain the slabs of everything inside the box. A
-/// hit's t is clamped to the slabs of its own triangle (across the main axis as a box's, along it not padded at all: a
-/// wall across the ray is hit at its own distance). No box is therefore culled wrongly by a nearer t.
+/// n - (o * n + pad)`, fused, where n = r (1 - [`RELATIVE_PAD`]). It is left at `bound * f - (o * f - pad)`, where f =
+/// r (1 + [`RELATIVE_PAD`]). Rounding is monotonic, so the slabs of a box contain the slabs of everything inside the
+/// box. A hit's t is clamped to the slabs of its own triangle. Across the main axis, these slabs are padded like the
+/// slabs of a box. Along the main axis, they are not padded, so that a wall across the ray is hit at its exact
+/// distance. No box is therefore culled wrongly by a nearer t.
 ///
 /// This requires only that the triangle's own slabs have a t in common. The rounded and sheared corners of an accepted
-/// triangle enclose the ray exactly. Each is x - s z, but for u |s z| of the product and a relative error of the
-/// difference: so the hit point lies in the slab of z, and off those of x and y by at most 3 u T, where T is the
-/// greatest t of anything in the tree along the main axis. All other errors are relative to the computed t,
-/// 7 u at most, except 2 u |o r| from the rounding of `o * r`. [`RELATIVE_PAD`] and a pad of 4 u T + 3 u |o r| exceed them all.
+/// triangle enclose the ray exactly. Each sheared coordinate is x - s z, with an error of u |s z| from the product and
+/// a relative error from the difference. The hit point is therefore in the slab of z, and its distance from the slabs
+/// of x and y is at most 3 u T. T is the greatest t of anything in the tree along the main axis. All other errors are
+/// relative to the computed t, 7 u at most, except 2 u |o r| from the rounding of `o * r`. [`RELATIVE_PAD`] and a pad
+/// of 4 u T + 3 u |o r| exceed all these errors.
 ///
 /// The pads are small and not a fraction of the largest coordinate: a ray that starts very close to a wall does not
 /// enter the wall's boxes.
@@ -31,7 +33,8 @@ const PARALLEL_PAD: f32 = 2.0;
 
 /// The largest coordinate of a ray's origin. Products of this value and [`MAX_COORD`] stay finite.
 pub const MAX_ORIGIN: f32 = (1u64 << 50) as f32;
-/// The largest reciprocal of a direction. Smaller components are clamped, which is off by 2^-40 of the scene.
+/// The largest reciprocal of a direction. Smaller components are clamped; the resulting error is 2^-40 of the scene's
+/// size.
 pub const MAX_RECIPROCAL: f32 = (1u128 << 70) as f32;
 
 /// Reciprocals and offsets of a ray for the planes on one side of slabs.
@@ -65,9 +68,9 @@ pub struct TravRay {
     pub origin: [f32; LANES],
     /// One over the direction, finite.
     pub reciprocal: [f32; LANES],
-    /// A slab is entered at `bound * reciprocal - offset`, padded ...
+    /// Reciprocals and offsets for entering slabs: a slab is entered at `bound * reciprocal - offset`.
     pub near: SlabPlanes,
-    /// Offset at which a slab is left; see [`SLAB_PAD`].
+    /// Reciprocals and offsets for leaving slabs; see [`SLAB_PAD`].
     pub far: SlabPlanes,
     /// The shear that maps the ray to its main axis: x, y, and the scale of z.
     pub shear: [f32; LANES],

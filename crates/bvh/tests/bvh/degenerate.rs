@@ -18,7 +18,7 @@ fn empty_scenes_return_misses() {
 }
 
 #[test]
-fn invalid_meshes_are_refused_by_index() {
+fn errors_of_invalid_meshes_contain_the_index() {
     let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, f32::NAN, 0.0]];
     let built = Bvh::build(&vertices, &[[0, 1, 2]]);
     assert_eq!(built.unwrap_err(), BuildError::NonFinite { what: "vertex 2".into() });
@@ -92,7 +92,7 @@ fn rounding_does_not_make_flat_triangles_hittable() {
 }
 
 #[test]
-fn duplicates_and_common_centroids_can_be_traced() {
+fn rays_hit_duplicate_triangles_and_triangles_with_equal_centroids() {
     let n = 200_000;
     let copies = Mesh { vertices: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], triangles: vec![[0, 1, 2]; n] };
     let hit = one(&copies.scene(), [0.2, 0.2, 1.0], [0.0, 0.0, -1.0]);
@@ -109,7 +109,7 @@ fn duplicates_and_common_centroids_can_be_traced() {
 }
 
 #[test]
-fn extreme_extents_can_be_traced() {
+fn rays_hit_meshes_of_extreme_extents() {
     for scale in [1e-36f32, 1e-20, 1e-6, 1.0, 1e6, 1e20, 1e37] {
         let mut mesh = sphere(12, &mut Rng(8));
         mesh.vertices.iter_mut().for_each(|v| *v = v.map(|x| x * scale));

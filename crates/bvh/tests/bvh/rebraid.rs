@@ -66,7 +66,7 @@ fn hits_through_rebraided_parts_match_brute_force() {
 }
 
 #[test]
-fn coplanar_triangles_return_the_first_triangle() {
+fn rays_hit_the_first_of_coplanar_triangles() {
     let mut rng = Rng(78);
     let world = soups(&mut rng);
     let scene = world.scene();

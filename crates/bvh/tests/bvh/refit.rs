@@ -40,7 +40,7 @@ fn refitted_trees_return_the_hits_of_new_trees() {
 }
 
 #[test]
-fn refit_refuses_another_mesh() {
+fn refit_refuses_changed_triangles_and_invalid_vertices() {
     let mut rng = Rng(5);
     let mesh = sphere(10, &mut rng);
     let mut bvh = Bvh::build(&mesh.vertices, &mesh.triangles).unwrap();

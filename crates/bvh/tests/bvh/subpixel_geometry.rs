@@ -21,7 +21,7 @@ fn squares(count: usize, rng: &mut Rng) -> Vec<Ray> {
 }
 
 #[test]
-fn packets_of_fine_geometry_equal_single_rays() {
+fn packets_and_single_rays_have_equal_hits_on_subpixel_triangles() {
     let mut rng = Rng(3);
     let n = if cfg!(miri) { 8 } else { 300 };
     let mut mesh = grid(n);

@@ -58,7 +58,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let [width, height] = camera.require("resolution")?.array::<2>()?;
         let whole = |v: f64| v.fract() == 0.0 && (1.0..65537.0).contains(&v);
         if !(whole(width) && whole(height)) {
-            return Err(camera.require("resolution")?.fail("expected the number of columns and rows"));
+            return Err(camera.require("resolution")?.fail("expected width and height, whole numbers from 1 to 65536"));
         }
         record.size = Some([width as u32, height as u32]);
         (record.k, record.lens) = intrinsics(&camera)?;

@@ -164,7 +164,7 @@ impl Reconstruction {
                 return Err(record.unsupported_error(
                     "COLMAP",
                     &format!(
-                        "image name {image:?} is empty or contains spaces; use format colmap-binary, which \
+                        "the image name {image:?}, which is empty or contains spaces; use format colmap-binary, which \
                         allows spaces"
                     ),
                 ));
@@ -265,7 +265,7 @@ fn add_rig_camera<'a>(
         Some((_, pose)) if !poses_equal(pose, &mount.camera) => {
             return Err(record.unsupported_error(
                 "COLMAP",
-                &format!("camera {:?} has different poses on its rig; expected one pose", mount.name),
+                &format!("several poses of camera {:?} on its rig; expected one pose", mount.name),
             ));
         }
         Some(_) => {}

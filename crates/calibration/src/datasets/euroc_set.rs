@@ -1,4 +1,4 @@
-//! Folder of an EuRoC or TUM-VI sequence: EuRoC sequence: `cam0/sensor.yaml` and further cameras, mounted on the body.
+//! Folder of an EuRoC or TUM-VI sequence: `cam0/sensor.yaml` and further cameras, mounted on the body.
 
 use crate::rig::on_a_body;
 use crate::{Calibration, Folder, ReadHints, opencv};

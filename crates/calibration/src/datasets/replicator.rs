@@ -52,7 +52,7 @@ fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord>
     let size = root.require("renderProductResolution")?;
     let [width, height] = size.array::<2>()?;
     if [width, height].iter().any(|side| side.fract() != 0.0 || !(1.0..65537.0).contains(side)) {
-        return Err(size.fail("expected the number of columns and rows"));
+        return Err(size.fail("expected width and height, whole numbers from 1 to 65536"));
     }
     let mut record = CameraRecord::new(name, PixelCenter::Half);
     record.size = Some([width as u32, height as u32]);

@@ -69,7 +69,7 @@ pub(crate) fn camera_model(at: &Cursor<'_>, record: &mut CameraRecord) -> Result
     let values = params.numbers()?;
     let count = |expected: &[usize]| match expected.contains(&values.len()) {
         true => Ok(()),
-        false => Err(params.fail(format_args!("{} numbers; {word} requires {expected:?}", values.len()))),
+        false => Err(params.fail(format_args!("{} numbers; {word} requires one of {expected:?}", values.len()))),
     };
     let name = word.rsplit('.').next().unwrap_or(word).to_lowercase();
     let (focals, lens) = match &name[..] {

@@ -71,7 +71,7 @@ impl<'a> Cursor<'a> {
         self.fail_as(ErrorCode::Syntax, message)
     }
 
-    /// Error of this node, with another code.
+    /// Error of this node, with the given code.
     pub(crate) fn fail_as(&self, code: ErrorCode, message: impl std::fmt::Display) -> FormatError {
         let key = if self.key.is_empty() { "the file" } else { &self.key };
         FormatError::line(self.path, self.node.line, code.message(format!("{key}: {message}")))
@@ -183,7 +183,7 @@ impl<'a> Cursor<'a> {
                 if count != numbers.len() as f64 {
                     return Err(sizes.fail_as(
                         ErrorCode::WrongShape,
-                        format_args!("data has {} numbers, which does not match its sizes", numbers.len()),
+                        format_args!("data has {} numbers; expected {count}, the product of sizes", numbers.len()),
                     ));
                 }
                 return Ok(numbers);
@@ -257,7 +257,7 @@ impl<'a> Cursor<'a> {
         self.unread_keys(|key| known.contains(&key))
     }
 
-    /// Same, with a function that returns true for known keys.
+    /// Same as `unknown_keys`, with a function that returns true for known keys.
     pub(crate) fn unread_keys(&self, is_known: impl Fn(&str) -> bool) -> Result<Vec<Notice>> {
         let Value::Map(entries) = &self.node.value else { return Ok(vec![]) };
         let place = if self.key.is_empty() { String::new() } else { format!("{}: ", self.key) };

@@ -1,4 +1,4 @@
-//! NumPy arrays: Reading of `.npy` files and of `.npz` files, which are ZIP archives of `.npy` files. Source:
+//! Reading of NumPy arrays: `.npy` files, and `.npz` files, which are ZIP archives of `.npy` files. Source:
 //! numpy.lib.format, "Format Version 1.0". Arrays of Python objects are pickles, which can run code when they are
 //! loaded, so they are never loaded.
 

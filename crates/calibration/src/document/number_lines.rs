@@ -35,7 +35,7 @@ pub(crate) fn looks_like(text: &str, count: usize) -> bool {
         })
 }
 
-/// True for a text with a matrix of KITTI in one line, which OpenCV's reader would accept too.
+/// True for a text with a KITTI matrix in one line; OpenCV's reader would also accept such a text.
 pub(crate) fn has_kitti_matrix(text: &str) -> bool {
     let numbers = |values: &str, count: usize| {
         let mut words = values.split_whitespace();

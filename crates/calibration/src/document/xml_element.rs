@@ -38,7 +38,7 @@ impl<'f> XmlElement<'f> {
         self.fail_as(ErrorCode::Syntax, message)
     }
 
-    /// Error of this element, with another code.
+    /// Error of this element, with the given code.
     pub(crate) fn fail_as(&self, code: ErrorCode, message: impl std::fmt::Display) -> FormatError {
         let line = self.file.document.text_pos_at(self.node.range().start).row as usize;
         FormatError::line(self.file.path, line, code.message(format!("<{}>: {message}", self.name())))

@@ -61,8 +61,8 @@ fn parse_any(text: &str, path: &Path) -> Result<DocumentNode> {
     })
 }
 
-/// The text with the lines of `[...]` indented, which OpenCV and PyYAML accept at any column, and with a comma between
-/// the rows of an array as NumPy prints it.
+/// Indents the lines of `[...]`, because OpenCV and PyYAML accept these lines at any column, and adds a comma between
+/// the rows of an array that NumPy has printed.
 fn with_indented_lists(text: &str) -> String {
     let mut indented = String::with_capacity(text.len());
     let mut depth = 0_usize;

@@ -91,10 +91,10 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
         }
         let whole = |v: &f64| v.fract() == 0.0 && (1.0..65537.0).contains(v);
         let [width, height] = numbers[..] else {
-            return Err(at.fail(format_args!("{} numbers; expected columns and rows", numbers.len())));
+            return Err(at.fail(format_args!("{} numbers; the image size must be two numbers", numbers.len())));
         };
         if !(whole(&width) && whole(&height)) {
-            return Err(at.fail("expected columns and rows"));
+            return Err(at.fail("the image size must be two whole numbers from 1 to 65536"));
         }
         if let Ok(Some(k)) = k(view) {
             let middle = |width: f64, height: f64| {

@@ -330,7 +330,7 @@ const OTHER_MATRICES: [&str; 13] = [
     "inv",
 ];
 
-/// The marks of the cameras of a map whose keys are K and a name or a number, as `K_event` or `camera_matrix_2`, in the
+/// The cameras' marks in a map whose keys are K and a name or a number, such as `K_event` or `camera_matrix_2`, in the
 /// file's order. A single mark counts only if the camera's lens has the same mark.
 pub(super) fn marks(root: &Cursor<'_>) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
@@ -376,7 +376,7 @@ fn mark_of(key: &str, words: &[&str]) -> Option<String> {
             _ => None,
         }
     });
-    // The longest word: `camera_matrix_0` is not the `matrix` of "camera".
+    // The longest word counts: `camera_matrix_0` must not be read as the `matrix` of "camera".
     marks.max_by_key(|(length, _)| *length).map(|(_, mark)| mark)
 }
 

@@ -1,5 +1,5 @@
 //! Lens of an OpenCV file. Its coefficients are OpenCV's, from `cv2.calibrateCamera` or from `cv2.fisheye.calibrate`;
-//! if a file is ambiguous, reading fails and the message asks the user.
+//! if a file is ambiguous, reading fails with a message that lists the lens models.
 
 use raycam_scene::{Lens, LensModel};
 
@@ -133,14 +133,14 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     if let Some(found) = stated_here(view)? {
         return Ok(Some(found));
     }
-    // In the map of the coefficients, and in the map of the intrinsics.
+    // The model may be named in the map of the coefficients or in the map of the intrinsics.
     let inner = view.find_value(&keys::LENS)?.filter(keys::is_keyed).map(KeyView::new);
     for inner in inner.into_iter().chain(view.intrinsics()) {
         if let Some(found) = stated_here(&inner)? {
             return Ok(Some(found));
         }
     }
-    // Under a key such as `fisheye_params`.
+    // The key of the map may contain the model, as in `fisheye_params`.
     let key = plain(&view.at.key);
     if key.contains("fisheye") && !key.contains("nonfisheye") {
         return Ok(Some((view.at.clone(), "fisheye")));
@@ -223,7 +223,7 @@ fn model_of<'a>(key: &str, at: &Cursor<'a>, view: &KeyView<'a>) -> Result<Option
     let name = plain(word);
     let strict = keys::STRICT_MODEL.iter().any(|known| key.ends_with(known));
     Ok(match &name[..] {
-        // The projection; the lens has a separate key, or is OpenCV's.
+        // These names specify only the projection; the lens has a separate key, or is OpenCV's.
         "" | "pinhole" | "perspective" | "standard" | "opencvpinhole" | "rectilinear" => None,
         "opencv" | "brown" | "brownconrady" | "radtan" | "radialtangential" | "plumbbob" | "rational"
         | "rationalpolynomial" | "thinprism" | "pinholeopencv" | "pinholeradtan" | "opencvstandard" => Some("opencv"),

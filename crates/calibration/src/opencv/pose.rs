@@ -60,7 +60,8 @@ const OPEN_DIRECTION: [&str; 5] = ["extrinsic", "pose", "rtmatrix", "transformat
 /// R and t, camera_from_world: under R and T, or under rvec and tvec.
 ///
 /// # Errors
-/// Only one of the two, a vector longer than 2 pi, and contradictory values.
+/// An error if only one of rotation and translation is present, if a vector is longer than 2 pi, or if values
+/// contradict each other.
 pub(super) fn read_r_t(view: &KeyView<'_>) -> Result<Option<Pose>> {
     read_pose(view, None)
 }
@@ -81,7 +82,7 @@ impl<'a> OtherPose<'a> {
     fn of(view: &KeyView<'a>) -> Result<Self> {
         let three = |at: &Cursor<'_>| at.numbers().is_ok_and(|numbers| numbers.len() == 3);
         let first = |names: &[&str]| Ok::<_, FormatError>(view.find_value(names)?.filter(three));
-        // A word (`orientation: landscape`), a 4x4 matrix Q and zero angles are no rotations.
+        // A word (`orientation: landscape`), a 4x4 matrix Q and zero angles are not rotations.
         let turned = |at: &Cursor<'_>| match at.numbers() {
             Ok(numbers) => matches!(numbers.len(), 3 | 4) && numbers.iter().any(|value| *value != 0.0),
             Err(_) => at.number().is_ok_and(|angle| angle != 0.0),
@@ -91,8 +92,8 @@ impl<'a> OtherPose<'a> {
     }
 }
 
-/// As [`read_r_t`], for a camera, whose rotation may also be next to its position. `world_from_camera` is the direction
-/// given by the caller.
+/// Same as [`read_r_t`], for a camera, whose rotation may also be next to its position. `world_from_camera` is the
+/// direction specified by the caller.
 pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> Result<Option<Pose>> {
     let other = OtherPose::of(view)?;
     let (matrix, vector) = (view.find_value(&keys::R)?, view.find_value(&keys::RVEC)?);
@@ -250,7 +251,7 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
 }
 
 /// The pose under a key that OpenCV does not use; it is read if the key or the caller specifies the pose's direction.
-/// `known` is the camera's pose by OpenCV's keys or by its mount: a transform without a direction next to it, such as
+/// `known` is the camera's pose if OpenCV's keys or a mount specify the pose. A transform without a direction, such as
 /// `T_color_depth`, is then a different transform.
 pub(super) fn read_named(
     view: &KeyView<'_>,
@@ -260,7 +261,7 @@ pub(super) fn read_named(
 ) -> Result<Option<Pose>> {
     let mut found: Option<(Cursor<'_>, Pose)> = None;
     for (key, at) in view.at.entries()? {
-        // Of the keys of several cameras, the keys with this camera's mark and a word of a pose.
+        // If the map has keys of several cameras, only keys with this camera's mark and a word of a pose count.
         let own = if view.side.is_empty() { is_pose_key(view, key, &at) } else { is_named_pose(view, key, &at) };
         if !own {
             continue;
@@ -297,8 +298,8 @@ fn world_from_camera(key: &str) -> Option<bool> {
     }
 }
 
-/// The other sensor or body of a transform between this sensor or body and the camera, and true if the key means
-/// body_from_camera: `lidar_to_camera`, `T_cam_velo` (as in Kalibr, camera from velo), `imu_T_cam`, `cam2base`.
+/// The other sensor or body in the name of a camera's transform, and true if the name means body_from_camera:
+/// `lidar_to_camera`, `T_cam_velo` (as in Kalibr, camera from velo), `imu_T_cam`, `cam2base`.
 fn between(name: &str) -> Option<(&'static str, bool)> {
     let name = name.trim_end_matches("matrix").trim_end_matches("link");
     let body = *BODIES.iter().find(|body| name.contains(**body))?;

@@ -25,7 +25,7 @@ const P: [&str; 9] = [
 /// Minimum focal length in pixels; distinguishes camera matrices from pose matrices, whose focal lengths would be 1.
 const MIN_FOCAL: f64 = 20.0;
 
-/// True if a key is that of a camera matrix, possibly with the number or the side of its camera.
+/// True for the key of a camera matrix, possibly with the number or the side of its camera.
 pub(super) fn is_key(key: &str) -> bool {
     let key = plain(key);
     let base = key.trim_end_matches(|c: char| c.is_ascii_digit());

@@ -196,7 +196,7 @@ fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibratio
     Ok(calibration)
 }
 
-/// Rejects numbers under an unknown key that may be the lens of a camera that has none.
+/// Rejects numbers under an unknown key that may be the missing lens of a camera.
 fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
     if !view.all(&keys::LENS).is_empty() {
         return Ok(());
@@ -284,7 +284,7 @@ fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
     tangential && matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && one_row && flat && small && !quaternion && !other
 }
 
-/// Refuses coefficients next to which K is missing.
+/// Rejects coefficients of a lens if K is missing next to them.
 fn refuse_lens_without_k(view: &KeyView<'_>) -> Result<()> {
     let Some(lens) = view.find_value(&keys::LENS)?.filter(|at| at.refuse_lens("d").is_err()) else { return Ok(()) };
     Err(match view.all(&keys::K).first() {

@@ -19,7 +19,7 @@ pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<Docume
     parse_text(source)
 }
 
-/// Arrays of a calibration in the folder of one of them, by file name.
+/// Arrays of a calibration whose `.npy` files are in one folder, by file name.
 fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode> {
     let own = source.stem().unwrap_or_default();
     let fail = |path: &Path, message: String| FormatError::whole(path, message);

@@ -160,7 +160,8 @@ fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>> {
     Ok(Some(rigid(&rows)))
 }
 
-/// Chunk from the camera of a slave sensor, computed from its master; None if neither is known.
+/// chunk_from_camera of a slave camera, computed from its master; None if the master's transform or a mount is unknown,
+/// or if the mounts belong to different rigs.
 ///
 /// A camera's master may have a different sensor than the master of its sensor; both masters belong to one rig.
 fn place_by_master<'a>(
@@ -180,8 +181,9 @@ fn place_by_master<'a>(
     Ok(Some((r * slave.rotation, c + r * (slave.translation - own.translation))))
 }
 
-/// Axes of a rig from the axes of a sensor, which is mounted on it directly or on another sensor, and the sensor that
-/// defines the axes (None if the file does not specify it). None for a slave without rotation and location.
+/// Mount of a sensor on a rig: the sensor that defines the rig's axes (None if the file does not specify this sensor),
+/// and the transform from the given sensor's axes to the rig's axes. A sensor may be mounted on another sensor. None
+/// for a slave without rotation and location.
 fn rig_mount<'a>(
     id: &'a str,
     sensors: &HashMap<&str, XmlElement<'a>>,

@@ -80,7 +80,9 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         let longer = w.max(h);
         let focal = term("f")? * longer / FILM;
         if focal <= 0.0 {
-            return Err(fail("f is 0; expected millimetres for 36 mm film".into()));
+            return Err(fail(
+                "f is not above 0; expected the focal length in millimetres for a 36 mm wide film".into(),
+            ));
         }
         record.k = Some(pinhole_matrix([focal, focal, 0.5 * w + term("px")? * longer, 0.5 * h + term("py")? * longer]));
         let terms = [term("k1")?, term("k2")?, term("k3")?, term("k4")?, term("t1")?, term("t2")?];

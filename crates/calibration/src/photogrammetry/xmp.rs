@@ -128,7 +128,7 @@ fn add(
         );
     }
     let (Some(r), Some(c)) = (value(&at, "Rotation"), value(&at, "Position")) else {
-        return Err(at.fail("Rotation and Position are in a different Description than FocalLength35mm"));
+        return Err(at.fail("Rotation or Position is missing in the rdf:Description with FocalLength35mm"));
     };
     let r = DMat3::from_cols_array(&at.numbers_of("Rotation", r)?).transpose();
     check_rotation(r).map_err(|message| at.fail(format_args!("Rotation: {message}")))?;

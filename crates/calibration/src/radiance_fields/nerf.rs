@@ -76,7 +76,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
 }
 
 pub(crate) fn detect_blender(_: &InputFile, _: &str) -> bool {
-    false // One reader handles both; this row is only a writer.
+    false // the reader of `nerf` handles both formats; this row only writes
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints) -> Result<Calibration> {
@@ -153,7 +153,7 @@ fn any_size(root: &Cursor<'_>, assets: &mut AssetRoot, from: &Path) -> Option<[u
     size_of_picture(assets, from, files.flat_map(|file| [format!("{file}.png"), file.replace('\\', "/")]))
 }
 
-/// Notice about the difference between the file's world and that of the original reconstruction.
+/// Notice about the difference between the file's world and the world of the original reconstruction.
 fn moved_world(root: &Cursor<'_>) -> Option<Notice> {
     let numbers = |key: &str| root.get(key).and_then(|at| at.numbers().ok());
     let (moved, scale) = (numbers("applied_transform"), root.get("applied_scale").and_then(|at| at.number().ok()));
@@ -305,8 +305,8 @@ fn is_panorama(record: &CameraRecord) -> bool {
     record.lens.coefficients().is_some_and(|(model, _)| model == LensModel::Equirectangular)
 }
 
-/// Notice that the numbers of a panorama differ from nerfstudio's, which describe the complete one by w/2, h and the
-/// centre.
+/// Notice that the numbers of a panorama differ from nerfstudio's numbers, which describe the complete panorama by w/2,
+/// h and the centre.
 fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<Notice> {
     let [width, height] = record.size?.map(f64::from);
     let usual = [

@@ -11,7 +11,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Keys of depth, colour and the app, which do not affect the cameras.
+/// Known keys: those of the cameras, and keys of depth, colour and the app, which are ignored without a notice.
 const OTHER: [&str; 14] = [
     "K",
     "w",

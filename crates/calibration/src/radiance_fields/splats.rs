@@ -1,5 +1,5 @@
 //! `cameras.json` of 3D Gaussian Splatting, next to a trained model: `rotation` and `position` are world_from_camera
-//! with OpenCV's axes. Source: gaussian-splatting, camera_utils.py. It has no principal point.
+//! with OpenCV's axes. Source: gaussian-splatting, camera_utils.py. The file contains no principal point.
 
 use std::fmt::Write as _;
 use std::path::Path;

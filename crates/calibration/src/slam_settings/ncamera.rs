@@ -142,7 +142,7 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<Ca
             (focals, lens_of(LensModel::OpenCv, &d))
         }
         "EquidistantCamera" | "Equidistant" | "PinholeEquidistant" => (focals, lens_of(LensModel::Fisheye, &d)),
-        // In units of the image size, from the image's corner.
+        // ATAN parameters are in units of the image size, from the image's corner.
         "ATAN" | "PinholeAtan" => {
             let [fx, fy, cx, cy] = focals;
             ([fx * width, fy * height, cx * width - 0.5, cy * height - 0.5], lens_of(LensModel::Fov, &d[..1]))

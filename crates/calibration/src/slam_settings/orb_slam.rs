@@ -294,7 +294,9 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let poses = poses_on_one_rig(records, format, &mut notices)?;
     let fisheye = |record: &CameraRecord| matches!(record.lens, Lens::Fisheye(_));
     if records.iter().any(fisheye) && !records.iter().all(fisheye) {
-        return Err(FormatError::encode(format!("{format} have one Camera.type for both cameras")));
+        return Err(FormatError::encode(format!(
+            "{format} have one Camera.type for both cameras, but only one camera has lens model fisheye"
+        )));
     }
     let kind = if fisheye(&records[0]) { "KannalaBrandt8" } else { "PinHole" };
     let mut text = format!("%YAML:1.0\n\nFile.version: \"1.0\"\n\nCamera.type: \"{kind}\"\n\n");
@@ -320,7 +322,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     }
     let size = records[0].require_size(format)?;
     if records.iter().any(|record| record.size != Some(size)) {
-        return Err(FormatError::encode(format!("{format} have one size for both cameras")));
+        return Err(FormatError::encode(format!("{format} have one size for both cameras; expected equal sizes")));
     }
     let _ = writeln!(text, "Camera.width: {}\nCamera.height: {}", size[0], size[1]);
     if let [first, second] = &poses[..] {
@@ -333,7 +335,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         );
         notices.push(Notice::new(
             NoticeCode::NotWritten,
-            format!("{format} store the second camera in the axes of the first, but no pose in the world"),
+            format!("{format} store the second camera's pose relative to the first; world poses are not written"),
         ));
     } else if !poses[0].is_identity() {
         notices.push(Notice::new(NoticeCode::NotWritten, format!("{format} cannot store a pose; it is not written")));

@@ -107,7 +107,8 @@ fn pincam(source: &InputFile, record: &mut CameraRecord) -> Result<()> {
     };
     let [width, height, fx, fy, cx, cy] = numbers(&source.path, line, row)?;
     if [width, height].iter().any(|side| side.fract() != 0.0 || !(1.0..65537.0).contains(side)) {
-        return Err(FormatError::line(&source.path, line, "expected the number of columns and rows first"));
+        let message = "the line must begin with the width and height, whole numbers from 1 to 65536";
+        return Err(FormatError::line(&source.path, line, message));
     }
     record.size = Some([width as u32, height as u32]);
     record.k = Some(pinhole_matrix([fx, fy, cx, cy]));

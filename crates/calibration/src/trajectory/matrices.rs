@@ -210,7 +210,7 @@ pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3> {
     Ok(k)
 }
 
-/// Lens in the text file next to that of K, according to its name: `cameraDistortion.txt`, `dist.csv`.
+/// Lens in a text file next to the file with K; the file's name marks it as a lens: `cameraDistortion.txt`, `dist.csv`.
 fn lens_beside(
     source: &InputFile,
     assets: &mut AssetRoot,

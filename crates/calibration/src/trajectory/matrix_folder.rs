@@ -130,7 +130,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     Ok(calibration)
 }
 
-/// Gives the cameras K of the scene and the size of its images.
+/// Assigns the scene's K and the size of the scene's images to the cameras.
 fn with_intrinsics(
     scene: &Folder,
     place: &Folder,

@@ -225,7 +225,7 @@ fn matrix(at: &Cursor<'_>) -> Option<[f64; 16]> {
     Some(numbers)
 }
 
-/// Numbers of a list, which may be infinite or NaN, as those of lost frames.
+/// Numbers of a list; the numbers of lost frames may be infinite or NaN.
 fn row(at: &Cursor<'_>) -> Option<Vec<f64>> {
     let number = |cell: &Cursor<'_>| {
         let word = cell.word().ok()?;

@@ -100,8 +100,8 @@ fn unquoted(word: &str) -> &str {
     word.trim_matches('"')
 }
 
-/// A header with the names in brackets written out: of "translation (tx, ty, tz)" and "quaternion(w x y z)" the brackets
-/// group names; in "time (s)" they contain a unit and stay, and a remark such as "(camera to world)" is omitted.
+/// Removes the brackets around names: in "translation (tx, ty, tz)" and "quaternion(w x y z)", brackets group names.
+/// Brackets with a unit, as in "time (s)", are kept; a remark such as "(camera to world)" is removed with its brackets.
 fn without_brackets(line: &str) -> String {
     let mut plain = String::new();
     let mut rest = line;
@@ -181,7 +181,7 @@ impl Header {
         (quaternion > 0 || letters >= 7 || numbered == 4) && self.names.len() >= 7
     }
 
-    /// Without the words of a label before the names, if the rows have fewer columns.
+    /// Removes the words of a label before the names, if the rows have fewer columns.
     fn without_labels(mut self, count: usize) -> Self {
         let words = self.names.iter().take_while(|name| LABELS.contains(&&name[..])).count();
         let labels = self.names.len().saturating_sub(count).min(words);
@@ -295,7 +295,7 @@ fn assign(names: &[String], roles: &[Role], separator: Option<char>) -> Result<N
     let twice = |name: &str| format!("the header contains column {name:?} twice");
     let quaternion_named = roles.iter().any(|role| matches!(role, Role::Quaternion(1..)));
     let own_position = |role: &Role| matches!(role, Role::Position(_) | Role::North(_) | Role::Letter(_));
-    // Only if a single group has an x, a y and a z.
+    // Other columns are a position only if a single group has an x, a y and a z.
     let other_is_position = !roles.iter().any(own_position)
         && (0..3).all(|i| roles.iter().filter(|role| **role == Role::Other(i)).count() == 1);
     for (column, (name, role)) in names.iter().zip(roles).enumerate() {

@@ -59,7 +59,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 /// Times beyond this many seconds after 1970, the year 5138, are in another unit.
 const LATEST_TIME: f64 = 1e11;
 
-/// Notes times that are no seconds.
+/// Adds a notice if the times are not in seconds.
 fn note_odd_times(calibration: &mut Calibration) {
     let times = calibration.records.iter().filter_map(|record| record.time);
     let latest = times.fold(0.0, |latest: f64, time| latest.max(time.abs()));

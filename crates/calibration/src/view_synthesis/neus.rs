@@ -61,8 +61,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
             }
             None if is_rigid(&rows) => {
                 return Err(fail(
-                    "a rotation and a translation [R t] without K, and the file contains no camera_mat_i; multiply it \
-                     by K (world_mat_i = K [R t]), or add camera_mat_i",
+                    "a rotation and a translation [R t] without K, and the file contains no camera_mat_i; multiply the \
+                     matrix by K (world_mat_i = K [R t]), or add camera_mat_i",
                 ));
             }
             None => record.matrix = Some(rows),

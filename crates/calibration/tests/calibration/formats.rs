@@ -57,7 +57,7 @@ fn every_format_reads_back_its_cameras_and_keeps_every_bit_on_rewriting() {
 }
 
 #[test]
-fn errors_name_what_a_format_cannot_store() {
+fn errors_name_the_lens_model_that_a_format_cannot_store() {
     let mut bent = record();
     bent.lens = Lens::new(LensModel::DoubleSphere, &[0.1, 0.6]).unwrap();
     for format in ["colmap", "colmap-binary", "ros", "nerf", "blender", "bop", "opencv", "kitti"] {

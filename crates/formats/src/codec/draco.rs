@@ -58,9 +58,9 @@ pub enum ComponentType {
 /// Decodes the mesh in a Draco stream. `path` names the file in errors.
 ///
 /// # Errors
-/// An error if the bytes are not a valid Draco mesh of version 2.2, if an attribute has a type that glTF does not
-/// support, or if the mesh is larger than the remaining budget or than the stream can contain: a byte describes at most
-/// eight triangles.
+/// An error if the bytes are not a valid Draco mesh of version 2.2, or if an attribute has a type that glTF does not
+/// support. An error if the mesh is larger than the remaining budget, or larger than the stream can contain (a byte
+/// describes at most eight triangles).
 pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedMesh> {
     let fault = |message: String| {
         FormatError::whole(path, ErrorCode::DamagedData.message(format!("Draco compression: {message}")))

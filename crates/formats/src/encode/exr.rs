@@ -87,8 +87,8 @@ pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
 /// `raycam.version` and `raycam.conventions`; and every `(key, value)` of `notes`, as strings.
 ///
 /// # Errors
-/// An error if a layer does not have columns x rows x components values, if two layers have the same channels, if there
-/// are no layers, or if a name is empty or not plain text.
+/// An error if there are no layers, if a layer does not have columns x rows x components values, or if two layers have
+/// the same channels. An error if a name is empty or not plain text.
 pub fn encode(
     size: [u32; 2],
     layers: &[Layer<'_>],
@@ -183,7 +183,7 @@ fn sort_header(file: &mut [u8]) {
     file[START..at].copy_from_slice(&attributes.concat());
 }
 
-/// Conventions that readers of the channels need to know.
+/// Conventions that are necessary for reading the channels.
 const CONVENTIONS: &str = "P = K R [I | -C], camera axes x right, y down, z forward; pixel (u, v) from the top left, \
     the centre of the first one at (0, 0) where pixelCenter is integer, (0.5, 0.5) where it is half; depth is z along \
     the principal axis, distance the length of the ray, both +inf in the background; ids are int32 in uint32 bits, \

@@ -10,8 +10,8 @@ use crate::error::{FormatError, Result};
 /// part in 128 of the largest channel.
 ///
 /// # Errors
-/// An error if the number of values is not columns x rows x 3, if a side is 0, or if a value is negative, infinite or
-/// NaN, which the format does not support.
+/// An error if the number of values is not columns x rows x 3, or if a side is 0. An error if a value is negative,
+/// infinite or NaN, which the format does not support.
 pub fn encode(size: [u32; 2], rgb: &[f32]) -> Result<Vec<u8>> {
     let [columns, rows] = size.map(|side| side as usize);
     let count = rgb.len();

@@ -1,5 +1,5 @@
-//! Surfaces for which a file contains both vertex colours and face colours or an image. Mesh formats do not define a
-//! product of them, so only one is used.
+//! Surfaces for which a file contains both vertex colours and face colours or an image. Mesh formats do not define how
+//! to combine these colours, so only one source is used.
 
 use raycam_scene::color::Rgb;
 use raycam_scene::{Mesh, Notice, NoticeCode};

@@ -55,8 +55,8 @@ const REMOVED: u32 = u32::MAX;
 
 /// Remaining polygon: a ring of corners.
 ///
-/// A corner is tested again only if its neighbours have changed or the obstacle in its ear is no longer there, so that
-/// the work grows only slightly faster than the number of corners.
+/// A corner is tested again only if its neighbours have changed or the obstacle in its ear is no longer there. The work
+/// therefore grows only slightly faster than the number of corners.
 struct EarClipper {
     flat: Vec<DVec2>,
     next: Vec<u32>,
@@ -90,8 +90,8 @@ impl EarClipper {
         let mut corner = 0;
         for left in (4..=self.flat.len()).rev() {
             let ear = self.next_ear(steps)?;
-            // There is no ear, because the polygon intersects or touches itself. No ear is left: cut off the corner
-            // with the smallest triangle.
+            // There is no ear, because the polygon intersects or touches itself: cut off the corner with the smallest
+            // triangle.
             let ear = match ear {
                 Some(ear) => ear,
                 None => self.least_reflex(corner, left, steps)?,

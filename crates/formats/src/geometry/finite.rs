@@ -7,7 +7,7 @@ use raycam_scene::Mesh;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct NonFinite {
     pub(crate) vertices: usize,
-    /// Number of triangles that were removed because of such a corner.
+    /// Number of triangles that were removed because one of their vertices is not finite.
     pub(crate) triangles: usize,
 }
 
@@ -24,7 +24,7 @@ impl NonFinite {
 }
 
 /// Removes the triangles with a corner that is not finite. Vertices are kept, so that other arrays keep their length;
-/// those that are not finite move to the first finite vertex.
+/// vertices that are not finite move to the first finite vertex.
 pub(crate) fn drop_non_finite(mesh: &mut Mesh) -> NonFinite {
     let vertices = mesh.vertices.iter().filter(|vertex| !vertex.is_finite()).count();
     if vertices == 0 {
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn removed_triangles_take_their_attributes_with_them() {
+    fn face_attributes_of_removed_triangles_are_removed() {
         let mut mesh = Mesh {
             vertices: vec![DVec3::NAN, DVec3::X, DVec3::Y, DVec3::Z, DVec3::splat(f64::INFINITY)],
             triangles: vec![[1, 2, 3], [0, 1, 2], [3, 2, 1], [2, 3, 4]],

@@ -93,8 +93,8 @@ impl ReflexKdTree {
         }
     }
 
-    /// Returns a marked point in the closed counter-clockwise triangle that is not one of its corners, and the number
-    /// of nodes and points visited.
+    /// Returns a marked point that is in the closed counter-clockwise triangle but is not one of the triangle's
+    /// corners, and the number of nodes and points visited.
     pub(crate) fn find_inside(&self, points: &[DVec2], triangle: [DVec2; 3]) -> (Option<u32>, u64) {
         let [a, b, c] = triangle;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));

@@ -136,7 +136,7 @@ fn triangulation_stops_at_the_step_limit() {
 }
 
 #[test]
-fn large_contours_need_little_work() {
+fn large_contours_need_at_most_1000_steps_per_corner() {
     let count = 40_000;
     let around = |i: usize, radius: f64| {
         let (sin, cos) = (std::f64::consts::TAU * i as f64 / count as f64).sin_cos();

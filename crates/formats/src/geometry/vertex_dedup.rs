@@ -39,7 +39,7 @@ pub(crate) struct VertexDeduper {
 }
 
 impl VertexDeduper {
-    /// Defined for positions below `count`.
+    /// Creates an empty set of vertices for positions below `count`.
     pub(crate) fn new(count: usize) -> Self {
         Self { corner_of: Vec::new(), next: Vec::new(), first: vec![NO_INDEX; count], crowded: HashMap::new() }
     }

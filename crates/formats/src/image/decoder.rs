@@ -10,8 +10,8 @@ use raycam_scene::{ColorUse, ErrorCode, Image, Message, Notice, NoticeCode, Texe
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
 
-/// Number of bytes to which an image may decompress however short its file is: a uniform image of 4096 x 4096, or of
-/// 8192 x 8192.
+/// Number of bytes to which an image of any file size may decompress: enough for a uniform image of 4096 x 4096 or, if
+/// the decoder streams, of 8192 x 8192.
 pub(crate) const MAX_UNBACKED_BYTES: u64 = 64 << 20;
 pub(crate) const MAX_UNBACKED_BYTES_STREAMED: u64 = 256 << 20;
 
@@ -46,9 +46,8 @@ impl Decoder<'_> {
     }
 
     /// Charges the pixels of an image before they are decoded. Rejects an image that decompresses to more than the
-    /// limit of its format and to more than 4096 times its file size. Returns true if it decompresses to more than 32
-    /// MiB and 16 times its file size: such a file is checked to its end before anything is allocated, if the format
-    /// allows that.
+    /// limit of its format plus 4096 times its file size. Returns true if it decompresses to more than 32 MiB plus 16
+    /// times its file size: such a file is checked to its end before anything is allocated, if the format allows that.
     pub(crate) fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<bool> {
         let pixels = u64::from(columns) * u64::from(rows);
         if pixels == 0 {
@@ -130,7 +129,7 @@ impl Decoder<'_> {
     }
 }
 
-/// Decoded image, if the budget is sufficient and `whole` finds nothing missing; both are checked before anything is
+/// Decodes an image if the budget is sufficient and `check_complete` succeeds; both are checked before anything is
 /// stored.
 pub(crate) fn decode_checked(
     file: &mut Decoder<'_>,
@@ -143,7 +142,7 @@ pub(crate) fn decode_checked(
     decode_pixels(file, decoder, texel)
 }
 
-/// Bytes per texel of its image.
+/// Bytes per texel of the image that results from this decoder.
 pub(crate) fn texel_bytes(decoder: &impl ImageDecoder) -> u64 {
     match decoder.color_type() {
         ColorType::Rgb32F | ColorType::Rgba32F => 16,

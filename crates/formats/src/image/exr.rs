@@ -103,7 +103,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     }
     let window = part.shared_attributes.display_window;
     if window.position != part.own_attributes.layer_position || window.size != part.layer_size {
-        file.notice(NoticeCode::IgnoredFeature, "only its data window is read, which differs from its display window");
+        file.notice(NoticeCode::IgnoredFeature, "only the data window is read; it differs from the display window");
     }
     let cube = part.own_attributes.environment_map == Some(EnvironmentMap::Cube);
     if cube {
@@ -211,7 +211,8 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
     };
     if let Some((i, layer)) = layers.iter().find(whole).or(layers.first()) {
         if layers.len() > 1 {
-            file.notice(NoticeCode::FirstOnly, format!("layer {layer} is read; {} layers have colours", layers.len()));
+            let count = layers.len();
+            file.notice(NoticeCode::FirstOnly, format!("only layer {layer} of {count} layers with colours is read"));
         }
         let name = |channel: &str| format!("{layer}.{channel}");
         let colors = ["R", "G", "B"].map(name);
@@ -317,7 +318,7 @@ fn check_sizes(file: &Decoder<'_>, part: &Header, block: &CompressedBlock, most:
     if bytes.len() == place.size.area() * part.channels.bytes_per_pixel {
         return Ok(());
     }
-    // Its version, followed by nine sizes and counts.
+    // The DWA block contains a version, followed by nine sizes and counts.
     let sizes = bytes.as_chunks().0.iter().skip(1).take(9);
     if let Some(size) = sizes.map(|&b| u64::from_le_bytes(b)).find(|&n| n > most) {
         return Err(
@@ -331,7 +332,7 @@ fn blank<Channels>(size: Vec2<usize>, _: &Channels) -> Vec<[f32; 4]> {
     vec![[0.0; 4]; size.area()]
 }
 
-/// True if the primaries differ from those of Rec. 709.
+/// True if the primaries differ from the primaries of Rec. 709.
 fn other_primaries(found: ::exr::meta::attribute::Chromaticities) -> bool {
     let expected = [(0.64, 0.33), (0.3, 0.6), (0.15, 0.06)];
     let found = [found.red, found.green, found.blue];

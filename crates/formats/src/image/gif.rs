@@ -44,7 +44,7 @@ fn count_frames(bytes: &[u8]) -> Option<(usize, [u32; 2])> {
             Some(&FRAME) => true,
             Some(&EXTENSION) => false,
             Some(&END) => break,
-            // Some programs omit the end.
+            // Some programs omit the byte that ends the file.
             _ => return (frames > 0).then_some((frames, first)),
         };
         let Some(after) = end_of_block(bytes, at, frame) else {

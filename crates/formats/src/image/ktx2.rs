@@ -288,8 +288,8 @@ fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64, check: bool) -> Result
     match written {
         Ok(written) if written == length => Ok(unpacked),
         Ok(_) => {
-            Err(file
-                .fault(ErrorCode::DamagedData, format!("Zstandard: expected {length} bytes, as in the level index")))
+            let message = format!("Zstandard: expected {length} bytes, as specified in the level index");
+            Err(file.fault(ErrorCode::DamagedData, message))
         }
         Err(message) => Err(file.fault(ErrorCode::DamagedData, format!("Zstandard: {message}"))),
     }

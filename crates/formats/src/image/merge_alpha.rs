@@ -46,7 +46,7 @@ pub(crate) fn merge_alpha(color: Option<&Texture>, opacity: &Texture, budget: &m
             texels.iter_mut().zip(alphas).for_each(|(t, a)| t[3] = a);
         }
         Texels::Float(texels) => texels.iter_mut().zip(alphas).for_each(|(t, a)| t[3] = a),
-        Texels::Paged(_) => {} // is in memory here
+        Texels::Paged(_) => {} // the texels are in memory here
     }
     Ok(Image::new(name, size, texels))
 }
@@ -61,7 +61,7 @@ fn loaded(texture: &Texture) -> Result<Texture> {
     Ok(Texture { image, sampler: *sampler })
 }
 
-/// Returns its texels in an image of this size.
+/// Returns the texture's texels in an image of this size.
 fn resized(texture: &Texture, size: [u32; 2]) -> Texels {
     let Image { size: own, texels, .. } = &*texture.image;
     if *own == size {

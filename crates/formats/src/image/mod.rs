@@ -33,7 +33,7 @@ pub use raycam_scene::ColorUse;
 
 /// Image format.
 struct ImageFormat {
-    /// First bytes of its files.
+    /// True if a file's first bytes belong to this format.
     magic: fn(&[u8]) -> bool,
     trusted: u64,
     decode: fn(&mut Decoder<'_>) -> Result<Image>,

@@ -23,7 +23,7 @@ pub struct AssetRoot {
     root: PathBuf,
     /// File that the user named; empty if that is the folder itself.
     named: PathBuf,
-    /// Folder, with links resolved, of the target of a link that the user named.
+    /// If the user named a link: the folder of the link's target, with links resolved.
     target: Option<PathBuf>,
     /// Names in folders that have been searched.
     listings: HashMap<PathBuf, Vec<OsString>>,
@@ -77,8 +77,9 @@ impl AssetRoot {
         }
     }
 
-    /// Same, but the program itself names the files for [`AssetLoader`]: they may be anywhere, and relative names start
-    /// from `root`. Files to which such a file refers must be in `root`, or in the folder of the file.
+    /// Same as [`Self::new`], but the program itself names the files for [`AssetLoader`]: they may be anywhere, and
+    /// relative names start from `root`. Files to which such a file refers must be in `root`, or in the folder of the
+    /// file.
     pub fn trusted(root: &Path, budget: &Budget) -> Self {
         Self { trusted: true, ..Self::new(root, budget) }
     }
@@ -141,7 +142,8 @@ impl AssetRoot {
         self.read_head(path, |_, _| None)
     }
 
-    /// Same; only the first bytes of a large file, as many as `head` returns for the file and its size.
+    /// Same as [`Self::read`], but only the first bytes of a large file, as many as `head` returns for the file and its
+    /// size.
     pub(crate) fn read_head(&mut self, path: &Path, head: impl Fn(&File, u64) -> Option<u64>) -> Result<InputFile> {
         self.read_bytes(path, path, head)
     }

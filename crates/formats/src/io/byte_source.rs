@@ -31,7 +31,7 @@ impl<'a> ByteSource<'a> {
         }
     }
 
-    /// Range of the bytes, which must be inside.
+    /// Part of the bytes; the range must be inside the source.
     pub(crate) fn part(self, range: Range<usize>) -> Self {
         match self {
             Self::Memory(Cow::Borrowed(bytes)) => Self::Memory(Cow::Borrowed(&bytes[range])),
@@ -122,7 +122,7 @@ pub(crate) fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
 
 /// Error of a file whose length has changed.
 pub(crate) fn file_changed_error() -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, "changed its size while it was read")
+    io::Error::new(io::ErrorKind::InvalidData, "the file's size changed while it was read")
 }
 
 #[cfg(test)]
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_return_their_bytes() {
+    fn reading_a_range_returns_its_bytes() {
         both("parts", |bytes, expected| {
             assert_eq!(bytes.len(), expected.len());
             let part = bytes.borrowed().part(100..30_000);
@@ -180,7 +180,7 @@ mod tests {
         let (start, length) = (1 << 40, 8);
         let disk = ByteSource::Disk { file: &file, start, length };
         let error = disk.for_each_window(0, 2, 4, 4, |_, _| ());
-        assert!(error.unwrap_err().to_string().contains("changed its size"));
+        assert!(error.unwrap_err().to_string().contains("size changed"));
         assert!(disk.read().is_err());
     }
 }

@@ -4,10 +4,10 @@
 //! A name is searched inside the root, in this order; every deviation from the written name causes a notice:
 //!
 //! 1. as written, from the folder of the file that refers to it, and from the folder of the target if that file is a
-//! 1. link;
+//!    link;
 //! 2. with different upper and lower case;
 //! 3. the trailing parts of a path (`textures/wood.png`, then `wood.png` for `C:\me\textures\wood.png`) from the same
-//! 3. folder;
+//!    folder;
 //! 4. the same name in the folders of [`USUAL_FOLDERS`].
 
 use std::path::Path;
@@ -17,7 +17,7 @@ use raycam_scene::{ErrorCode, Notice, NoticeCode};
 use crate::error::{FormatError, Result};
 use crate::io::{AssetRoot, InputFile, reference};
 
-/// Usual folders of images, relative to the folder of a mesh: those of exporters, and of Gazebo's models.
+/// Usual folders of images, relative to the folder of a mesh, as used by exporters and by Gazebo's models.
 const USUAL_FOLDERS: [&str; 9] = [
     "textures",
     "texture",

@@ -76,7 +76,7 @@ pub(crate) fn model_extension(bytes: &[u8]) -> Option<&'static str> {
     found(bytes)?.endings.first().copied()
 }
 
-/// Rejects a model whose first bytes belong to a format other than its extension (in lower case) indicates.
+/// Rejects a model if its first bytes belong to another format than its extension (in lower case).
 pub(crate) fn check_model(path: &Path, bytes: &[u8], ending: &str) -> Result<()> {
     // A binary STL file begins with 80 bytes of any kind.
     let facets = bytes.get(80..84).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]));

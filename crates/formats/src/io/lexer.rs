@@ -79,7 +79,7 @@ pub(crate) fn plain_text(bytes: &[u8]) -> Cow<'_, [u8]> {
 /// Converts the text of a file with a UTF-16 mark to UTF-8; other bytes are unchanged.
 pub fn without_utf16(bytes: Vec<u8>) -> Vec<u8> {
     match bytes[..] {
-        // A mark followed by a letter, because numbers may begin with the same bytes as a mark.
+        // Only a mark that is followed by a letter counts, because numbers may begin with the same bytes as a mark.
         [0xff, 0xfe, letter, 0, ..] | [0xfe, 0xff, 0, letter, ..] if letter != 0 => plain_text(&bytes).into_owned(),
         _ => bytes,
     }
@@ -254,7 +254,7 @@ mod tests {
             let (ours, std) = (number(word.as_bytes()).unwrap(), word.parse::<f64>().unwrap());
             assert_eq!(ours.to_bits(), std.to_bits(), "{word}");
         }
-        // A walk over many digits, compared with the standard library.
+        // Pseudo-random numbers of up to 16 digits, compared with the standard library.
         let mut state = 1_u64;
         for _ in 0..200_000 {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

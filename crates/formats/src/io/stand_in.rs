@@ -50,7 +50,7 @@ fn reason(bytes: &[u8]) -> Option<&'static str> {
     if (head.starts_with(b"<?xml") || head.starts_with(b"<!--")) && (has(b"<html") || has(b"<!doctype html")) {
         return Some(HTML_PAGE);
     }
-    // Storage services answer with this instead of a file.
+    // Storage services return such a text instead of a file.
     let xml = head.starts_with(b"<?xml") && has(b"<error>") && has(b"<code>");
     let json = head.starts_with(b"{") && has(b"\"message\"") && has(b"\"documentation_url\"");
     (xml || json).then_some(SERVER_ERROR)

@@ -91,7 +91,7 @@ fn is_height_map(texels: &Texels) -> Result<bool> {
         Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
         Texels::Linear16(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
         Texels::Float(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
-        Texels::Paged(_) => false, // is in memory here
+        Texels::Paged(_) => false, // the texels are in memory here
     })
 }
 
@@ -200,7 +200,7 @@ fn image(
     Ok(*known.entry(key).or_insert(index))
 }
 
-/// Texture of these colours, or of white, with the opacity of another image, unless that cannot be read.
+/// Texture of these colours, or of white, with the opacity of another image, if the other image can be read.
 fn with_alpha(
     library: &Path,
     color: Option<&MtlMap>,

@@ -25,7 +25,7 @@ const MAX_MATERIALS: usize = 1 << 16;
 /// Material before its textures are read.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MtlMaterial {
-    /// As bytes, because names need not be UTF-8.
+    /// The name as bytes, because names need not be UTF-8.
     pub(crate) name: Vec<u8>,
     pub(crate) line: usize,
     /// Kd. If the colour is missing, an image is shown unchanged; without an image, the colour is light grey.

@@ -154,7 +154,7 @@ impl ObjBuilder {
         Ok(())
     }
 
-    /// Replaces the indices of names in the piece by those in the file.
+    /// Replaces the indices of names in the piece by the indices of the same names in the file.
     fn names(&mut self, chunk: &mut Chunk) -> Result<(), LineError> {
         let obj = &mut self.obj;
         let unique =
@@ -254,7 +254,7 @@ impl ObjBuilder {
 fn settle_colors(colors: &mut Vec<Rgb>, bounds: ColorBounds) -> (NoticeCode, &'static str) {
     if bounds.is_nearly_unit() {
         colors.as_flattened_mut().iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
-        return (NoticeCode::ClampedValue, "clamped");
+        return (NoticeCode::ClampedValue, "all vertex colours of the file are clamped to this range");
     }
     if bounds.is_bytes() {
         // Values up to 1 have already been converted to linear.

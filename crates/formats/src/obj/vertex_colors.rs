@@ -11,11 +11,11 @@ use crate::geometry::colors;
 
 const WHITE: Rgb = [1.0; 3];
 
-/// Chooses the colours for every part of a model; notices report the ignored ones.
+/// Chooses the colours for every part of a model; notices report the ignored colours.
 pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
     let textured: Vec<bool> = model.materials.iter().map(|material| material.texture.is_some()).collect();
     let mut hidden = 0;
-    // By material: used by a part with colours, and by a part without.
+    // For each material: true if a part with colours uses it, and true if a part without colours uses it.
     let mut used = vec![[false; 2]; textured.len()];
     for part in &mut model.parts {
         // Vertices without a colour are white.

@@ -57,8 +57,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     ply.model(&header.textures, assets)
 }
 
-/// Number of bytes that must be in memory: the header of a binary file whose length is that of triangles only. If a row
-/// turns out to have another length, the rest of the file is read as well.
+/// Number of bytes that must be in memory: the header of a binary file, if the file's length matches rows of vertices
+/// and triangles. If a row turns out to have another length, the rest of the file is also read.
 pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
     /// Maximum length of such a header and row.
     const HEADER: u64 = 1 << 14;
@@ -281,7 +281,7 @@ impl<'a> Ply<'a> {
         if self.translucent {
             self.notices.push(Notice::new(
                 NoticeCode::IgnoredTransparency,
-                format!("{}: its transparency is ignored", path.display()),
+                format!("{}: the transparency of its colours is ignored", path.display()),
             ));
         }
         let images = self.cut_polygons(assets)?;

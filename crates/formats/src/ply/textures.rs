@@ -28,10 +28,10 @@ pub(crate) fn add(
         None => names.len().min(1),
     };
     if used < names.len() {
-        let message = if numbers.is_some() { "used" } else { "used, because faces have no texnumber" };
+        let reason = if numbers.is_some() { "" } else { ", because faces have no texnumber" };
         model.notices.push(Notice::new(
             NoticeCode::FirstOnly,
-            format!("{shown}: several images; only the first {used} of {} is {message}", names.len()),
+            format!("{shown}: the file has {} images; images after number {used} are ignored{reason}", names.len()),
         ));
     }
     if used == 0 {
@@ -59,7 +59,7 @@ pub(crate) fn add(
         if without > 0 {
             model.notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{shown}: {without} faces whose texnumber does not exist have no image"),
+                format!("{shown}: {without} faces are shown without an image, because their texnumber has no image"),
             ));
             materials.push(plain);
         }

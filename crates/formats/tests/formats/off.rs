@@ -149,7 +149,7 @@ fn colours_outside_the_specified_range_cause_notices() {
         ("300 0 0", None, "the colours of all faces are ignored, because the largest value is 300; expected 0 to 255"),
         ("255.0 0 0", Some([1.0, 0.0, 0.0]), "contain fractions up to 255 and are read as 0 to 255"),
         ("1.001 0 0.5", Some([1.0, 0.0, 0.5]), "contain values up to 1.001, which are clamped to 1"),
-        ("-1 1 0", Some([0.0, 1.0, 0.0]), "negative or not numbers, which are treated as 0: 1"),
+        ("-1 1 0", Some([0.0, 1.0, 0.0]), "1 colour values of faces are negative or not finite"),
     ] {
         let model = model("a.off", format!("OFF\n4 1 0\n{SQUARE}3 0 1 2 {color}\n"));
         assert_eq!(model.parts[0].mesh.face_colors.as_ref().map(|colors| colors[0]), expected, "{color}");

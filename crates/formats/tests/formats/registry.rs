@@ -102,7 +102,7 @@ fn parts_become_objects_with_unique_names() {
 }
 
 #[test]
-fn files_are_also_found_from_the_current_folder() {
+fn material_libraries_next_to_files_with_relative_paths_are_found() {
     // The tests run in the folder of the crate.
     let world = load(Path::new("tests/data/concave_polygon.obj"), &Budget::default()).unwrap();
     assert_eq!(world.materials[0].name, "test");

@@ -173,7 +173,7 @@ fn facet_colours_of_viscam_and_magics_are_read() {
     let colors = colors.unwrap();
     assert_eq!(colors[..3], [red, green, blue]);
     assert!((colors[3][1] - whole).abs() < 1e-6 && colors[3][0] == 0.0, "{colors:?}");
-    assert_eq!(notices, ["a.stl: its transparency is ignored"]);
+    assert_eq!(notices, ["a.stl: the transparency of the header's colour is ignored"]);
     // Other bytes are not colours.
     let (colors, notices) = colored("other", [1, 0, 2, 0]);
     assert_eq!(colors, None);
@@ -185,7 +185,7 @@ fn a_header_colour_without_facet_colours_is_the_base_colour() {
     let whole = ((0x7f as f64 / 255.0 + 0.055) / 1.055).powf(2.4) as f32;
     // Some programs write a space instead of the alpha value.
     for (header, notices) in [
-        ("COLOR=\u{0}\u{7f}\u{0}\u{7f},MATERIAL=", &["a.stl: its transparency is ignored"][..]),
+        ("COLOR=\u{0}\u{7f}\u{0}\u{7f},MATERIAL=", &["a.stl: the transparency of the header's colour is ignored"][..]),
         ("COLOR=\u{0}\u{7f}\u{0} MATERIAL=\u{7f}\u{7f}\u{7f} ", &[]),
     ] {
         let model = with_attributes(header, [0; 4]);

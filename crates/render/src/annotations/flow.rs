@@ -36,8 +36,8 @@ pub struct Flow {
 }
 
 /// Computes the motion of the first viewpoint's surface points to the second viewpoint. A point keeps its object,
-/// triangle and barycentric coordinates, so that moved and deformed meshes are followed alike. Everything is float64
-/// along exact centre rays; a ray of the second camera tests occlusion.
+/// triangle and barycentric coordinates, so the motion of moved and of deformed meshes is computed in the same way. All
+/// computations are in float64 along exact centre rays; a ray of the second camera tests occlusion.
 ///
 /// # Errors
 /// [`RenderError::World`] if the worlds do not have the same objects with the same numbers of triangles, or if the
@@ -155,8 +155,8 @@ impl<'a> SecondView<'a> {
         Ok(Self { view, row_worlds: lines })
     }
 
-    /// World-space position of a point on a triangle, in the second camera's world; its image; and true if
-    /// it has an image.
+    /// World-space position of a point on a triangle in the second camera's world, its position in the image, and true
+    /// if the camera can project it.
     fn project(&self, hit: &ExactHit) -> (DVec3, DVec2, bool) {
         let camera = self.view.camera;
         let Some(last) = self.row_worlds.len().checked_sub(1) else {

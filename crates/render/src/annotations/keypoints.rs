@@ -1,4 +1,4 @@
-//! Keypoints: images and occluders of given points.
+//! Keypoints: projections of given points, and the surfaces that occlude them.
 
 use std::cell::RefCell;
 
@@ -86,9 +86,9 @@ impl KeypointSource {
 pub struct Keypoint {
     /// World-space position at the time of the image. For points without a pixel: the position in the world at rest.
     pub point: DVec3,
-    /// Image of the point in pixels; NaN if the camera cannot project the point.
+    /// Position of the point in the image, in pixels; NaN if the camera cannot project the point.
     pub pixel: DVec2,
-    /// True if the point's image is inside the rendered image.
+    /// True if this position is inside the image.
     pub inside: bool,
     /// Occluding object.
     pub occluder: Option<usize>,

@@ -34,7 +34,8 @@ pub(crate) struct LayeredBsdf<'a> {
     pub(crate) stack: LayerStack<'a>,
     pub(crate) wo: Vec3,
     directional_albedo: DirectionalAlbedo,
-    /// Transmittance of a rough interface that is seen from inside, for the share of the base below it.
+    /// Transmittance of a rough interface that is seen from inside; it determines the share of the base below the
+    /// interface.
     internal_transmittance: Option<InternalTransmittance<'a>>,
     pub(crate) multiscatter: Option<MultiscatterDielectric<'a>>,
     /// Fraction of light that the interface passes to the base: from `wo`, and the cosine-weighted mean.
@@ -45,8 +46,8 @@ pub(crate) struct LayeredBsdf<'a> {
     pub(crate) lobe_probabilities: [f32; LOBE_COUNT],
 }
 
-/// Coupled diffuse base of albedo 1, times the cosine of `wi`: from the interface's transmittance for `wo` and `wi`,
-/// and its mean transmittance.
+/// Coupled diffuse base of albedo 1, times the cosine of `wi`. The arguments `wo` and `wi` are the interface's
+/// transmittances for these directions, and `mean` is its mean transmittance.
 #[inline(always)]
 pub(crate) fn base_lobe(wo: f32, wi: f32, mean: f32, cosine: f32) -> f32 {
     wo * wi / mean * (cosine * FRAC_1_PI)
@@ -212,7 +213,7 @@ impl<'a> LayeredBsdf<'a> {
         })
     }
 
-    /// Part of [`LayeredBsdf::eval`] that the diffuse base and the sheen have.
+    /// Part of [`LayeredBsdf::eval`] from the diffuse base and the sheen.
     pub fn eval_diffuse(&self, frame: &ShadingFrame, wi_world: Vec3) -> Vec3 {
         let (stack, wi) = (&self.stack, frame.to_local(wi_world));
         let is_reflection = frame.geometric.dot(wi_world) > 0.0;
@@ -228,7 +229,7 @@ impl<'a> LayeredBsdf<'a> {
         (stack.diffuse * (self.eval_base(wi) * sheen) + covering) * coat
     }
 
-    /// Part of [`LayeredBsdf::albedo`] that the diffuse base and the sheen have.
+    /// Part of [`LayeredBsdf::albedo`] from the diffuse base and the sheen.
     pub fn diffuse_albedo(&self) -> Vec3 {
         let stack = &self.stack;
         let (sheen, passed) = stack

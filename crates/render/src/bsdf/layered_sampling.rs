@@ -74,7 +74,7 @@ impl LayeredBsdf<'_> {
             lobe += 1;
         }
         while self.lobe_probabilities[lobe] == 0.0 {
-            // After rounding errors the last lobe is used; `None` if no lobe has a probability.
+            // If rounding errors lead past the last lobe, the last lobe is used; `None` if no lobe has a probability.
             lobe = lobe.checked_sub(1)?;
         }
         let probability = self.lobe_probabilities[lobe];

@@ -66,7 +66,7 @@ pub(crate) struct BsdfEval {
 pub(crate) trait BsdfModel {
     /// Value for light from a world direction.
     fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval;
-    /// Part of the value that diffuse lobes have.
+    /// Part of the value from diffuse lobes.
     fn eval_diffuse(&self, _frame: &ShadingFrame, _wi: Vec3) -> Vec3 {
         Vec3::ZERO
     }
@@ -74,7 +74,7 @@ pub(crate) trait BsdfModel {
     fn sample(&self, frame: &ShadingFrame, random: [f32; 3]) -> Option<BsdfSample>;
     /// Directional albedo.
     fn albedo(&self, frame: &ShadingFrame) -> Vec3;
-    /// Part of the directional albedo that diffuse lobes have.
+    /// Part of the directional albedo from diffuse lobes.
     fn diffuse_albedo(&self, _frame: &ShadingFrame) -> Vec3 {
         Vec3::ZERO
     }

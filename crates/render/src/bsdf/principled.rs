@@ -1,6 +1,6 @@
 //! glTF's principled material: glTF 2.0, appendix B, and the `KHR_materials_*` extensions.
 //!
-//! Unlike a half-vector coupling, the interface shares energy with the base by albedo, so that no energy is lost or
+//! The interface shares energy with the base by albedo instead of by the half vector, so that no energy is lost or
 //! gained.
 
 use glam::Vec3;

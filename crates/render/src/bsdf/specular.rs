@@ -41,8 +41,8 @@ impl SpecularBsdf {
         Self::new(wo, fresnel.reflectance(wo.z), transmission, eta, 1.0)
     }
 
-    /// Created from the local direction towards the viewer and the reflectance there. Each branch is followed
-    /// `oversampling` times as often as its fraction of the light, and at most always.
+    /// Creates the interface from the local direction towards the viewer and the reflectance there. Each branch is
+    /// followed `oversampling` times as often as its fraction of the light; the probability is at most 1.
     #[inline(always)]
     pub fn new(wo: Vec3, reflected: Vec3, transmission: Vec3, eta: f32, oversampling: f32) -> Self {
         let mean = |color: Vec3| color.element_sum() / 3.0;

@@ -52,8 +52,8 @@ pub enum Channel {
     Uv,
     /// Index of the material in the world. Background: -1.
     Material,
-    /// Fraction of the pixel's samples that see the same object as the centre ray; the background counts as an
-    /// object. 1 is a pure pixel. The setting `surface` chooses first or solid surfaces.
+    /// Fraction of the pixel's samples that hit the same object as the centre ray; the background counts as an object.
+    /// 1 is a pure pixel. The setting `surface` chooses first or solid surfaces.
     Coverage,
     /// Fraction of the pixel's samples, weighted by the filter, that hit a surface. With
     /// [`crate::Settings::transparent`] the colour is premultiplied by alpha. Partly opaque surfaces count in
@@ -63,7 +63,7 @@ pub enum Channel {
     /// always has 1, because the channel is a ratio of two frames.
     Shadow,
     /// Fraction of light of each colour that fog and other media let pass between the camera and the surface.
-    /// Background: the fraction along a ray without end, 1 without fog.
+    /// Background: the fraction along an infinite ray, 1 without fog.
     Transmittance,
     /// Light that reaches the camera without any scattering: emissive and unlit surfaces, lamps and the environment. With
     /// `direct` and `indirect`, and with `diffuse`, `specular` and `volume`, the sum is the colour. In the integrators
@@ -73,9 +73,9 @@ pub enum Channel {
     Direct,
     /// Light that is scattered more than once. Background: 0, or light that fog scatters.
     Indirect,
-    /// Light that the first surface seen scatters by its diffuse lobes. Background: 0.
+    /// Light that the first visible surface scatters by its diffuse lobes. Background: 0.
     Diffuse,
-    /// Light that the first surface seen scatters by all other lobes: highlights, reflections and refraction.
+    /// Light that the first visible surface scatters by all other lobes: highlights, reflections and refraction.
     /// Background: 0.
     Specular,
     /// Light that a medium in front of all surfaces scatters. Background: the same.

@@ -69,7 +69,7 @@ impl Frame {
     }
 }
 
-/// Rectangle that the regions fill without overlap; `None` if the frame has no such plane.
+/// Rectangle that the regions fill without overlap; `None` if they do not fill a rectangle.
 fn covering_rectangle(parts: &[Frame]) -> Option<[u32; 4]> {
     let edges = |part: &Frame| {
         let [x, y, width, height] = part.region.map(u64::from);

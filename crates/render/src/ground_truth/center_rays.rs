@@ -38,7 +38,7 @@ impl Normals {
 /// Normals of a triangle at its last hit.
 #[derive(Clone, Copy)]
 struct CachedTriangle {
-    /// Unit normal on the counter-clockwise side, and the same on the viewer's side.
+    /// Unit normal on the counter-clockwise side, and unit normal on the viewer's side.
     normal: DVec3,
     facing_normal: DVec3,
     /// Vertex normals on the viewer's side.

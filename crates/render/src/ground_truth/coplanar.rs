@@ -12,7 +12,7 @@ use crate::ground_truth::convert::to_float_hit;
 use crate::ground_truth::transparent::OPACITY_THRESHOLD;
 use crate::prepare::geometry::Geometry;
 
-/// Distance in front of and behind a float32 hit within which the exact hit is searched: a fraction of t plus a
+/// Distance in front of and behind a float32 hit within which the exact hit is searched for: a fraction of t plus a
 /// fraction of the scene's radius.
 const RELATIVE_SEARCH: f64 = 1.0 / (1u64 << 13) as f64;
 const ABSOLUTE_SEARCH: f64 = 1.0 / (1u64 << 14) as f64;
@@ -61,8 +61,8 @@ impl Geometry {
         ties.into_iter().map(decide).collect()
     }
 
-    /// Replaces exact hits on coplanar surfaces that rays of a kind do not find, or that are mostly transparent there,
-    /// by hits on other surfaces in the same plane, if there are any.
+    /// Replaces exact hits on coplanar surfaces by hits on other surfaces in the same plane, if there are any. A hit is
+    /// replaced if rays of this kind do not find its surface, or if the surface is mostly transparent at the hit.
     pub(crate) fn prefer_opaque(&self, rays: &[ExactRay], hits: &mut [ExactHit], ties: &[Tie], finds: FindsRay) {
         let filter = SurfaceFilter { geometry: self, finds };
         for tie in ties {

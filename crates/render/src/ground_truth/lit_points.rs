@@ -13,8 +13,8 @@ const END_OFFSET: f64 = 1e-9;
 const MAX_PASSED: usize = 1000;
 
 impl Geometry {
-    /// True if a hit of a camera ray is on the same side of its triangle as a light at a scene-local position, and
-    /// nothing that casts a shadow is between them.
+    /// True if a light at a scene-local position illuminates the hit of a camera ray: the light is on the camera's side
+    /// of the triangle, and nothing that casts a shadow is between hit and light.
     pub(crate) fn is_lit_from(&self, ray: &ExactRay, hit: &ExactHit, light: DVec3) -> bool {
         let point = DVec3::from(ray.origin) + hit.t * DVec3::from(ray.direction);
         let towards = light + self.origin - point;
@@ -24,7 +24,7 @@ impl Geometry {
         is_same_side && !self.is_shadowed(point, towards)
     }
 
-    /// True if a surface that casts a shadow is between a point and the point `towards` away from it.
+    /// True if a surface that casts a shadow is between a point and the point at an offset of `towards` from it.
     fn is_shadowed(&self, point: DVec3, towards: DVec3) -> bool {
         let mut begin = END_OFFSET;
         for _ in 0..MAX_PASSED {

@@ -169,7 +169,7 @@ impl Geometry {
     }
 }
 
-/// Filter of the hits of one ray that are not skipped.
+/// Filter for the hits of one ray: accepts hits that are not skipped.
 struct UnskippedFilter<'a, F> {
     ray: &'a ExactRay,
     is_skipped: &'a F,

@@ -345,7 +345,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn cells_with_few_photons_use_their_block() {
+    fn cells_with_few_photons_use_the_photons_of_their_block() {
         let [here, beside, behind] =
             [DVec3::new(0.05, 0.05, 3.0), DVec3::new(0.4, 0.4, 3.0), DVec3::new(0.05, 0.05, -3.0)];
         assert_ne!(cell_index(here.as_vec3()), cell_index(beside.as_vec3()));

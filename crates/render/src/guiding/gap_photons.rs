@@ -80,7 +80,8 @@ pub(crate) fn trace_gaps(geometry: &Geometry, lights: &Lights) -> Vec<CausticCas
     find_gaps(halves.each_ref().map(Vec::as_slice), geometry.bounds())
 }
 
-/// Points where lines that are uniform in space cross surfaces (uniform in area) and that light samples reach.
+/// Points at which lines cross surfaces and which light samples reach. The lines are uniform in space, so the points
+/// are uniform in area.
 fn lit_hits(geometry: &Geometry, lights: &Lights, half: u32, batch: u32) -> Vec<LitHit> {
     let sampler = |line| Sampler::for_pixel(0, 0, [half, 1]).with_sample(batch * BATCH + line);
     let mut rays: Vec<_> = (0..BATCH).map(|line| uniform_line(&sampler(line), geometry.radius)).collect();

@@ -1,5 +1,5 @@
-//! The photon pass: photons from lights over caustic casters to diffuse receivers. A few photons to each candidate
-//! select the casters; many photons fill their caustic maps.
+//! The photon pass: photons from lights, via caustic casters, to diffuse receivers. A few photons per candidate select
+//! the casters; many photons fill the casters' caustic maps.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -39,7 +39,7 @@ const MAX_PHOTONS: u32 = 1 << 18;
 const MAX_PHOTONS_PER_CANDIDATE: u32 = PHOTON_BATCH;
 /// Maximum number of photons emitted to all candidates together. Lab note: "for each of 32 candidates", 11-26.
 const MAX_CANDIDATE_PHOTONS: u32 = 1 << 16;
-/// Photons traced together. Not tuned; results do not depend on it.
+/// Number of photons traced together. Not tuned; results do not depend on this number.
 const PHOTON_BATCH: u32 = 1 << 11;
 /// Maximum number of surfaces that a photon meets. Not tuned.
 const MAX_BOUNCES: u32 = 8;
@@ -293,7 +293,7 @@ mod tests {
             for _ in 0..100 {
                 let there = MIDDLE + 0.5 * normal;
                 let half = (LAMP - there).normalize() + (at - there).normalize();
-                // Half the distance, because the whole distance covers both directions.
+                // Half a step, because full steps would oscillate.
                 normal = (normal + 0.5 * half.normalize()).normalize();
             }
             let (left, radius) = thrown_on(&world, at);

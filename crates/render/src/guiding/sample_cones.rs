@@ -20,7 +20,7 @@ pub(crate) const MAX_DENSITY_RATIO: f32 = 16.0;
 const MAX_MAP_WEIGHT: f32 = 0.2;
 /// Maximum density of samples guided by caustic maps. Lab note: "up to 64 times the density", 11-23.
 const MAX_MAP_DENSITY_RATIO: f32 = 64.0;
-/// Fraction of the casters' weight that remains next to a map. Not tuned.
+/// Fraction of [`MAX_GUIDED_WEIGHT`] that remains for the casters if a caustic map guides samples. Not tuned.
 const CASTER_FRACTION_BESIDE_MAP: f32 = 0.3;
 
 /// Computes the cones and samples a direction for every lane.
@@ -46,8 +46,8 @@ impl<const N: usize> WithSimd for SampleGuided<'_, N> {
 }
 
 impl<const N: usize> ConeMixture<N> {
-    /// Adds the cones from points to the targets of a caustic map, all in units of the caster. Returns the result of
-    /// [`ConeMixture::set_cones`].
+    /// Adds one cone per lane, from a point to a target of a caustic map, in coordinates in which the caster has the
+    /// centre 0 and the radius 1. Returns the result of [`ConeMixture::set_cones`].
     #[inline(always)]
     fn add_map_cones(
         &mut self,
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn guided_lanes_equal_single_points() {
+    fn guided_lanes_equal_scalar_evaluation() {
         let world = floor();
         let whole = places::<LANES>(&world, 0);
         let thrown = thrown();

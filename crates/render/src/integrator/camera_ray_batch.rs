@@ -20,7 +20,7 @@ pub(crate) struct CameraRayBatch<'a> {
     pub samplers: &'a [Sampler],
     /// Depth at which the rays start: see [`raycam_scene::Camera::ray_start_depth`].
     pub start_depth: f64,
-    /// True if these are late samples for path guiding.
+    /// True if these are late samples of path guiding: see `PathGuiding::first_late_sample`.
     pub is_late: bool,
 }
 

@@ -22,7 +22,7 @@ pub(super) struct RayBegins(Vec<(DVec3, f64)>);
 
 impl RayBegins {
     /// Returns the distance at which the present ray of a path begins. The ray ends at `hit`, where the next one begins
-    /// unless something scatters the path. `start_depth` is that of [`CameraRayBatch`].
+    /// unless something scatters the path. `start_depth` is [`CameraRayBatch::start_depth`].
     pub fn advance(&mut self, geometry: &Geometry, index: usize, path: &PathState, hit: &Hit, start_depth: f64) -> f64 {
         let scattered = path.prev_context.position;
         if self.0.len() <= index {
@@ -57,8 +57,8 @@ impl Geometry {
 }
 
 impl PathTracer<'_> {
-    /// Dims a path that no diffuse surface has scattered by the media of its ray, and adds their own light. `begin` is the
-    /// distance at which the ray begins.
+    /// Dims a path by the media of its ray and adds the media's own light, unless a diffuse surface has scattered the
+    /// path. `begin` is the distance at which the ray begins.
     pub(super) fn apply_closed_form(
         &self,
         (media, air_light): (&MediaMap, &AirLight),

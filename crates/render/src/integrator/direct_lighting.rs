@@ -19,7 +19,7 @@ use crate::sampling::dimension::Dimension;
 /// multiplied by this number. The rate is not zero, because light passes where parts of a mesh are inside out.
 const INTERIOR_SHADOW_RATE: f32 = 16.0;
 
-/// Fraction of each colour of a BSDF's value that its diffuse lobes have.
+/// Fraction of each colour of a BSDF's value that comes from the diffuse lobes.
 fn diffuse_share<B: BsdfModel>(point: &ShadingPoint<B>, wi: Vec3, value: Vec3) -> Vec3 {
     let diffuse = point.bsdf.eval_diffuse(&point.frame, wi);
     Vec3::select(value.cmpgt(Vec3::ZERO), diffuse / value, Vec3::ZERO).clamp(Vec3::ZERO, Vec3::ONE)
@@ -30,7 +30,7 @@ pub(super) fn sampled_diffuse_share<B: BsdfModel>(point: &ShadingPoint<B>, wi: V
     diffuse_share(point, wi, point.bsdf.eval(&point.frame, wi).value)
 }
 
-/// What scatters the ambient term: the diffuse lobes in proportion to their albedo.
+/// First scattering of the ambient term: its diffuse fraction is the diffuse lobes' share of the albedo.
 fn ambient_scattering<B: BsdfModel>(point: &ShadingPoint<B>) -> FirstScattering {
     let whole = point.bsdf.albedo(&point.frame);
     let diffuse = point.bsdf.diffuse_albedo(&point.frame) / whole;
@@ -129,9 +129,9 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Emits the light samples of a point with their indices. Densities include the probability of choosing the light
-    /// and that of having samples at all. `choice` is the random number for both choices; `random` returns the random
-    /// numbers for a position on a light.
+    /// Emits the light samples of a point with their indices. The densities include two probabilities: that the light
+    /// is selected, and that the point has samples at all. `choice` is the random number for both decisions; `random`
+    /// returns the random numbers for a position on a light.
     #[inline(always)]
     pub fn for_each_light_sample(
         &self,

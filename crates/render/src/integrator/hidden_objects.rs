@@ -1,9 +1,9 @@
 //! Objects that are hidden from some kinds of rays.
 //!
-//! Light samples pass objects that cast no shadow, and are stopped by objects that do, whether other rays find them or
-//! not. Rays that BSDFs sample must find the same light, because multiple importance sampling divides it between both:
-//! at an object without a shadow, a second path searches the light behind it, and behind a hidden object with a shadow,
-//! a path finds no light that light samples would find.
+//! Light samples pass objects that cast no shadow. They are stopped by objects that cast a shadow, even if other rays
+//! do not find these objects. Rays that BSDFs sample must find the same light, because multiple importance sampling
+//! divides it between both. At an object that casts no shadow, a second path searches for the light behind the object.
+//! Behind a hidden object that casts a shadow, a path ignores light that light samples would find.
 
 use glam::Vec3;
 use raycam_bvh::{Hit, Ray};
@@ -25,8 +25,8 @@ impl PathTracer<'_> {
         path.light_search == LightSearch::Scattered && !path.specular_bounce
     }
 
-    /// Light of a hit that BSDF samples and light samples share. False if the path ends there; and a path with its ray that
-    /// searches light behind the hit.
+    /// Adds the light of a hit that BSDF samples and light samples share. Returns false if the path ends at the hit;
+    /// and, if a second path searches for the light behind the hit, this path and its ray.
     #[inline(never)]
     pub fn meet_hidden(
         &self,
@@ -58,7 +58,7 @@ impl PathTracer<'_> {
         if stops_light || path.light_search == LightSearch::Scattered {
             return (!is_search, None);
         }
-        // Lights in front of the hidden object are added to this path.
+        // Lights in front of the object are added to this path, not to the path behind the object.
         let passed_distance = distance as f32;
         let behind = PathState { light_search: LightSearch::Sampled, passed_distance, ..*path };
         (!is_search, Some((behind, hits.interactions.lane(lane).ray_beyond(path.direction, f32::INFINITY))))

@@ -31,7 +31,7 @@ pub(crate) enum Pass {
     Diffuse,
     /// Light whose last scattering before the camera is at any other lobe of a surface.
     Specular,
-    /// The same in a medium.
+    /// Light whose last scattering before the camera is in a medium.
     Volume,
     /// Light of one source.
     Light(LightOwner),
@@ -59,7 +59,7 @@ pub(crate) enum FirstScattering {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightWay {
     scatterings: Scatterings,
-    /// `None` without a scattering.
+    /// `None` if nothing scatters the light.
     first: Option<FirstScattering>,
 }
 
@@ -141,7 +141,7 @@ pub(crate) struct PassRecorder {
     passes: Vec<Pass>,
     /// Values of each camera ray, pass by pass.
     values: Vec<Vec3>,
-    /// Ways of the paths, the first of which is straight.
+    /// Ways of the paths; way 0 has no scattering.
     ways: Vec<LightWay>,
 }
 

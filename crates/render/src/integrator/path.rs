@@ -33,7 +33,7 @@ pub(crate) struct PathScratch {
     pub(super) hits: Vec<Hit>,
     /// Radiance and density of the environment for the escaped rays of a bounce.
     escaped: Vec<(Vec3, f32)>,
-    /// Where the rays begin, in worlds with fog.
+    /// Distances at which the rays begin, in worlds with fog.
     ray_begins: RayBegins,
     /// Rays of a bounce through media, and the borders that they cross.
     media_rays: Vec<MediumRay>,

@@ -24,7 +24,7 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::Catchers;
 
-/// Segments before Russian roulette may end a path.
+/// Minimum number of segments before Russian roulette may end a path.
 const MIN_ROULETTE_DEPTH: u32 = 6;
 /// Throughput below which roulette may end a path; brighter paths continue unchanged. Without a threshold, every
 /// survivor would be weighted up to a throughput of about one at the first roulette, and the added noise would outweigh
@@ -46,14 +46,14 @@ pub(crate) struct PathSettings<'a> {
     /// Number of light samples per point.
     pub light_samples: usize,
     pub light_sampling: LightSampling,
-    /// True if lights of several kinds are sampled separately at points that the camera sees.
+    /// True if lights of several kinds are sampled separately at points that camera rays hit.
     pub split_lights: bool,
     /// Replaces constant environments by an ambient term. The value is the distance within which surfaces occlude the
     /// ambient light, if such a limit exists.
     pub ambient_term: Option<Option<f32>>,
     /// Hides the environment from camera rays.
     pub hide_environment: bool,
-    /// Part that shadow catchers have in the image.
+    /// Role of shadow catchers in the image.
     pub catchers: Catchers,
     /// The media that are computed in closed form, and the light that they scatter into rays.
     pub closed_form: Option<(MediaMap<'a>, &'a AirLight)>,
@@ -84,9 +84,10 @@ pub(crate) struct PathModes<'a> {
     pub mis_with_bsdf: bool,
     /// True if direct lighting is evaluated for a batch of points at once.
     pub batch_direct_lighting: bool,
-    /// True if lights of several kinds are sampled separately at points that the camera sees.
+    /// True if lights of several kinds are sampled separately at points that camera rays hit.
     pub split_lights: bool,
-    /// True if the last segment of a path needs only an occlusion test: its hit cannot emit or absorb.
+    /// True if the last segment of a path needs only an occlusion test, because its hit neither emits nor absorbs
+    /// light.
     pub last_segment_is_occlusion_only: bool,
     /// True if any batched BSDF selects between lobes.
     pub needs_lobe_choice: bool,
@@ -222,7 +223,7 @@ impl PathTracer<'_> {
         is_left_out
     }
 
-    /// True if a ray passes a surface because of its opacity, at random for alpha blending (glTF 2.0, 3.9.4).
+    /// True if a surface's opacity lets a ray pass, at random for alpha blending (glTF 2.0, 3.9.4).
     #[inline]
     pub fn fails_alpha_test(&self, path: &PathState, material: &Material, hit: &Hit) -> bool {
         if material.alpha == Alpha::Opaque {
@@ -329,7 +330,7 @@ impl PathTracer<'_> {
         LightSource::Infinite { direction: path.direction, has_ambient, view: self.lights_of(path).1 }
     }
 
-    /// Radiance of the environment without the ambient term, which only scattered light has.
+    /// Radiance of the environment; for scattered light, without the part that the ambient term already contains.
     pub fn environment_without_ambient(&self, specular_bounce: bool, radiance: Vec3) -> Vec3 {
         if specular_bounce || self.settings.ambient_term.is_none() {
             radiance
@@ -380,7 +381,8 @@ impl PathTracer<'_> {
         if self.modes.split_lights && self.bounce == 0 { LightSampling::Split } else { self.settings.light_sampling }
     }
 
-    /// True if a path samples lights like all others at this bounce; false for a camera ray that passed a surface.
+    /// True if a path samples lights in the same way as the other paths of this bounce; false for a camera ray that
+    /// passed a surface.
     pub fn samples_lights_in_step(&self, path: &PathState) -> bool {
         self.light_sampling(path) == self.light_sampling_of_bounce()
     }

@@ -47,7 +47,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Records the air light of the media of a ray, in closed form.
+    /// Records the air light of the media along a ray, in closed form.
     pub(super) fn record_air_light(&self, media: &MediaMap, path: &PathState, ray: &MediumRay) {
         let Some(passes) = self.settings.passes else { return };
         let way = passes.way(path.way).scattered(|| FirstScattering::Medium);

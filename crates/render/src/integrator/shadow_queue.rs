@@ -158,7 +158,7 @@ impl ShadowRayQueue {
                 if opacity == 1.0 && !is_straight && !is_shadowless {
                     continue;
                 }
-                // From the far side of the surface to the same end point.
+                // The ray continues from the far side of the surface to the same end point.
                 let direction = Vec3::from(ray.direction);
                 let length = direction.length();
                 let interaction = SurfaceInteraction::new(geometry, direction / length, hit, &RayCone::default());

@@ -26,7 +26,7 @@ use crate::prepare::fog::transmittance;
 use crate::prepare::medium::Medium;
 use crate::sampling::dimension::Dimension;
 
-/// Offset of the numbers for free flights beyond the first medium of a ray: see
+/// Offset of the random numbers for free flights beyond the first medium of a ray: see
 /// [`Sampler::get_1d_random`](crate::sampling::sampler::Sampler::get_1d_random).
 const LATER_FLIGHTS: u32 = 1 << 20;
 
@@ -38,7 +38,7 @@ struct VolumeVertex {
     /// The strategy that is combined with free flight for light that arrives directly; none if it does not apply to
     /// this ray.
     near_lights: Option<NearLights>,
-    /// Distance from the part's begin, and its density by free flight.
+    /// Distance from the start of the part, and its density by free flight.
     distance: f64,
     density: f64,
 }
@@ -46,7 +46,7 @@ struct VolumeVertex {
 /// Equiangular sampling along one part of a ray.
 #[derive(Clone, Copy)]
 struct NearLights {
-    /// Where a light is chosen.
+    /// Point at which a light is selected.
     chooser: LightSampleContext,
     begin: DVec3,
     direction: DVec3,
@@ -60,7 +60,7 @@ impl NearLights {
 }
 
 impl PathTracer<'_> {
-    /// The ray of a path to its hit, from a distance.
+    /// Returns the ray of a path up to its hit, starting at the distance `begin`.
     pub(super) fn ray_through_media(&self, path: &PathState, hit: &Hit, begin: f64) -> MediumRay {
         let (origin, direction) = (path.prev_context.position, path.direction.as_dvec3());
         let end = self.geometry.ray_length(origin, direction, hit);
@@ -222,7 +222,8 @@ impl PathTracer<'_> {
         self.queue_volume_light(path, (position, part.interior), sample, light, queues);
     }
 
-    /// Weight of a light sample against a direction of the phase function, which must hit the light.
+    /// Balance-heuristic weight of a light sample, combined with samples of the phase function; 1 if no sample of the
+    /// phase function can hit the light.
     fn mis_of_light_sample(&self, sample: &LightLiSample, phase: f32, light_pdf: f32) -> f32 {
         if sample.is_delta || !self.modes.mis_with_bsdf {
             1.0

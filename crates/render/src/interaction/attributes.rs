@@ -35,7 +35,7 @@ impl Geometry {
             let [x, y, z] = normals[vertex as usize];
             object.normal_from_mesh * DVec3::new(f64::from(x), f64::from(y), f64::from(z))
         };
-        // Written out, because the compiler may not inline `map`.
+        // Each normal is computed in its own expression, because the compiler may not inline `map`.
         let [a, b, c] = mesh.triangles[triangle as usize];
         Some([of_vertex(a), of_vertex(b), of_vertex(c)])
     }
@@ -96,8 +96,9 @@ impl Geometry {
         }
     }
 
-    /// Perceptual roughness at a hit, 0..=1: 1 without a glossy lobe; a Phong lobe has that of the microfacets of its
-    /// exponent (B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2).
+    /// Perceptual roughness at a hit, 0..=1; 1 without a glossy lobe. For a Phong lobe: the roughness of the
+    /// microfacets that correspond to its exponent (B. Walter et al., "Microfacet Models for Refraction through Rough
+    /// Surfaces", 2007, section 5.2).
     pub(crate) fn roughness(&self, hit: &Hit) -> f32 {
         match &self.material(hit).material.model {
             MaterialModel::Phong { specular: [0.0, 0.0, 0.0], .. } | MaterialModel::Unlit | MaterialModel::Boundary => {
@@ -110,7 +111,7 @@ impl Geometry {
         }
     }
 
-    /// 1 for a metal and 0 for other materials at a hit, or between them.
+    /// Metallic value at a hit: 1 for a metal, 0 for other materials, in between for mixtures.
     pub(crate) fn metallic(&self, hit: &Hit) -> f32 {
         match &self.material(hit).material.model {
             MaterialModel::Metal(_) => 1.0,
@@ -121,13 +122,14 @@ impl Geometry {
         }
     }
 
-    /// A number times a channel of its texture, which is 1 without texture coordinates.
+    /// Product of a number and a channel of its texture; without texture coordinates, the channel counts as 1.
     fn textured(&self, value: &Textured<f32>, channel: usize, hit: &Hit) -> f32 {
         let texel = value.texture.and_then(|slot| self.texel(&slot, hit));
         value.value * texel.map_or(1.0, |texel| texel[channel])
     }
 
-    /// Emitted radiance in W/(m² sr) against a ray direction; one-sided surfaces emit only from their front.
+    /// Radiance in W/(m² sr) that the surface emits towards the origin of a ray with this direction; one-sided surfaces
+    /// emit only from their front.
     pub(crate) fn emission(&self, hit: &Hit, direction: Vec3, footprint: &Footprint) -> Vec3 {
         let material = &self.material(hit).material;
         if material.emission.value == [0.0; 3] {
@@ -181,7 +183,7 @@ impl Geometry {
         })
     }
 
-    /// Mean gradient of a texture's red channel over a ray's footprint, by the coordinates in the image.
+    /// Mean gradient of a texture's red channel over a ray's footprint, with respect to the image coordinates.
     pub(crate) fn texel_gradient(&self, slot: &TextureSlot, hit: &Hit, footprint: &Footprint) -> Option<[f32; 2]> {
         let (uv, axes) = self.texture_footprint(slot, hit, footprint)?;
         Some(self.textures[slot.texture].mean_gradient(uv, axes.unwrap_or_default()))

@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn lanes_equal_single_interactions() {
+    fn batched_interactions_equal_single_interactions() {
         let world = world();
         let hits: Vec<_> = (0..320u32)
             .map(|i| {

@@ -8,8 +8,9 @@ use crate::interaction::ray_cone::Footprint;
 use crate::prepare::geometry::Geometry;
 
 impl Geometry {
-    /// `bent`, a normal at a hit or that of a normal map, additionally bent by the slopes of a height map; `None` if the
-    /// mesh lacks the texture coordinates. `normal` is the shading normal without maps; both are on the viewer's side.
+    /// Bends a normal by the slopes of a height map. `bent` is the normal at a hit, or the normal of a normal map;
+    /// `normal` is the shading normal without maps. Both are on the viewer's side. `None` if the mesh lacks the texture
+    /// coordinates.
     ///
     /// J. Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978: the normal of the surface p + h n is the product of
     /// its derivatives p_u + h_u n and p_v + h_v n, without the terms in h itself, which are small for flat relief. The
@@ -28,19 +29,19 @@ impl Geometry {
         let (gradient, cross) = self.height_gradient(map, hit, footprint)?;
         let geometric = cross.normalize().as_vec3();
         let cosine = normal.dot(geometric);
-        // Multiplied by the sign of the cosine, because the triangle's normal may be on either side.
+        // The slope is multiplied by the sign of the cosine, because the triangle's normal may be on either side.
         let side = if front { cosine.signum() } else { -cosine.signum() };
         let gradient = gradient.as_vec3();
         let slope = gradient * cosine - geometric * normal.dot(gradient);
         (bent * cosine.abs() - slope * side).try_normalize()
     }
 
-    /// Gradient of a height map on the hit triangle, world-space, and the product of the triangle's edges.
+    /// World-space gradient of a height map on the hit triangle, and the cross product of the triangle's edges.
     fn height_gradient(&self, map: &HeightMap, hit: &Hit, footprint: &Footprint) -> Option<(DVec3, DVec3)> {
         let [by_u, by_v] = self.texel_gradient(&map.texture, hit, footprint)?.map(f64::from);
         let [p, q, r] = self.uv_corners(hit.instance, hit.triangle, map.texture.uv_set)?;
         let [[a, b, _], [c, d, _]] = map.texture.image_from_mesh.map(|row| row.map(f64::from));
-        // The edges in the image.
+        // Converts an edge from texture coordinates of the mesh to image coordinates.
         let in_image = |[x, y]: [f64; 2]| [a * x + b * y, c * x + d * y];
         let [[u1, v1], [u2, v2]] = [q, r].map(|end| in_image([end[0] - p[0], end[1] - p[1]]));
         let corners = self.corners(hit.instance, hit.triangle);

@@ -127,9 +127,9 @@ impl<'a> PixelCones<'a> {
     }
 }
 
-/// Ellipse around a pixel whose sides are given, across a direction.
+/// Ellipse that covers a pixel, in the plane perpendicular to a direction; computed from the pixel's sides.
 struct PixelEllipse {
-    /// Geometric mean of its widths.
+    /// Geometric mean of the ellipse's largest and smallest width.
     mean: f64,
     /// See [`RayCone::stretch`].
     stretch: Stretch,
@@ -201,7 +201,7 @@ impl Footprint {
         self.axes.map(|axis| (b - a) * axis.x + (c - a) * axis.y)
     }
 
-    /// True for an empty footprint.
+    /// True if the footprint is a point.
     pub fn is_point(&self) -> bool {
         self.axes == [Vec2::ZERO; 2]
     }

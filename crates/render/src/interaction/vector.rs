@@ -20,7 +20,7 @@ pub(crate) fn face_forward(normal: DVec3, direction: DVec3) -> DVec3 {
 pub(crate) fn unit_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     let (e1, e2) = (b - a, c - a);
     unit(e1.cross(e2)).unwrap_or_else(|| {
-        // Scaled by the largest edge: squared lengths may overflow or underflow.
+        // The edges are divided by their largest component, because squared lengths may overflow or underflow.
         let scale = e1.abs().max(e2.abs()).max_element().recip();
         (e1 * scale).cross(e2 * scale).normalize_or_zero()
     })

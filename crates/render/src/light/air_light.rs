@@ -9,7 +9,7 @@ use glam::Vec3;
 use crate::light::prepared_light::PreparedLight;
 use crate::lobes::henyey_greenstein::henyey_greenstein;
 
-/// Directions of the mean over a sky, in each of two dimensions.
+/// Number of directions over which the radiance of a sky is averaged, in each of two dimensions.
 const MEAN_SAMPLES: usize = 64;
 
 /// Light from infinity that fog scatters.
@@ -22,7 +22,7 @@ pub(crate) struct AirLight {
 }
 
 impl AirLight {
-    /// The light of these infinite lights.
+    /// Collects the light of these infinite lights.
     pub fn new<'a>(lights: impl Iterator<Item = &'a PreparedLight>) -> Self {
         let mut light = Self::default();
         for source in lights {
@@ -42,7 +42,7 @@ impl AirLight {
     }
 }
 
-/// Mean radiance over all directions, by the light's own samples at the centres of a grid.
+/// Mean radiance over all directions, estimated with the sky's own samples at the centres of a grid.
 fn mean_radiance(sky: &PreparedLight) -> Vec3 {
     let from = crate::interaction::LightSampleContext { position: glam::DVec3::ZERO, normal: Vec3::ZERO };
     let center = |i: usize| (i as f32 + 0.5) / MEAN_SAMPLES as f32;

@@ -106,7 +106,7 @@ impl LightBounds {
     }
 }
 
-/// [`LightBounds`] in the form that is cheapest to evaluate at a point.
+/// [`LightBounds`] in the form that is fastest to evaluate at a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedLightBounds {
     /// Centre, half extent and half diagonal of the box.

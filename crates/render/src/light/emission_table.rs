@@ -99,7 +99,7 @@ impl EmissionTable {
             let mix = |i: usize| below[i] + (above[i] - below[i]) * v;
             u = sample_linear(u, mix(0), mix(1));
         } else if column + row == self.size - 1 && u + v > 1.0 {
-            // The square folded along its diagonal.
+            // The cell's square is folded along its diagonal.
             (u, v) = (1.0 - u, 1.0 - v);
         }
         let point = [column as f32 + u, row as f32 + v].map(|x| x / self.size as f32);
@@ -119,7 +119,7 @@ impl EmissionTable {
     /// The density in a cell, at a position in it.
     fn density(&self, (column, u): (usize, f32), (row, v): (usize, f32)) -> f64 {
         let step = |sums: &[f32], i: usize| f64::from(sums[i + 1]) - f64::from(sums[i]);
-        // A whole cell takes 2 / size^2 of the triangle.
+        // A whole cell covers 2 / size^2 of the triangle.
         let cells = (self.size * self.size) as f64 * if column + row == self.size - 1 { 1.0 } else { 0.5 };
         let within = self.cell_corners(column, row).map_or(1.0, |[below, above]| {
             let mix = |[a, b]: [f32; 2]| a + (b - a) * u;
@@ -166,7 +166,7 @@ fn push_running_sums(values: &[f64], into: &mut Vec<f32>) -> f64 {
     total
 }
 
-/// The cell of a random number by its running sums, and the number's position in the cell, from 0 to 1.
+/// Cell that a random number selects by the running sums, and the number's position in the cell, from 0 to 1.
 fn invert(sums: &[f32], x: f32) -> (usize, f32) {
     let cells = sums.len() - 1;
     let cell = (sums.partition_point(|&sum| sum <= x).max(1) - 1).min(cells - 1);
@@ -218,7 +218,8 @@ mod tests {
     #[test]
     fn tables_sample_texels_in_proportion_to_brightness() {
         let (mean, table) = EmissionTable::measure(8, CellContent::Constant, |point| Vec3::splat(brightness(point)));
-        // The mean of 0.1 + u over the triangle, and of a texel that takes 1 / 32 of it.
+        // The mean of 0.1 + u over the triangle, plus the mean of a texel of brightness 50 that covers 1 / 32 of the
+        // triangle.
         let expected = f64::from(0.1 + 1.0 / 3.0 + 50.0 / 32.0f32);
         assert!((f64::from(mean.x) - expected).abs() < 1e-2 * expected, "{mean}");
         let (found, largest) = estimate(&table.unwrap(), brightness);
@@ -228,7 +229,7 @@ mod tests {
     #[test]
     fn bilinear_images_have_samples_of_equal_weight() {
         let (mean, table) = EmissionTable::measure(8, CellContent::Bilinear, |point| Vec3::splat(peak(point)));
-        // The volume of the peak, 1 / 64, over that of the triangle.
+        // The volume of the peak, 80 / 64, divided by the triangle's area, 1 / 2.
         let expected = 80.0 / 64.0 * 2.0;
         assert!((f64::from(mean.x) - expected).abs() < 1e-5 * expected, "{mean}");
         let (found, largest) = estimate(&table.unwrap(), peak);

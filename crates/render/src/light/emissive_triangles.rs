@@ -102,8 +102,8 @@ struct PointDistribution {
 }
 
 impl PointDistribution {
-    /// Samples weights of the second and third vertex. Returns the tables with their densities relative to the uniform
-    /// density.
+    /// Samples the weights of the second and third vertex. Returns the weights and their density relative to the
+    /// uniform density.
     fn sample(&self, random: [f32; 2]) -> ([f32; 2], f64) {
         let (point, density) = self.table.sample(random);
         (self.grid.to_triangle(point), density)
@@ -171,7 +171,7 @@ impl EmissiveTriangles {
         let [instance, triangle] = self.triangles[number];
         let ([u, v], brightness_density) = match &self.distributions[number] {
             Some(distribution) => distribution.sample([x, y]),
-            // The square folded along its diagonal.
+            // The unit square is folded along its diagonal.
             None if x + y > 1.0 => ([1.0 - x, 1.0 - y], 1.0),
             None => ([x, y], 1.0),
         };
@@ -210,7 +210,8 @@ fn edges(world: &Geometry, instance: u32, triangle: u32) -> [DVec3; 3] {
     [a - world.origin, b - a, c - a]
 }
 
-/// Density by solid angle of a point sampled uniformly on an area, given as a normal of that length.
+/// Density by solid angle of a point that is sampled uniformly on an area. `area` is a normal whose length is the size
+/// of the area.
 fn solid_angle_pdf(area: DVec3, direction: DVec3, distance: f64) -> f64 {
     distance * distance / area.dot(direction).abs()
 }
@@ -305,8 +306,8 @@ impl CellGrid {
     }
 }
 
-/// Light bounds of a triangle, by its mean radiance, and the distribution of its points; `None` if the triangle is
-/// degenerate.
+/// Light bounds of a triangle, computed from its mean radiance, and the distribution of its points; `None` if the
+/// triangle is degenerate.
 fn measure_emission(
     world: &Geometry,
     instance: u32,

@@ -211,7 +211,7 @@ impl Lights {
         self.sample_with_light(by, world, choice, which, drawn).map(|(sample, _)| sample)
     }
 
-    /// [`Lights::sample`], with the light.
+    /// Same as [`Lights::sample`], but also returns the light.
     #[inline]
     pub fn sample_with_light(
         &self,
@@ -279,8 +279,8 @@ impl Lights {
         self.sample_finite(from, light, 1.0, random)
     }
 
-    /// Samples every kind of light ([`LightSampling::Split`]) and reports each sample with its index and its light. `random` returns
-    /// the random numbers of an index; `which` selects within branches.
+    /// Samples every kind of light ([`LightSampling::Split`]) and reports each sample with its index and its light.
+    /// `random` returns the random numbers of an index; `which` selects lights within a kind.
     pub fn sample_split(
         &self,
         by: &LightSampleContexts,

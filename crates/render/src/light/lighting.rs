@@ -116,7 +116,7 @@ impl LightingCell {
         if let Some(made) = self.made.get() {
             return made;
         }
-        // Not inside `get_or_init`: a waiting thread would steal work of other images.
+        // The value is not computed inside `get_or_init`, because a waiting thread would steal work of other images.
         let made = self.make(geometry, &recent.cells());
         let made = self.made.get_or_init(|| made);
         recent.keep(self);

@@ -27,7 +27,7 @@ pub(crate) enum LightOwner {
     Surfaces,
 }
 
-/// Rays by the lights that they find.
+/// Kinds of rays, by the lights that they find.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LightView {
     /// Rays that surfaces and media scatter, and light samples.
@@ -240,12 +240,12 @@ impl Lights {
         })
     }
 
-    /// Light of a finite light.
+    /// The world's light to which a finite light belongs.
     pub fn owner_of_finite(&self, index: usize) -> LightOwner {
         LightOwner::World(self.owners[self.finite[index]])
     }
 
-    /// Light of an infinite light.
+    /// Light of the world to which an infinite light belongs.
     pub fn owner_of_infinite(&self, index: usize) -> LightOwner {
         LightOwner::World(self.owners[self.infinite[index]])
     }

@@ -88,7 +88,8 @@ impl PointLight {
         })
     }
 
-    /// Distance to the front of the sphere along a direction; to its rim where rounding misses the sphere.
+    /// Distance along a direction to the front of the sphere, or to its rim if the direction misses the sphere because
+    /// of rounding.
     fn front_distance(&self, offset: DVec3, direction: DVec3) -> f64 {
         let along = direction.dot(offset);
         let height2 = self.radius.powi(2) - (offset - direction * along).length_squared();

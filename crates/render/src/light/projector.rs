@@ -8,7 +8,7 @@ use raycam_scene::{Camera, Image};
 use crate::light::bounds::LightBounds;
 use crate::light::samples::LightLiSample;
 
-/// Cells of the table of solid angles, along the longer side of the image.
+/// Number of cells of the table of solid angles, along the longer side of the image.
 const TABLE_CELLS: usize = 128;
 /// Half of the distance, in pixels, over which directions are differentiated.
 const HALF_STEP: f64 = 0.25;
@@ -77,7 +77,8 @@ fn reciprocal_solid_angle(camera: &Camera, pixel: DVec2) -> f64 {
 }
 
 impl ProjectorLight {
-    /// Projector of a camera; `power` is that of a white image, and `irradiance` that at 1 m on the axis.
+    /// Projector of a camera. `power` is the power of a white image; `irradiance` is the irradiance by a white image at
+    /// 1 m on the axis.
     pub fn new(
         camera: &Camera,
         origin: DVec3,

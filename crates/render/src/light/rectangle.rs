@@ -198,7 +198,7 @@ impl SphericalRectangle {
         }
         let x = [corner.dot(ex), corner.dot(ex) + u.dot(ex)];
         let y = [corner.dot(ey), corner.dot(ey) + v.dot(ey)];
-        // z of the plane normals: their products require nothing else.
+        // z components of the sides' plane normals; the products of the normals depend on nothing else.
         let tilt = |at: f64| at / (at * at + z * z).sqrt();
         let n = [-tilt(y[0]), tilt(x[1]), tilt(y[1]), -tilt(x[0])];
         let g = [0, 1, 2, 3].map(|i: usize| (-n[i] * n[(i + 1) % 4]).acos());

@@ -37,8 +37,8 @@ impl SpotLight {
         Self { intensity, ..self }
     }
 
-    /// Sets the intensity from the power: the falloff integrates to 2π (1 - cos inner), plus the mean of a square, a
-    /// third, of the penumbra.
+    /// Sets the intensity from the power. The integral of the falloff is 2π times the sum of 1 - cos inner (full
+    /// intensity) and (cos inner - cos outer) / 3 (penumbra, in which the falloff is a square).
     pub fn with_power(self, power: Vec3) -> Self {
         let full = 1.0 - self.cos_inner + (self.cos_inner - self.cos_outer) / 3.0;
         self.with_intensity((power.as_dvec3() / (TAU * full)).as_vec3())

@@ -30,7 +30,7 @@ struct AlbedoBlock {
 static BLOCKS: [[OnceLock<Box<AlbedoBlock>>; ANISOTROPY_COLUMNS]; ROUGHNESS_ROWS] =
     [const { [const { OnceLock::new() }; ANISOTROPY_COLUMNS] }; ROUGHNESS_ROWS];
 
-/// Position between four blocks.
+/// Albedo at one roughness and anisotropy, interpolated between four blocks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AnisotropicAlbedo {
     blocks: [&'static AlbedoBlock; 4],
@@ -133,7 +133,7 @@ fn hemisphere_mean_of(table: &[[f32; COSINE_STEPS]; AZIMUTH_STEPS]) -> f32 {
 fn albedo(ggx: &Ggx, v: Vec3) -> (f32, f32) {
     let (mut all, mut f0, mut points) = (0.0, 0.0, 0.0);
     for ring in 0..RADIAL_POINTS {
-        // Denser at both ends, where normals change direction quickly.
+        // The rings are denser at both ends, where normals change direction quickly.
         let s = (ring as f32 + 0.5) / RADIAL_POINTS as f32;
         let (out, density) = (s * s * (3.0 - 2.0 * s), s * (1.0 - s));
         for turn in 0..ANGULAR_POINTS {

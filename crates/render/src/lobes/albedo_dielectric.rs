@@ -28,7 +28,7 @@ pub(crate) enum FresnelModel {
     Schlick,
 }
 
-/// Albedo of an index of refraction, by roughness.
+/// Albedo of an interface with one index of refraction, by roughness.
 #[derive(Debug)]
 pub(crate) struct DielectricAlbedo {
     ior: f32,
@@ -45,7 +45,7 @@ struct DielectricAlbedoRow([SideAlbedo; 2]);
 /// Coefficients of 1, f0 and f90: every albedo is linear in f0 and f90.
 #[derive(Debug)]
 struct SideAlbedo {
-    /// By cosine: albedo of one reflection and of one refraction.
+    /// For each cosine: albedo of one reflection and of one refraction.
     albedo: [[[f32; 3]; 2]; COSINE_STEPS],
     /// Cosine-weighted mean of the fraction that is neither reflected nor refracted.
     mean_loss: [f32; 3],
@@ -136,7 +136,7 @@ impl EnergyLoss<'_> {
     #[inline(always)]
     pub fn albedo(&self, inside: bool, cosine: f32, ends: (Vec3, Vec3)) -> [Vec3; 2] {
         let (first, part) = table_position::<COSINE_STEPS>(cosine);
-        // Not `map`, because the compiler may leave that as a function call.
+        // `map` is not used, because the compiler may not inline it.
         let of = |which: usize| {
             self.interpolate(ends, |row, term| {
                 let kept = &row.0[usize::from(inside)].albedo;

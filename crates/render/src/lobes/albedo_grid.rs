@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use crate::lobes::ggx::Ggx;
 
-/// Entries along the square root of the cosine, and along that of perceptual roughness.
+/// Numbers of entries along the square root of the cosine and along the square root of perceptual roughness.
 pub(crate) const COSINE_STEPS: usize = 80;
 pub(crate) const ROUGHNESS_ROWS: usize = 64;
 
@@ -46,8 +46,8 @@ pub(crate) fn cosine_of_column(column: usize) -> f32 {
     (root * root).max(1e-4)
 }
 
-/// Means of functions of `wo` and a microfacet normal, over the microfacets visible from `wo`; the argument is the
-/// cosine of `wo`. `points` are the radial and the angular count of the quadrature.
+/// Means of functions of `wo` and a microfacet normal, over the microfacets visible from `wo`. `cosine` is
+/// the cosine of `wo`; `radial` and `angular` are the quadrature's numbers of points.
 pub(crate) fn mean_over_visible_normals<const N: usize>(
     ggx: &Ggx,
     cosine: f32,
@@ -57,11 +57,11 @@ pub(crate) fn mean_over_visible_normals<const N: usize>(
     let wo = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     let (mut sums, mut points) = ([0.0f64; N], 0.0);
     for ring in 0..radial {
-        // Denser at both ends, where normals change direction quickly.
+        // The rings are denser at both ends, where normals change direction quickly.
         let s = (ring as f32 + 0.5) / radial as f32;
         let (out, density) = (s * s * (3.0 - 2.0 * s), s * (1.0 - s));
         for turn in 0..angular {
-            // One half is sufficient, because the plane of incidence is a plane of symmetry.
+            // Half of the azimuths are sufficient, because the plane of incidence is a plane of symmetry.
             let around = (turn as f32 + 0.5) / (2 * angular) as f32;
             let wm = ggx.sample_wm(wo, [around, out]);
             for (sum, value) in sums.iter_mut().zip(values(wo, wm)) {

@@ -22,7 +22,7 @@ const ANGULAR_POINTS: u32 = 48;
 /// Width of the transition at the critical angle, divided by the roughness `alpha`.
 const TRANSITION_WIDTH: f32 = 0.7;
 
-/// By roughness: the fraction of a perfect mirror's single-scatter albedo that a dielectric does not reflect.
+/// For each roughness: the fraction of a perfect mirror's single-scatter albedo that a dielectric does not reflect.
 #[derive(Debug)]
 pub(crate) struct InternalTransmittanceTable {
     /// Index of the far side relative to the near side, below 1.

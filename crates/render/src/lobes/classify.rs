@@ -82,7 +82,7 @@ pub(crate) fn has_interior(p: &Principled) -> bool {
 
 /// True if a material refracts light like smooth glass with an interior.
 pub(crate) fn is_solid_glass(material: &Material) -> bool {
-    /// Through rougher surfaces, lights are sampled.
+    /// Maximum perceptual roughness; light behind rougher surfaces is found by light samples.
     const MAX_ROUGHNESS: f32 = 0.05;
     match &material.model {
         MaterialModel::Glass(glass) => !glass.thin && glass.roughness < MAX_ROUGHNESS,
@@ -103,7 +103,7 @@ pub(crate) fn is_straight(material: &Material) -> bool {
     is_thin && BatchKind::from_material(material) == BatchKind::Specular
 }
 
-/// True if light passes a material's surface only because of its opacity.
+/// True if a material transmits no light: light passes its surface only where the opacity is below 1.
 pub(crate) fn reflects_only(material: &Material) -> bool {
     match &material.model {
         MaterialModel::Principled(p) => p.transmission.value == 0.0 && p.diffuse_transmission.value == 0.0,

@@ -17,7 +17,7 @@ pub(crate) enum Fresnel {
     },
     /// Schlick's approximation, with a thin film on a fraction `weight` of the surface.
     ThinFilm { thin_film: ThinFilm, f0: Vec3, f90: Vec3, weight: f32 },
-    /// Fresnel's equations for unpolarised light, by the index of the far side relative to the near side.
+    /// Fresnel's equations for unpolarised light, given the index of the far side relative to the near side.
     Dielectric(f32),
     /// A pane of two parallel interfaces with all reflections between them, from the pane's index.
     ThinDielectric(f32),
@@ -26,7 +26,7 @@ pub(crate) enum Fresnel {
 }
 
 impl Fresnel {
-    /// The reflectance, by the cosine between the microfacet normal and a direction on the near side.
+    /// The reflectance for a cosine between the microfacet normal and a direction on the near side.
     pub fn reflectance(&self, cosine: f32) -> Vec3 {
         match *self {
             Self::Schlick { f0, f90, eta } => match eta {
@@ -61,7 +61,7 @@ pub(crate) fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
     f0 + (f90 - f0) * (x2 * x2 * x)
 }
 
-/// Schlick's approximation from either side, by the index of the far side relative to the near side.
+/// Schlick's approximation from either side, given the index of the far side relative to the near side.
 #[inline(always)]
 pub(crate) fn schlick_two_sided(f0: Vec3, f90: Vec3, cosine: f32, eta: f32) -> Vec3 {
     let (cosine, is_total) = thinner_side_cosine(cosine, eta);

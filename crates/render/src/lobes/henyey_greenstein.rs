@@ -23,7 +23,7 @@ pub(crate) fn henyey_greenstein(cosine: f32, g: f32) -> f32 {
 /// A direction into which light along `direction` is scattered, with the density of [`henyey_greenstein`].
 pub(crate) fn sample_henyey_greenstein(direction: Vec3, g: f32, [x, y]: [f32; 2]) -> Vec3 {
     let cosine = if g.abs() < MIN_G {
-        // To first order in g: the division below loses all digits.
+        // An expansion to first order in g is used, because the division below would lose all digits.
         let even = 1.0 - 2.0 * x;
         (even + 1.5 * g * (1.0 - even * even)).clamp(-1.0, 1.0)
     } else {

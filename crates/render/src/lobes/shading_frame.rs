@@ -122,7 +122,7 @@ pub(crate) fn sincos_turns(turns: f32) -> (f32, f32) {
     let x2 = x * x;
     let sin = ((-1.951_529_6e-4 * x2 + 8.332_161e-3) * x2 - 1.666_665_5e-1) * x2 * x + x;
     let cos = ((2.443_315_7e-5 * x2 - 1.388_731_6e-3) * x2 + 4.166_664_6e-2) * x2 * x2 - 0.5 * x2 + 1.0;
-    // Selected without a branch, which would be mispredicted half of the time.
+    // Sine and cosine are selected without a branch, which would be mispredicted half of the time.
     let (sin, cos) = if quarter & 1 == 0 { (sin, cos) } else { (cos, sin) };
     let signed = |x: f32, quarter: u32| f32::from_bits(x.to_bits() ^ (quarter & 2) << 30);
     (signed(sin, quarter), signed(cos, quarter + 1))
@@ -133,7 +133,8 @@ pub(crate) fn sincos_turns(turns: f32) -> (f32, f32) {
 pub(crate) fn atan2_turns(y: f32, x: f32) -> f32 {
     let (across, along) = (y.abs(), x.abs());
     let (less, more) = (across.min(along), across.max(along));
-    // Up to an eighth of a turn; beyond that, above tan(pi / 8).
+    // The ratio is the tangent of at most an eighth of a turn. Above tan(pi / 8), the angle is computed relative to an
+    // eighth of a turn.
     let ratio = if more > 0.0 { less / more } else { 0.0 };
     let far = ratio > 0.414_213_57;
     let t = if far { (ratio - 1.0) / (ratio + 1.0) } else { ratio };

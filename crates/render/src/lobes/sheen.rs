@@ -86,7 +86,7 @@ fn albedo(roughness: f32, cosine: f32) -> f32 {
     let v = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
     let mut sum = 0.0;
     for ring in 0..RADIAL_POINTS {
-        // Denser towards the horizon, where the lobe peaks.
+        // The rings are denser towards the horizon, where the lobe peaks.
         let root = (ring as f32 + 0.5) / RADIAL_POINTS as f32;
         let z = root * root;
         let radius = (1.0 - z * z).sqrt();
@@ -117,7 +117,7 @@ mod tests {
         let lambda = (2.0 * fit(0.5) - fit(1.0 - cosine)).exp();
         let sine = (1.0 - cosine * cosine).sqrt();
         let v = Vec3::new(sine as f32, 0.0, cosine as f32);
-        // Seen along the light's direction, which is also the half vector.
+        // The viewer's direction equals the light's direction, and therefore the half vector.
         let density = (2.0 + 1.0) * sine / (2.0 * std::f64::consts::PI);
         let expected = density / ((1.0 + 2.0 * lambda) * 4.0 * cosine);
         let found = f64::from(white(1.0).eval(v, v).x);

@@ -28,7 +28,7 @@ impl Equiangular {
         Self { foot, height, begin: (-foot / height).atan(), end: ((length - foot) / height).atan() }
     }
 
-    /// A distance from the start, by a random number.
+    /// Returns the distance from the start that a random number selects.
     pub fn sample(&self, random: f32) -> f64 {
         let angle = self.begin + (self.end - self.begin) * f64::from(random);
         (self.foot + self.height * angle.tan()).max(0.0)

@@ -1,8 +1,8 @@
 //! Free flight: the distance that a path goes through a medium before it is scattered or absorbed.
 //!
-//! A colour is drawn in proportion to the path's throughput, and a distance by that colour's extinction. The density is
-//! that over all colours, which is hero wavelength sampling (A. Wilkie et al., "Hero Wavelength Spectral Sampling", EGSR
-//! 2014) with the colours' weights: weights stay below the sum of the throughput.
+//! A colour is drawn in proportion to the path's throughput, and a distance by that colour's extinction. The density of
+//! a distance is the mean over the colours, weighted by their probabilities: hero wavelength sampling (A. Wilkie et
+//! al., "Hero Wavelength Spectral Sampling", EGSR 2014). Weights therefore stay below the sum of the throughput.
 
 use glam::Vec3;
 

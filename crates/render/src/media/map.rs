@@ -79,7 +79,7 @@ impl<'a> MediaMap<'a> {
         ControlFlow::Continue(interior)
     }
 
-    /// The borders of media that a ray crosses, sorted by their distances from the ray's begin.
+    /// The borders of media that a ray crosses, sorted by their distances from the ray's start.
     pub fn borders(&self, ray: &MediumRay) -> Vec<ExactHit> {
         let mut borders = Borders::default();
         borders.find(self, [ray].into_iter());
@@ -133,7 +133,7 @@ pub(crate) struct Borders {
 }
 
 impl Borders {
-    /// Finds the borders that rays cross, with their distances from the rays' begins.
+    /// Finds the borders that rays cross, with their distances from the rays' starts.
     pub fn find<'r>(&mut self, media: &MediaMap, rays: impl Iterator<Item = &'r MediumRay>) {
         let Self { rays: exact, counts, ends, hits } = self;
         ends.clear();
@@ -156,7 +156,7 @@ impl Borders {
         }));
     }
 
-    /// The borders that a ray of the batch crosses, sorted by their distances from the ray's begin.
+    /// The borders that a ray of the batch crosses, sorted by their distances from the ray's start.
     pub fn of_ray(&self, index: usize) -> &[ExactHit] {
         let Some(&end) = self.ends.get(index) else { return &[] };
         let begin = index.checked_sub(1).map_or(0, |before| self.ends[before]);

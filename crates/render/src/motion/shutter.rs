@@ -165,9 +165,10 @@ impl<'a> ShutterSlices<'a> {
                     return Ok(then);
                 }
                 Err(RenderError::world(format!(
-                    "flow to a rolling shutter of {count} lines in a moving world requires too much memory: the {} \
-                     objects and their deforming meshes take about {} MiB per line; the limit for all lines is 2 \
-                     GiB. Use a second camera with fewer lines or without a readout, or a world that does not move",
+                    "optical flow to a camera with a rolling shutter of {count} lines in a moving world requires too \
+                     much memory: the {} objects and their deforming meshes take about {} MiB per line; the limit for \
+                     all lines is 2 GiB. Use a second camera with fewer lines or with readout=0, or a world that does \
+                     not move",
                     then.geometry.instances.len(),
                     (objects + deforming).div_ceil(1 << 20)
                 )))

@@ -11,7 +11,7 @@ const MIN_SLICES: usize = 64;
 /// Motion per slice that is not visible, in pixels, and motion that a notice reports.
 const SMOOTH_STEP: f64 = 1.0;
 const COARSE_STEP: f64 = 1.5;
-/// Times at which the motion is measured, for rigid objects and for worlds with deforming meshes.
+/// Number of times at which the motion is measured, for rigid objects and for worlds with deforming meshes.
 const PROBES: usize = 64;
 const DEFORMING_PROBES: usize = 16;
 
@@ -61,12 +61,13 @@ struct Ways {
 /// The corners of a mesh's box; none for an empty mesh.
 struct MeshBox {
     bounds: Option<(DVec3, DVec3)>,
-    /// Kept, so that its address is not reused.
+    /// The mesh is kept, so that its address is not reused.
     _mesh: Arc<Mesh>,
 }
 
 impl Ways {
-    /// Adds the positions in a world. Positions outside of the image count up to its size away from it.
+    /// Adds the positions in a world. Positions outside of the image are clamped to at most the image's size away from
+    /// it.
     fn add(&mut self, world: &World, camera: &Camera) {
         let size = DVec2::from(camera.size().map(f64::from));
         self.corners.resize(8 * world.objects.len(), (None, 0.0));

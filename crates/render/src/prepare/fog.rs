@@ -41,8 +41,8 @@ impl PreparedFog {
         Self { top: Some(top), ..self }
     }
 
-    /// The interval of a ray's first `length` metres that is inside; its end is not before its begin. `direction` has
-    /// unit length, `length` may be infinite.
+    /// The interval of a ray's first `length` metres that is inside the fog; its end is not before its start.
+    /// `direction` has unit length, `length` may be infinite.
     pub fn interval(&self, origin: DVec3, direction: DVec3, length: f64) -> [f64; 2] {
         let length = length.max(0.0);
         let Some(top) = self.top else {
@@ -88,11 +88,11 @@ mod tests {
     }
 
     #[test]
-    fn length_inside_below_a_height_equals_the_plane_formula() {
+    fn ray_length_in_fog_below_a_height_equals_the_plane_formula() {
         let fog = fog(Some(2.0));
         let from = |z: f64| DVec3::new(3.0, -1.0, z);
         let up = DVec3::new(0.6, 0.0, 0.8);
-        // From 1 below the top, 1 / 0.8 metres lead out.
+        // From a height 1 below the top, the ray leaves the fog after 1 / 0.8 metres.
         assert_eq!(length_inside(&fog, from(1.0), up, 10.0), 1.25);
         assert_eq!(length_inside(&fog, from(1.0), up, f64::INFINITY), 1.25);
         assert_eq!(length_inside(&fog, from(1.0), up, 0.5), 0.5);

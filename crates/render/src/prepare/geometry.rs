@@ -42,7 +42,7 @@ pub(crate) struct Geometry {
     dielectric_bounds: OnceLock<Vec<Option<[DVec3; 2]>>>,
     /// Fog outside of objects.
     pub fog: Option<PreparedFog>,
-    /// The borders of media, under the numbers of all instances; `None` without any.
+    /// Scene of the borders of media, with the same instance numbers as the geometry; `None` if there are no borders.
     pub boundaries: Option<Arc<Scene>>,
     /// True if light is absorbed or scattered between surfaces, other than inside of clear bodies.
     has_media: bool,
@@ -220,12 +220,12 @@ impl Geometry {
     }
 
     /// Scene-local float32 ray of a world-space ray, and the distance by which its origin was moved along the ray, in
-    /// lengths of the direction.
+    /// units of the direction's length.
     pub fn local_ray(&self, origin: DVec3, direction: DVec3, t_max: f64) -> (Ray, f64) {
         let start = origin - self.origin;
         let mut moved = 0.0;
         if self.is_far(start) {
-            // Moved to the foot of the perpendicular from the centre, minus twice the radius.
+            // The origin is moved to the foot of the perpendicular from the centre, minus twice the radius.
             let length = direction.length();
             let foot = -start.dot(direction) / (length * length);
             moved = (foot - 2.0 * self.radius / length).clamp(0.0, t_max.max(0.0));
@@ -310,7 +310,7 @@ pub(crate) fn build_scene(
 /// The scene of the borders of media; `None` if there are none.
 ///
 /// # Errors
-/// As [`build_scene`].
+/// Errors of [`build_scene`].
 fn build_boundaries(instances: &[PreparedInstance], origin: DVec3) -> Result<Option<Arc<Scene>>, RenderError> {
     if !instances.iter().any(|object| object.is_boundary) {
         return Ok(None);

@@ -57,7 +57,7 @@ pub(crate) struct ErrorBounds {
 }
 
 impl ErrorBounds {
-    /// Columns of both matrices.
+    /// Columns of `per_point`, followed by `per_mesh`.
     #[inline(always)]
     pub fn columns(&self) -> [DVec3; 4] {
         let Self { per_point: of_point, per_mesh: of_mesh } = self;
@@ -84,7 +84,7 @@ impl PreparedInstance {
     ) -> Self {
         let linear = object.world_from_mesh.matrix3;
         let stretch = stretched.as_ref().map_or(DMat3::IDENTITY, |own| own.stretch);
-        // From the coordinates in which rays are traced.
+        // Linear part of the transform from the coordinates in which rays are traced to the world.
         let traced = linear * stretch.inverse();
         let of_point = traced.abs() * traced.inverse().abs();
         let place = (object.world_from_mesh.transform_point3(mesh.center) - origin).abs();

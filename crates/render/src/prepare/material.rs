@@ -21,7 +21,7 @@ pub(crate) struct PreparedMaterial {
     pub kind: BatchKind,
     /// True if light passes straight through its surface: a smooth wall without an interior.
     pub is_straight: bool,
-    /// True if light passes its surface only because of its opacity.
+    /// True if the material transmits no light: light passes its surface only where the opacity is below 1.
     pub reflects_only: bool,
     /// The medium inside, in worlds with media.
     pub medium: Option<Medium>,

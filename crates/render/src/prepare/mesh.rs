@@ -49,7 +49,7 @@ pub(crate) struct MeshList {
 }
 
 impl MeshList {
-    /// Meshes that objects show, as far as `parts` contains them.
+    /// Lists the meshes of a world's objects: the meshes that `parts` contains, and the indices of the missing meshes.
     pub fn new(world: &World, parts: &SharedParts<PreparedMesh>) -> Self {
         let mut known: Vec<Option<Arc<PreparedMesh>>> = vec![None; world.meshes.len()];
         let mut missing = vec![];

@@ -51,7 +51,7 @@ impl Geometry {
         let rays = two_level_rays.fetch_add(rays, Ordering::Relaxed).saturating_add(rays);
         let to_pay = if *is_of_moved { RAYS_TO_PAY_REBRAIDING_MOVED } else { RAYS_TO_PAY_REBRAIDING };
         if rays >= (to_pay * self.triangle_count() as u64).max(MIN_RAYS_TO_PAY_REBRAIDING) {
-            // As for the flattened scene: not inside `get_or_init`.
+            // As for the flattened scene, the build does not run inside `get_or_init`.
             let build = || build_scene(TlasLeaves::Subtrees, &self.instances, self.origin).ok();
             let _ = rebraided.set(in_pool(build).ok().flatten());
         }

@@ -39,8 +39,8 @@ pub(crate) struct StretchedMeshes {
 }
 
 impl StretchedMeshes {
-    /// Stretched mesh of an instance; `None` if the transform does not require a stretched mesh, or if the world has
-    /// too many objects.
+    /// Stretched mesh of an instance; `None` if the transform does not require a stretched mesh, or if the world's
+    /// stretched meshes have too many triangles.
     ///
     /// # Errors
     /// [`RenderError::OutOfMemory`] and [`RenderError::Build`].
@@ -54,7 +54,7 @@ impl StretchedMeshes {
         if let Some(known) = self.by_mesh.get(&key) {
             return Ok(known.clone());
         }
-        // Counted per world, so that equal worlds are bit-identical whatever else is in memory.
+        // Triangles are counted per world, so that equal worlds are bit-identical whatever else is in memory.
         let triangles = self.triangles.saturating_add(mesh.mesh.triangles.len());
         let found = if triangles > MAX_TRIANGLES {
             None
@@ -144,8 +144,8 @@ mod tests {
         let tree = |i: usize| instances[i].stretched.as_ref().map(|own| Arc::as_ptr(&own.bvh));
         assert!(tree(0).is_some() && tree(0) == tree(1) && tree(2).is_none());
         assert!(tree(3).is_some() && tree(3) != tree(0));
-        // A copy of the world reuses the stretched meshes. A world with too many objects has no stretched meshes; only
-        // the world's own objects are counted.
+        // A copy of the world reuses the stretched meshes. A mesh that would exceed the limit on triangles is not
+        // stretched.
         let again = PreparedWorld::new(&world, Some(&prepared), None, &Control::new()).unwrap();
         assert!(Arc::ptr_eq(
             &again.geometry.instances[0].stretched.as_ref().unwrap().bvh,

@@ -16,9 +16,9 @@ use crate::prepare::family::{BuiltPart, SharedParts};
 
 /// Largest number of lookups along the long axis.
 const MAX_ANISOTROPY: f32 = 16.0;
-/// Maximum excess, relative to a texel, of footprints that still count as one texel wide; and of ellipses, relative to
-/// a whole number of lookups, that need no additional lookup. A ray that hits a texel's centre therefore returns
-/// exactly that texel.
+/// Tolerance. A footprint that is wider than a texel by at most this fraction counts as one texel wide. An ellipse that
+/// exceeds a whole number of lookups by at most this fraction of a lookup needs no additional lookup. A ray that hits a
+/// texel's centre therefore returns exactly that texel.
 const ROUNDING: f32 = 1.0 / 16.0;
 
 /// Texture, and its mip map once requested.
@@ -201,10 +201,10 @@ fn principal_axes([a, b]: [Vec2; 2]) -> (Vec2, f32) {
     let (xx, yy, xy) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
     let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
     let square = mean + half.hypot(xy);
-    // The longer of the two columns of the projection onto the long axis.
+    // The long axis is along the longer of the two columns of its projection matrix.
     let direction = if half >= 0.0 { Vec2::new(square - yy, xy) } else { Vec2::new(xy, square - xx) };
     let major = square.sqrt();
-    // Without cancellation, because the product of both axes is the determinant.
+    // The short axis is computed from the determinant, which is the product of both axes, to avoid cancellation.
     (direction.try_normalize().unwrap_or(Vec2::X) * major, a.perp_dot(b).abs() / major)
 }
 

@@ -11,7 +11,7 @@ use crate::prepare::geometry::Geometry;
 /// Property of a hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
-    /// In lengths of the ray's direction; +inf for a miss.
+    /// Distance along the ray, in units of the direction's length; +inf for a miss.
     T,
     /// Index of the object; -1 for a miss.
     Instance,
@@ -25,11 +25,12 @@ pub enum Field {
     Position,
     /// True if the ray enters through the front: corners counter-clockwise, or clockwise in a mirrored instance.
     Front,
-    /// In world units; +inf for a miss.
+    /// Distance from the ray's origin in world units; +inf for a miss.
     Distance,
     /// Unit normal interpolated from the corners, on the ray's side; 0 for a miss.
     ShadingNormal,
-    /// Distance in world units; +inf for a miss.
+    /// Texture coordinates of the mesh's first set, v downwards; NaN for a miss and for a mesh without texture
+    /// coordinates.
     Uv,
     /// Index of the material; -1 for a miss.
     Material,
@@ -39,9 +40,9 @@ pub enum Field {
     Albedo,
     /// Perceptual roughness with its texture; 0 for a miss.
     Roughness,
-    /// 1 for metals, with its texture; 0 for a miss.
+    /// Metallic value with its texture: 1 for metals; 0 for a miss.
     Metallic,
-    /// Radiance that the surface emits against the ray; 0 for a miss.
+    /// Radiance that the surface emits towards the ray's origin; 0 for a miss.
     Emission,
 }
 

@@ -13,7 +13,7 @@ use crate::prepare::world::PreparedWorld;
 use crate::queries::tasks::{NS_PER_ALL_HITS_RAY, in_tasks};
 use crate::queries::winding::{chosen_objects, half_line, residual_edges, winding_numbers};
 
-/// Rounding errors of a placed vertex, as a fraction of its coordinates and of those of its box.
+/// Rounding errors of a placed vertex, as a fraction of the vertex's coordinates and of its box's coordinates.
 const BOX_ERROR: f64 = 32.0 * f64::EPSILON;
 
 /// Method of deciding by an object's crossings whether a point is inside.

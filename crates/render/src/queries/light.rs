@@ -140,7 +140,8 @@ pub fn light_at(
 }
 
 /// Radiance along rays, in watts per square metre and steradian, path traced with the samples, depth, clamp and seed of
-/// `settings`; the sky's for rays that hit nothing. The same arguments give the same values for any number of threads.
+/// `settings`. For rays that hit nothing, this is the radiance of the sky. The same arguments give the same values for
+/// any number of threads.
 ///
 /// # Errors
 /// [`RenderError::Settings`] for invalid settings or rays, [`RenderError::Cancelled`], and errors of [`with_pool`].
@@ -183,7 +184,7 @@ fn trace_light(
     error.map_or(Ok(found), Err)
 }
 
-/// Light that is computed, and where.
+/// Points or rays for which light is computed.
 #[derive(Clone, Copy)]
 enum Source<'a> {
     Points(&'a SurfacePoints<'a>, Quantity),
@@ -352,7 +353,7 @@ impl LightTracer<'_> {
     }
 }
 
-/// Ray against the normal of a point, from its outer side on a closed body.
+/// Ray that hits a point against its normal, from the side whose light is measured.
 fn arrival_at(geometry: &Geometry, points: &SurfacePoints, at: usize) -> Arrival {
     let (instance, triangle) = (points.instances[at] as u32, points.triangles[at] as u32);
     let corners = geometry.corners(instance, triangle);

@@ -36,9 +36,9 @@ pub(super) struct MovingObjects<'a> {
 
 /// Box of an object.
 enum Place {
-    /// Of a static object.
+    /// Box of a static object.
     Static(Bounds),
-    /// Of a rigid object, relative to its location.
+    /// Box of a rigid object, relative to the object's location.
     Moving(Bounds),
     /// The object may be anywhere.
     Anywhere,
@@ -47,8 +47,8 @@ enum Place {
 }
 
 impl<'a> MovingObjects<'a> {
-    /// The objects of a world; `None` if anything other than objects with keyframes moves. `geometry` is that of the
-    /// world, prepared.
+    /// The objects of a world; `None` if anything other than objects with keyframes moves. `geometry` is the world's
+    /// prepared geometry.
     pub fn new(world: &'a World, geometry: &'a Geometry) -> Option<Self> {
         let time = world.time?.time;
         let mut objects: Vec<_> = geometry.instances.iter().map(|instance| (None, static_place(instance))).collect();
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn bundle_meets_boxes_in_front_of_it_and_no_others() {
+    fn bounded_ray_bundle_meets_only_boxes_in_front_of_it() {
         let forward = bundle([[0.0; 3]; 2], [[1.0, -0.1, -0.1], [1.0, 0.1, 0.1]]);
         let cube = |x: f64, y: f64| [DVec3::new(x, y, 0.0) - 0.5, DVec3::new(x, y, 0.0) + 0.5];
         assert!(forward.meets(cube(0.0, 0.0)));

@@ -71,7 +71,7 @@ impl HitFilter for ChosenObjects<'_> {
 pub struct ClosestPoints {
     /// Distance in world units; +inf if no point is within reach.
     pub distance: Vec<f64>,
-    /// In world coordinates; NaN if no point is within reach.
+    /// Position in world coordinates; NaN if no point is within reach.
     pub position: Vec<[f64; 3]>,
     /// Index of the object; -1 if no point is within reach.
     pub instance: Vec<i32>,

@@ -11,7 +11,7 @@ const PACKET_RAYS: usize = 64;
 const MIN_RAYS: usize = 4 * PACKET_RAYS;
 /// Maximum distance between origins that are treated as equal, as a fraction of the scene's radius.
 const MAX_ORIGIN_DISTANCE: f64 = 1.0 / 32.0;
-/// Ratio of the packets' widths to those of squares from which a better order is worth its time.
+/// Rays are sorted if the packets' mean width exceeds the width of square packets by more than this factor.
 const MIN_WIDTH_RATIO: f32 = 2.0;
 /// Bits per coordinate of a direction in the Morton code.
 const BITS: u32 = 10;
@@ -28,7 +28,7 @@ pub(super) fn narrow_order(rays: &[ExactRay], radius: f64) -> Option<Vec<usize>>
     let packets = points.chunks(PACKET_RAYS);
     let count = packets.len() as f32;
     let widths: f32 = packets.map(around).map(|[l, u]| (u[0] - l[0]) + (u[1] - l[1])).sum();
-    // Squares, or pieces of a line.
+    // Mean width of packets that are squares, or pieces of a line.
     let square = (2.0 * (width * height / count).sqrt()).max((width + height) / count);
     let ratio = widths / count / square;
     if ratio.is_nan() || ratio <= MIN_WIDTH_RATIO {

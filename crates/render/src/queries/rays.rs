@@ -22,9 +22,9 @@ pub struct RayArrays<'a> {
     pub origins: &'a [[f64; 3]],
     /// Directions, one per ray.
     pub directions: &'a [[f64; 3]],
-    /// Minimum valid t, in lengths of the direction: one value for all rays, or one value per ray.
+    /// Minimum valid t, in units of the direction's length: one value for all rays, or one value per ray.
     pub t_min: &'a [f64],
-    /// Maximum valid t, in lengths of the direction: one value for all rays, or one value per ray.
+    /// Maximum valid t, in units of the direction's length: one value for all rays, or one value per ray.
     pub t_max: &'a [f64],
     /// Arithmetic that decides hits.
     pub kernel: Kernel,

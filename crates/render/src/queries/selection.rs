@@ -81,7 +81,7 @@ pub(super) struct SelectionFilter<'a> {
     selection: &'a Selection<'a>,
     geometry: &'a Geometry,
     rays: &'a [ExactRay],
-    /// Number in the query of the first ray.
+    /// The first ray's number in the query.
     first: usize,
     /// Numbers of the rays relative to the first ray, if the rays are in another order.
     order: Option<&'a [usize]>,

@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn derivative_next_to_a_jump_of_the_velocity_is_that_of_its_own_side() {
+    fn derivative_next_to_a_jump_of_the_velocity_uses_only_its_own_side() {
         for jump in [-1.5 * STEP, -0.3 * STEP, 0.3 * STEP, 1.5 * STEP] {
             let curve = |t: f64| DVec3::new(if t < jump { 0.0 } else { 3.0 * (t - jump) }, 7.0, 0.0);
             let expected = if jump < 0.0 { 3.0 } else { 0.0 };
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn derivative_at_a_jump_of_the_velocity_is_that_after_it() {
+    fn derivative_at_a_jump_of_the_velocity_is_the_velocity_after_the_jump() {
         let found = derivative(&positions(|t: f64| DVec3::new(3.0 * t.max(0.0), 7.0, 0.0)));
         assert!((found.x - 3.0).abs() < 1e-8);
     }

@@ -68,7 +68,7 @@ pub(super) fn half_line(origin: [f64; 3], direction: DVec3) -> ExactRay {
     ExactRay { origin, direction: direction.to_array(), t_min: 0.0, t_max: f64::INFINITY }
 }
 
-/// First direction against which no boundary vertex is seen from the point.
+/// First direction s for which no boundary vertex is near the ray from the point along -s.
 fn cone_direction(point: DVec3, edges: &[([DVec3; 2], f64)]) -> DVec3 {
     let is_free = |s: &&DVec3| {
         edges.iter().flat_map(|(ends, _)| ends).all(|vertex| {

@@ -30,7 +30,7 @@ pub(crate) enum Dimension {
 /// Upper bound on the dimensions of one path vertex.
 const DIMENSIONS_PER_BOUNCE: u32 = 128;
 
-/// Path vertices whose dimensions are stratified jointly.
+/// Number of path vertices whose dimensions are stratified jointly.
 const GROUPED_BOUNCES: u32 = 4;
 
 /// Number of low index bits to which [`MIXING_MATRICES`] apply.

@@ -7,7 +7,7 @@ use raycam_scene::render_options::Filter;
 
 /// Width of the Blackman-Harris window, in pixels.
 const WINDOW_WIDTH: f64 = 3.0;
-/// Intervals of the tabulated cumulative distribution.
+/// Number of intervals of the tabulated cumulative distribution.
 const TABLE_INTERVALS: usize = 512;
 
 /// Sampler of filter offsets.

@@ -159,7 +159,8 @@ impl Sampler {
         }
         let x = reverse_bits(owen_scramble(index, first));
         let y = reverse_bits(owen_scramble(sobol_dim2(index), second));
-        // Only 24 bits, so that float32 values stay below 1. Every instruction set can convert signed integers.
+        // Only 24 bits are used, so that float32 values stay below 1. Every instruction set can convert signed
+        // integers.
         [x, y].map(|bits| (bits >> 8) as i32 as f32 * (1.0 / (1 << 24) as f32))
     }
 }

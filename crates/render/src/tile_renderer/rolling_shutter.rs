@@ -39,7 +39,7 @@ impl TileRenderer<'_> {
             return each(self.world, scratch);
         }
         let all = std::mem::take(&mut scratch.lists.active);
-        // In order of first appearance, so that the order does not depend on addresses.
+        // The groups are in order of first appearance, so that the order does not depend on addresses.
         let mut groups: Vec<(Arc<PreparedWorld>, Vec<usize>)> = Vec::new();
         for &i in &all {
             let world = &scratch.truth.pixel_worlds[i];

@@ -134,7 +134,7 @@ impl Pilot {
         needed
     }
 
-    /// Function of the variances around a pixel of the region.
+    /// Applies `of` to the variances in a window around a pixel of the region.
     fn window(&self, [x, y]: [u32; 2], radius: u32, of: impl Fn(&[f64]) -> f64) -> f64 {
         const SIDE: usize = 2 * WINDOW_RADIUS as usize + 1;
         let [_, _, width, height] = self.region;

@@ -78,7 +78,7 @@ impl ScreenMask {
 enum ScreenBounds {
     /// Behind the camera.
     Behind,
-    /// A position between two pixels, in pixels from the centre of the first pixel.
+    /// Rectangle given by its lower and upper corner, in pixels from the centre of the first pixel.
     Rect([DVec2; 2]),
 }
 

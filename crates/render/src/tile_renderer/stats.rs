@@ -17,7 +17,8 @@ pub(crate) struct RenderStats {
     /// Samples of all pixels, and pixels above the noise threshold.
     samples: AtomicU64,
     noisy_pixels: AtomicU64,
-    /// Pixels that show coplanar surfaces of several objects, and the largest complement of the objects shown there.
+    /// Number of pixels that show coplanar surfaces of several objects, and the bitwise complement of the smallest
+    /// index of an object there.
     coplanar_pixels: AtomicU64,
     coplanar_object: AtomicU64,
 }

@@ -74,7 +74,7 @@ fn sphere_depth_and_normals_match_the_closed_form() {
 }
 
 #[test]
-fn plane_has_its_normal_texture_and_material() {
+fn channels_of_a_plane_equal_its_normal_uv_albedo_and_material() {
     let mut world = World::default();
     let _unused = world.add_material(material([0.1; 3], 1.0, 0.0, 1.0)).unwrap();
     let mesh = primitive::plane([2.0, 2.0]).unwrap();

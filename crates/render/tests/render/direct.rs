@@ -134,7 +134,7 @@ fn both_sides_of_a_surface_are_lit_without_leaks() {
 }
 
 #[test]
-fn smooth_normals_are_shaded_also_on_mirrored_objects() {
+fn vertex_normals_are_transformed_for_shading_also_on_mirrored_objects() {
     let mut leaning = primitive::plane([4.0, 4.0]).unwrap();
     leaning.normals = Some(vec![[0.6, 0.0, 0.8]; leaning.vertices.len()]);
     let flip = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));

@@ -44,7 +44,7 @@ fn flow_follows_the_corners_of_deformed_meshes() {
 }
 
 #[test]
-fn flow_refuses_other_triangles_and_can_be_cancelled() {
+fn flow_refuses_worlds_with_different_triangles_and_can_be_cancelled() {
     let camera = look_at(DVec3::new(0.1, -0.2, 4.0), DVec3::ZERO, 40.0, [8, 8]);
     let (a, b) = (prepare(&plane(1.0, 1.0)), prepare(&still_life()));
     let view = |world| Viewpoint { world, animated_world: None, camera: &camera };

@@ -208,7 +208,7 @@ fn lights_blocked_by_objects_are_rarely_sampled() {
 }
 
 #[test]
-fn inverted_bodies_are_lit_equally() {
+fn partly_inverted_bodies_are_lit_like_open_meshes() {
     // A ball that is inside out, and a larger ball that is not and is out of view: together their volume is positive.
     let mesh = || {
         let mut mesh = primitive::sphere(1.0, 3).unwrap();

@@ -24,7 +24,7 @@ pub enum LightProperty {
 pub struct NodeLight {
     /// Index into the world's lights.
     pub light: usize,
-    /// Index into [`Rig::nodes`](crate::animation::Rig::nodes).
+    /// Index into [`NodeTree::nodes`](crate::animation::NodeTree::nodes).
     pub node: usize,
     /// Index of the light's definition in the file. An animation of the definition changes all its copies.
     pub definition: usize,
@@ -74,7 +74,7 @@ impl NodeLight {
 pub struct NodeCamera {
     /// Index into the world's cameras.
     pub camera: usize,
-    /// Index into [`Rig::nodes`](crate::animation::Rig::nodes).
+    /// Index into [`NodeTree::nodes`](crate::animation::NodeTree::nodes).
     pub node: usize,
     /// Index of the camera's definition in the file.
     pub definition: usize,

@@ -98,7 +98,7 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if affine {
         let scale = p4.z;
         let (m1, m2, p4) = (m1 / scale, m2 / scale, p4 / scale);
-        // Like the RQ decomposition of a finite camera, without the third row.
+        // The computation is the RQ decomposition of a finite camera without the third row.
         let b = m2.length();
         let r2 = m2 / b;
         let once = m1 - m1.dot(r2) * r2;

@@ -72,7 +72,7 @@ impl Camera {
     pub fn with_motion(self, motion: ShutterMotion) -> Result<Self> {
         if self.center == Center::Infinity {
             return Err(SceneError::camera(
-                "a camera whose matrix has its centre at infinity cannot move, because it has no position; use an \
+                "a camera created from a matrix P with a centre at infinity has no position and cannot move; use an \
                  orthographic camera",
             ));
         }
@@ -176,6 +176,7 @@ impl Camera {
 
 fn parallel_rays_error(what: &str) -> SceneError {
     SceneError::camera(format!(
-        "a camera with parallel rays (orthographic, or of a matrix with its centre at infinity) cannot have {what}"
+        "a camera with parallel rays (orthographic, or created from a matrix P with a centre at infinity) cannot \
+         have {what}"
     ))
 }

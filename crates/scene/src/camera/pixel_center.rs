@@ -10,7 +10,7 @@ pub enum PixelCenter {
     /// The centre of the first pixel is at (0, 0), as in OpenCV.
     #[default]
     Integer,
-    /// At (0.5, 0.5), as in COLMAP and OpenGL.
+    /// The centre of the first pixel is at (0.5, 0.5), as in COLMAP and OpenGL.
     Half,
 }
 

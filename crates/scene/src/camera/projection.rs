@@ -67,11 +67,11 @@ impl Camera {
 
     /// Returns the pixel coordinates of a world point, and true if the camera sees the point there.
     ///
-    /// A pinhole sees points in front of it (depth > 0). For a point behind it, the pixel is where the line through the
-    /// point and the centre meets the image; at depth 0 the pixel is not finite. Parallel rays from a plane see points
-    /// in front of the plane; parallel rays from infinity see everything. Any other [`Lens`] sees the points that it
-    /// images, possibly including points behind it, up to the angle beyond which its model is not one-to-one; all others
-    /// have the pixel NaN.
+    /// A pinhole images points in front of it (depth > 0). For a point behind it, the pixel is where the line through
+    /// the point and the centre meets the image; at depth 0 the pixel is not finite. Parallel rays from a plane image
+    /// points in front of the plane; parallel rays from infinity image all points. Any other [`Lens`] images the points
+    /// in its valid region, up to the angle beyond which its model is not one-to-one; they may be behind the camera.
+    /// All other points have the pixel NaN.
     ///
     /// For a camera with a rolling shutter, a point's pixel is on the line that shows the point in the middle of the
     /// line's exposure. If there are several such lines, the first is used; if there is none, the point has no pixel.

@@ -76,7 +76,7 @@ pub fn check_mounts<'a>(cameras: impl Iterator<Item = &'a str>, sensors: &[Named
     Ok(())
 }
 
-/// What an object's surface returns to a lidar. Values that are not given are derived from the material.
+/// Properties of an object's surface that a lidar measures. Values that are not given are derived from the material.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LidarSurface {
@@ -114,7 +114,11 @@ impl LidarSurface {
             let key = "lidar.retroreflection_table";
             return Err(match table.is_empty() {
                 true => SceneError::schema(ErrorCode::MissingValue, key, "[]; expected pairs [angle, R_A]"),
-                false => SceneError::schema(ErrorCode::ConflictingValues, key, "given in addition to retroreflection"),
+                false => SceneError::schema(
+                    ErrorCode::ConflictingValues,
+                    key,
+                    "given in addition to retroreflection; use only one of them",
+                ),
             });
         }
         let mut before = -1.0;

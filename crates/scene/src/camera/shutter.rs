@@ -177,7 +177,7 @@ impl ShutterMotion {
         if s == 0.0 {
             return from;
         }
-        // Computed as a rotation of the first pose, so that a zero rotation keeps the pose exactly.
+        // The rotation is computed relative to the first pose, so that a zero rotation keeps the pose exactly.
         let turn = DQuat::from_mat3(&(to.r * from.r.transpose()));
         let part = DQuat::IDENTITY.offset_by(DQuat::IDENTITY.delta_to(turn) * s);
         Pose { r: DMat3::from_quat(part) * from.r, c: from.c + s * (to.c - from.c) }

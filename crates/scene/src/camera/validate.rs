@@ -39,9 +39,10 @@ pub fn check_size(size: [u32; 2]) -> Result<()> {
         ));
     }
     if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(SceneError::Camera(ErrorCode::TooLarge.message(format!(
-            "image too large: {width} x {height} pixels, limit {MAX_PIXELS}; render it in regions or smaller"
-        ))));
+        return Err(SceneError::Camera(
+            ErrorCode::TooLarge
+                .message(format!("image too large: {width} x {height} pixels, limit {MAX_PIXELS}; use a smaller size")),
+        ));
     }
     Ok(())
 }
@@ -63,7 +64,7 @@ pub fn nearest_rotation(m: DMat3) -> std::result::Result<(DMat3, f64), String> {
     let refused = |nearest: String| {
         Err(format!(
             "not a rotation: R R\u{1d40} differs from the identity by {off:.3e}{nearest} (at most \
-             {ROTATION_TOLERANCE} per entry is accepted), and its determinant is {:.6}",
+             {ROTATION_TOLERANCE} per entry is accepted), and the determinant of R is {:.6}",
             m.determinant()
         ))
     };

@@ -19,6 +19,8 @@ pub struct Vignetting {
 }
 
 impl Vignetting {
+    /// Checks the coefficients.
+    ///
     /// # Errors
     /// [`SceneError::Camera`] for coefficients that are not finite.
     pub fn validate(&self) -> Result<()> {

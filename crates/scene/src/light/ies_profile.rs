@@ -82,7 +82,7 @@ impl IesProfile {
         let value = if next < self.horizontal.len() {
             at(column) * (1.0 - across) + at(next) * across
         } else if full > 180.0 && full < 360.0 {
-            // From the last angle around to the first.
+            // Values between the last angle and a full turn are interpolated towards the first angle.
             let across = (folded - full) / (360.0 - full);
             at(column) * (1.0 - across) + at(0) * across
         } else {

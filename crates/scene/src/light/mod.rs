@@ -43,8 +43,8 @@ pub enum Light {
         #[serde(deserialize_with = "strength")]
         #[schemars(with = "Strength")]
         irradiance: [f32; 3],
-        /// In degrees, below 180. Earth's sun has 0.53. A diameter gives shadows soft edges and shows a bright disk in
-        /// the sky.
+        /// Angle that the sun subtends, in degrees, below 180; Earth's sun subtends 0.53. An angle above 0 gives
+        /// shadows soft edges and shows a bright disk in the sky.
         #[serde(default)]
         angular_diameter: f64,
     },
@@ -82,14 +82,14 @@ pub enum Light {
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         intensity: Option<[f32; 3]>,
-        /// In degrees from the axis, 0 <= inner <= outer.
+        /// Angle from the axis in degrees, up to which the intensity is full; 0 <= inner <= outer.
         #[serde(default)]
         inner: f64,
         /// Angle from the axis in degrees, at most 90.
         #[serde(default = "default_outer_angle")]
         outer: f64,
-        /// In metres. A radius makes the light a sphere, which gives soft shadows and is visible; its light falls off
-        /// with the angle between the axis and the direction from its centre.
+        /// Radius in metres. With a radius above 0, the light is a sphere, which gives soft shadows and is visible; its
+        /// light falls off with the angle between the axis and the direction from its centre.
         #[serde(default)]
         radius: f64,
     },

@@ -16,7 +16,7 @@ pub struct Glass {
     pub dispersion: f32,
     /// Transmittance after `attenuation_distance`.
     pub attenuation_color: Rgb,
-    /// In metres; infinite without absorption.
+    /// Distance in metres after which white light has the `attenuation_color`; infinite without absorption.
     pub attenuation_distance: f32,
 }
 

@@ -49,7 +49,8 @@ pub struct Principled {
     pub thickness: Textured<f32>,
     /// Transmittance after `attenuation_distance`.
     pub attenuation_color: Rgb,
-    /// In metres of the world; infinite without absorption.
+    /// Distance in metres of the world after which white light has the `attenuation_color`; infinite without
+    /// absorption.
     pub attenuation_distance: f32,
     /// 20 / Abbe number; 0 without dispersion.
     pub dispersion: f32,

@@ -63,7 +63,7 @@ pub fn rotation_towards(direction: DVec3, up: DVec3) -> Option<DMat3> {
     Some(DMat3::from_cols(forward, left, forward.cross(left).normalize()))
 }
 
-/// Exact at multiples of 90 degrees, the most common angles.
+/// Sine and cosine of an angle in degrees; exact at multiples of 90 degrees, the most common angles.
 fn sin_cos_degrees(angle: f64) -> (f64, f64) {
     let angle = angle % 360.0;
     let quarter = (angle / 90.0).round();

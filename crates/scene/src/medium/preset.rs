@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn every_name_is_a_medium() {
+    fn every_preset_name_returns_a_valid_medium() {
         assert!(names().all(|name| Medium::named(name).is_some_and(|medium| medium.validate().is_ok())));
     }
 }

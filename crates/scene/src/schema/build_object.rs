@@ -1,4 +1,4 @@
-//! From an object's description to a placed mesh with its materials.
+//! Conversion of an object's description to a placed mesh with its materials.
 
 use glam::{DAffine3, DMat3, DVec3};
 

@@ -1,4 +1,4 @@
-//! From a texture's description to its image and its slot in a material.
+//! Conversion of a texture's description to its image and its slot in a material.
 
 use std::sync::Arc;
 

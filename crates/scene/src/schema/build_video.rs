@@ -1,4 +1,4 @@
-//! From `[video]` to the motion of cameras, objects and rigs.
+//! Conversion of `[video]` to the motion of cameras, objects and rigs.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -88,7 +88,7 @@ impl VideoSpec {
     }
 }
 
-/// Keyframes of one object or camera, collected while they are read.
+/// Keyframes of one object, rig or camera, collected while they are read.
 #[derive(Default)]
 struct Mover {
     /// Time of the last keyframe so far.

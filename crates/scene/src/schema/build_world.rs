@@ -1,4 +1,4 @@
-//! From a world file's description to a world.
+//! Conversion of a world file's description to a world.
 
 use crate::error::SceneError;
 use crate::light::Light;

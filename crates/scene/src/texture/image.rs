@@ -24,7 +24,7 @@ pub enum Texels {
     Linear16(Vec<[u16; 4]>),
     /// Linear values without a limit: high dynamic range.
     Float(Vec<[f32; 4]>),
-    /// Any of these formats, in the temporary file of a [`TextureMemory`](super::TextureMemory).
+    /// Any of these formats, in the temporary file of a [`TextureCache`](super::TextureCache).
     Paged(PagedTexels),
 }
 

@@ -42,11 +42,11 @@ pub struct Video {
     pub(crate) up: Up,
     pub(crate) orbit: Option<Orbit>,
     pub(crate) camera: KeyframedMotion,
-    /// By object id.
+    /// Motions of objects, by object id.
     pub(crate) objects: Vec<(usize, KeyframedMotion)>,
-    /// By the index of the rig.
+    /// Motions of rigs, by the index of the rig.
     pub(crate) rigs: Vec<(usize, KeyframedMotion)>,
-    /// By the index of the camera.
+    /// Motions of cameras, by the index of the camera.
     pub(crate) cameras: Vec<(usize, KeyframedMotion)>,
 }
 
@@ -91,19 +91,20 @@ impl Video {
         if let Some((id, _)) = self.cameras.iter().find(|(id, _)| *id >= cameras) {
             return Err(SceneError::World(
                 ErrorCode::IndexOutOfRange
-                    .message(format!("the video moves camera {id}, but the world has {cameras} cameras")),
+                    .message(format!("the video moves camera index {id}, but the world has {cameras} cameras")),
             ));
         }
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
             return Err(SceneError::World(
-                ErrorCode::IndexOutOfRange.message(format!("the video moves rig {id}, but the world has {rigs} rigs")),
+                ErrorCode::IndexOutOfRange
+                    .message(format!("the video moves rig index {id}, but the world has {rigs} rigs")),
             ));
         }
         if let Some((id, _)) = self.objects.iter().find(|(id, _)| *id >= objects) {
-            return Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!(
-                "the video moves object {id}, but the world has {objects} \
-                    objects"
-            ))));
+            return Err(SceneError::World(
+                ErrorCode::IndexOutOfRange
+                    .message(format!("the video moves object index {id}, but the world has {objects} objects")),
+            ));
         }
         check_length(self.fps, self.seconds)
     }

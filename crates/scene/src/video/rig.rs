@@ -24,7 +24,7 @@ impl Video {
         let own = self.rigs.iter().find(|(id, _)| Some(*id) == index);
         let body = rig.body();
         let Some((_, motion)) = own else {
-            // Like a camera that looks along the body's x axis.
+            // The body is moved like a camera that looks along the body's x axis.
             let k = DMat3::IDENTITY;
             let ahead = Camera::new(k, rotation::CAMERA_FROM_BODY * body.r, body.c, [1, 1], PixelCenter::Integer)?;
             let moved = self.camera_pose(&ahead, None, time)?;

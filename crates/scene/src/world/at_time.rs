@@ -67,7 +67,7 @@ impl World {
         Ok(moved)
     }
 
-    /// Returns the index of the world's camera at the pose of `base` that the video moves by its own keyframes.
+    /// Returns the index of the world's camera that has the pose of `base` and keyframes of its own in the video.
     pub fn keyframed_camera(&self, base: &Camera) -> Option<usize> {
         let mut moving = self.video.iter().flat_map(|video| &video.cameras).map(|(id, _)| *id);
         moving.find(|id| {
@@ -215,7 +215,7 @@ impl ObjectMotion<'_> {
         if self.is_translation() { self.object.world_from_mesh.matrix3 } else { self.object.scale_shear }
     }
 
-    /// Returns a box that contains the origins of the mesh between two times.
+    /// Returns a box that contains the mesh's origin at all times from `start` to `end`.
     pub fn locations_during(&self, [start, end]: [f64; 2]) -> [DVec3; 2] {
         let still = self.object.world_from_mesh.translation;
         let at = self.motion.location.evaluate(start).unwrap_or(still);

@@ -36,7 +36,7 @@ impl World {
         };
         let center = (low + high) / 2.0;
         let facing = Camera::look_at(away, DVec3::ZERO, self.up.axis(), k, size, pixel_center)?;
-        // As close as possible such that every corner of the bounds is within 90 % of the image.
+        // The camera is as close as possible, with every corner of the bounds within 90 % of the image.
         let reach = 0.9 * DVec2::new(f64::from(size[0]) / k.x_axis.x, f64::from(size[1]) / k.y_axis.y) / 2.0;
         let distance = (0..8)
             .map(|i| {

@@ -15,7 +15,7 @@ use crate::world::{Object, RayVisibility, World};
 
 /// Level of the icosphere: 5,120 triangles.
 const SPHERE_LEVEL: u32 = 4;
-/// Triangles of a disk.
+/// Number of triangles of a disk.
 const DISK_SEGMENTS: u32 = 256;
 
 /// Shape of a lamp at the origin, of unit size.

@@ -64,7 +64,7 @@ pub struct Object {
     /// True for a shadow catcher: compositions show only its shadows.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub shadow_catcher: bool,
-    /// What the surface returns to a lidar, if not derived from the materials.
+    /// Properties of the surface for lidars, if they are not derived from the materials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lidar: Option<LidarSurface>,
     /// Index of the light whose body the object is.

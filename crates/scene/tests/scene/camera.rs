@@ -195,7 +195,7 @@ fn straight_down_views_have_zero_roll() {
 }
 
 #[test]
-fn look_at_puts_the_target_at_the_principal_point_and_up_upwards() {
+fn look_at_shows_the_target_at_the_principal_point_and_up_pointing_upwards() {
     let mut random = Random(6);
     let k = DMat3::from_cols(DVec3::new(700.0, 0.0, 0.0), DVec3::new(3.0, 650.0, 0.0), DVec3::new(11.0, 22.0, 1.0));
     for _ in 0..200 {

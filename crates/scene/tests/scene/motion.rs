@@ -54,7 +54,7 @@ fn rolling_shutter_rows_use_the_pose_at_their_time() {
 }
 
 #[test]
-fn project_finds_the_row_that_sees_a_point() {
+fn project_finds_the_row_that_shows_a_point() {
     let fisheye = Lens::new(LensModel::Fisheye, &[0.0; 4]).unwrap();
     for (turn, lens) in [(0.2, Lens::Pinhole), (-1.0, Lens::Pinhole), (0.5, fisheye)] {
         for direction in [ReadoutDirection::Down, ReadoutDirection::Up, ReadoutDirection::Right, ReadoutDirection::Left]

@@ -89,7 +89,7 @@ fn corners_converge_to_their_limit_position() {
 }
 
 #[test]
-fn regular_planes_keep_their_inside_and_straight_sides() {
+fn refined_flat_grids_change_only_at_their_corners() {
     let mesh = grid(4);
     let refined = loop_subdivide(&mesh, 2).unwrap();
     let exact = midpoint(&mesh, 2).unwrap();
@@ -115,7 +115,7 @@ fn boundaries_follow_the_spline_of_boundary_points() {
 }
 
 #[test]
-fn corners_of_many_sharp_edges_stay_in_place() {
+fn vertices_where_many_sharp_edges_meet_stay_in_place() {
     // Three sheets share one edge: the edge is sharp, and more than two sharp edges meet at each of its ends.
     let mesh = Mesh {
         vertices: vec![DVec3::ZERO, DVec3::Z, DVec3::X, DVec3::Y, -DVec3::X],

@@ -52,7 +52,7 @@ def add_size(command: argparse.ArgumentParser, help_text: str) -> None:
 
 
 def add_known(command: argparse.ArgumentParser) -> None:
-    """Adds the values that a calibration file may lack: format, size, intrinsics, conventions and lens model."""
+    """Adds options for the format and for values that a calibration file may lack."""
     command.add_argument(
         "--format",
         dest="camera_format",

@@ -43,7 +43,10 @@ def add_framing(group: argparse._ArgumentGroup) -> None:
 
 
 def is_framed(world: World, options: argparse.Namespace) -> bool:
-    """True if the camera is placed so that the world fits, instead of at a pose of the world or of a calibration."""
+    """True if the camera is placed so that the world fits.
+
+    Otherwise, the camera is at its pose from the world file or from a calibration.
+    """
     is_placed = any(getattr(options, name, None) is not None for name in ("view_from", "zoom"))
     if getattr(options, "camera", None) is not None:
         return is_placed

@@ -13,7 +13,7 @@ __all__ = ["add_lidar_beam", "explain_lidar_beam"]
 
 
 def add_lidar_beam(command: argparse.ArgumentParser) -> None:
-    """Adds `--lidar`, `--firing`, and the time and the pose of the lidar."""
+    """Adds `--lidar`, `--firing`, `--frame`, `--beam-samples`, `--at`, and the lidar's pose."""
     lidar = command.add_argument_group("lidar")
     lidar.add_argument(
         "--lidar",
@@ -44,7 +44,7 @@ def explain_lidar_beam(options: argparse.Namespace) -> bool:
     from ...notices import collected
 
     if options.pixel is not None or options.of != "ray":
-        raise SettingsError("--lidar cannot be combined with --pixel and --of", code="conflicting_values")
+        raise SettingsError("--lidar cannot be combined with --pixel or --of", code="conflicting_values")
     if options.firing is None:
         raise SettingsError("--lidar requires --firing N", code="missing_value")
     if options.figure is not None:

@@ -36,7 +36,7 @@ def add_lidar_pose(command: argparse._ActionsContainer) -> None:
 
 
 def find_lidar(text: str, settings: Mapping[str, Any], up: Literal["z", "y"] = "z") -> Lidar:
-    """Returns the lidar of a device's name, or of a calibration file (FILE, or FILE:DEVICE).
+    """Returns the lidar for a device name or a calibration file (FILE, or FILE:DEVICE).
 
     Raises `LidarError` for unknown devices and malformed files, and `FileNotFoundError`.
     """

@@ -79,8 +79,8 @@ def apply_look(
     """Returns the world with the lights and the ground of the options, and the render options.
 
     Without such options, a world without lights is placed in the studio if a framing camera shows it and the image is
-    `shaded`, because depth and ids require no light. If not `truth_of_world`, the studio has no floor, which would
-    appear in the ground truth.
+    `shaded`, because depth and ids require no light. If `truth_of_world` is False, the studio has no floor, because
+    the floor would appear in the ground truth.
     """
     from ...render import STUDIO_NOTICE, is_unlit, studio_options
 

@@ -28,8 +28,9 @@ def add_rig(command: argparse._ActionsContainer) -> None:
 
 
 def find_rig(world: World, options: argparse.Namespace) -> Rig | None:
-    """Returns the rig of `--rig`, which is a rig of the world or the first rig of a calibration; None without the
-    option.
+    """Returns the rig of `--rig`; None without the option.
+
+    The rig is a rig of the world, or the first rig of a calibration or world file.
     """
     if options.rig is None:
         return None
@@ -47,7 +48,7 @@ def find_rig(world: World, options: argparse.Namespace) -> Rig | None:
 
 
 def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
-    """Returns the rig of `--rig`; raises `SettingsError` if `--camera` or `--size` is also given."""
+    """Returns the rig of `--rig`; raises `SettingsError` if `--camera` or `--size` is given."""
     rig = find_rig(world, options)
     if rig is not None and (options.camera is not None or options.size is not None):
         raise SettingsError(
@@ -70,7 +71,10 @@ def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
 
 
 def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | Rig]:
-    """Loads the cameras of a world file or a calibration; a rig of a world replaces its cameras."""
+    """Loads the cameras and rigs of a world file, or the cameras of a calibration.
+
+    Cameras of a world that belong to a rig are not listed separately.
+    """
     from ...world.load import load
 
     if not path.endswith(WORLD_ENDINGS):

@@ -28,7 +28,7 @@ __all__ = [
 
 
 def add_world(command: argparse.ArgumentParser) -> None:
-    """Adds the world, the first argument, `--variant`, `--folder` and `--texture-memory`."""
+    """Adds WORLD, the first argument, and options for joints, variant, folder and textures."""
     command.add_argument(
         "world", metavar="WORLD", help=f"world file (.toml), or a model ({' '.join(MODEL_ENDINGS[1:])})"
     )

@@ -1,4 +1,6 @@
-"""Replacement for Open3D's ray casting and distance queries: `from raycam.compat import open3d as o3d`.
+"""Replacement for Open3D's ray casting and distance queries.
+
+Usage: `from raycam.compat import open3d as o3d`.
 
 `o3d.t.geometry.RaycastingScene` has Open3D's interface and returns tensors that are NumPy arrays with Open3D's
 methods. `install()` replaces the class in an installed Open3D, where it returns Open3D's tensors. Results are

@@ -1,4 +1,4 @@
-"""Files of meshes, by raycam's readers."""
+"""Reading of meshes from files, with raycam's readers."""
 
 from __future__ import annotations
 

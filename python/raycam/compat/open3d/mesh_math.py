@@ -50,7 +50,7 @@ def check_vector(name: str, values: Any) -> Floats:
 
 
 def check_rotation(values: Any) -> Floats:
-    """Returns a matrix [3, 3] that has an inverse as float64."""
+    """Returns an invertible matrix [3, 3] as float64; otherwise raises `RaycastingError`."""
     return matrix("R", values, 3)
 
 

@@ -112,7 +112,10 @@ def create_cylinder(radius: float = 1.0, height: float = 2.0, resolution: int = 
 
 
 def create_cone(radius: float = 1.0, height: float = 2.0, resolution: int = 20, split: int = 1) -> Shape:
-    """A closed cone from z = 0 to its tip at z = `height`: the base's centre, the tip, then `split` rings upwards."""
+    """A closed cone from z = 0 to its tip at z = `height`.
+
+    Vertices: the base's centre, the tip, then `split` rings from the base upwards.
+    """
     _check(radius=radius, height=height, resolution=resolution, split=split)
     around = np.arange(resolution) * (2 * np.pi / resolution)
     shares = 1 - np.arange(split) / split

@@ -70,7 +70,10 @@ def _pinhole(
 
 
 class PerspectiveCamera(Camera):
-    """A camera with a vertical field of view `yfov` in radians; `aspectRatio` is that of the viewport if not given."""
+    """A camera with a vertical field of view `yfov` in radians.
+
+    `aspectRatio` defaults to the viewport's aspect ratio.
+    """
 
     yfov = Converted(number("yfov", 0, above=True))
     aspectRatio = Converted(number("aspectRatio", 0, above=True, optional=True))

@@ -114,7 +114,10 @@ class MetallicRoughnessMaterial(Material):
 
     @property
     def is_transparent(self) -> bool:
-        """True if the base colour or its texture has an alpha below 1."""
+        """True if the base colour's alpha is below 1, or its texture has an alpha of 0.
+
+        pyrender uses the same limits.
+        """
         texture = self.baseColorTexture
         return bool(self.baseColorFactor[3] < 1) or (texture is not None and texture.is_transparent())
 

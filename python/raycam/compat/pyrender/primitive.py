@@ -42,9 +42,10 @@ class Bounded:
 
 
 class Primitive(Bounded):
-    """Triangles, lines or points with one material, by a `mode` of `GLTF`, shown once or at each of `poses` [n, 4, 4].
+    """Triangles, lines or points with one material, shown once or at each of `poses` [n, 4, 4].
 
-    The default material is white metal, as in pyrender; `Mesh.from_trimesh` uses a grey material.
+    `mode` is the constant of `GLTF` for triangles, lines or points. The default material is white metal, as in
+    pyrender; `Mesh.from_trimesh` uses a grey material.
     """
 
     positions = Converted(lambda value: _positions(value))

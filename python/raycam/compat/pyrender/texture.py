@@ -73,7 +73,7 @@ class Texture:
         self._texels: Floats | None = None
 
     def is_transparent(self, cutoff: float = 1.0) -> bool:
-        """True if any alpha is below `cutoff` times 255, as in pyrender."""
+        """True if any alpha value, from 0 to 255, is below `cutoff`, as in pyrender."""
         return (
             self.source_channels == "RGBA"
             and self.source is not None

@@ -82,9 +82,10 @@ def number(
     optional: bool = False,
     default: float | None = None,
 ) -> Callable[[Any], float | None]:
-    """Returns a conversion to a float from `low` (excluded if `above`) to `high`, which raises `ValueError` otherwise.
+    """Returns a function that converts a value to a float and checks its range.
 
-    None becomes the default if there is one, stays None if `optional`, and raises `TypeError` otherwise.
+    The function raises `ValueError` for a number outside `low` (excluded if `above`) to `high`. For None, it returns
+    `default`, if given. Without a default, it returns None if `optional`, and raises `TypeError` otherwise.
     """
 
     def convert(value: Any) -> float | None:

@@ -41,8 +41,9 @@ def colmap_map(values: npt.NDArray[Any]) -> bytes:
 
 
 def mvsnet_camera(camera: Camera, nearest: float, farthest: float, planes: int) -> bytes:
-    """Returns the text of `00000000_cam.txt`: camera_from_world, K, and the minimum depth, step, count and maximum
-    depth.
+    """Returns the text of `00000000_cam.txt`: camera_from_world, K, and the range of depths.
+
+    The range consists of the minimum depth, the step, the number of depths, and the maximum depth.
 
     Source: MVSNet, "File formats"; BlendedMVS uses the same format with 128 planes.
     """

@@ -16,7 +16,7 @@ ENDINGS = {f".{name}" for name in PHOTO_FORMATS.split(" ")}
 def photograph_names(plan: Plan) -> list[str]:
     """Returns the photographs' names, with folders and endings if the cameras' file contains them.
 
-    A camera without a photograph gives its own name, or otherwise the view's number with six digits. If two
+    For a camera without a photograph, the name is the camera's name, or the view's number with six digits. If two
     names differ only in their ending, the view's number is appended to the second.
     """
     names: list[str] = []

@@ -51,10 +51,11 @@ def photograph_surfaces(shot: Shot, channels: Collection[str], facing: str) -> A
 def mixed_pixels(
     position: Floats, normal: npt.NDArray[Any], depth: npt.NDArray[Any], camera: Camera
 ) -> Bools:
-    """Returns True [h, w] for pixels with a neighbour that has no surface or whose surface is off the pixel's tangent
-    plane.
+    """Returns a mask [h, w] of pixels at the edges of surfaces.
 
-    `position` [h, w, 3] is in the world, `normal` in camera axes, `depth` [h, w]; the limit is 2 % of the depth.
+    A pixel with a surface is in the mask in two cases: a neighbour has no surface, or the neighbour's surface is off
+    the pixel's tangent plane. The limit is 2 % of the depth. `position` [h, w, 3] is in the world, `normal` [h, w, 3]
+    in camera axes, and `depth` is [h, w].
     """
     place = (position - camera.location) @ camera.R.T
     mixed = np.zeros(depth.shape, dtype=bool)

@@ -76,8 +76,9 @@ def transform(stamp: int, parent: str, child: str, rotation: Floats, translation
 
 
 def transforms_message(stamp: int, rows: Sequence[tuple[str, str, Floats]]) -> bytes:
-    """A `tf2_msgs/TFMessage` of transforms [4, 4] with their parent and child, from coordinates in the child to
-    coordinates in the parent.
+    """Returns a `tf2_msgs/TFMessage` of transforms, given as parent, child and matrix [4, 4].
+
+    A matrix converts coordinates in the child frame to coordinates in the parent frame.
     """
     message = Cdr().add_numbers("I", len(rows))
     for parent, child, pose in rows:

@@ -23,10 +23,10 @@ MAX_PICTURES = 200
 def contact_sheet(folder: str | os.PathLike[str]) -> Path:
     """Writes `contact_sheet.html` into the folder of a data set and returns its path.
 
-    The page shows the first 200 images with the labels of the data set's own files: boxes, masks, keypoints, the axes
-    of objects with poses, and a top view of the cameras' fields of view. Supported formats are "coco", "yolo", "bop",
-    "mot", "kitti", "panoptic", "semantic" and "replicator". Raises `SettingsError` for a folder without such a data
-    set, and `FormatError` for malformed labels.
+    The page shows the first 200 images with the labels of the data set's own files: boxes, masks, keypoints, and the
+    axes of objects with poses. It also contains a top view of the cameras' fields of view. Supported formats are
+    "coco", "yolo", "bop", "mot", "kitti", "panoptic", "semantic" and "replicator". Raises `SettingsError` for a folder
+    without such a data set, and `FormatError` for malformed labels.
     """
     place = Path(folder)
     pictures = pictures_of(place)

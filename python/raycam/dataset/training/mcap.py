@@ -89,8 +89,9 @@ def library() -> ModuleType:
 
 
 def distortion(camera: Camera) -> tuple[str, list[float]]:
-    """Returns ROS's name and coefficients of a lens; raises `SettingsError` for lens models that ROS does not
-    support.
+    """Returns ROS's name and coefficients of a camera's lens model.
+
+    Raises `SettingsError` for lens models that ROS does not support.
     """
     values = [] if camera.distortion is None else camera.distortion.tolist()
     if camera.model == "pinhole":
@@ -109,8 +110,10 @@ def distortion(camera: Camera) -> tuple[str, list[float]]:
 
 
 def baseline(plan: Plan, number: int) -> float:
-    """Returns the distance in metres to the leftmost camera that forms a rectified pair with this one; 0 if there is
-    none.
+    """Returns the distance in metres to the left camera of the view's rectified pair.
+
+    If several cameras of the rig form a rectified pair with the view's camera, the leftmost camera is used. Returns 0
+    if no camera does.
     """
     view = plan.shots[number]
     if view.rig is None:
@@ -127,7 +130,7 @@ def baseline(plan: Plan, number: int) -> float:
 def camera_info(camera: Camera, stamp: int, frame: str, right: float = 0.0) -> bytes:
     """Returns a `sensor_msgs/CameraInfo`; as in ROS, the centre of the first pixel is (0, 0).
 
-    `right` is the `baseline` of a rectified pair: P[0, 3] is -fx times that.
+    `right` is the `baseline` of a rectified pair: P[0, 3] is -fx times `right`.
     """
     model, values = distortion(camera)
     k = k_with_integer_centers(camera)
@@ -141,7 +144,7 @@ def camera_info(camera: Camera, stamp: int, frame: str, right: float = 0.0) -> b
 
 
 def names(plan: Plan, number: int) -> tuple[str, str]:
-    """Returns the prefix of a view's topics, and its frame."""
+    """Returns the prefix of a view's topics, and the name of its coordinate frame."""
     view = plan.shots[number]
     own = view.rig[1] if view.rig is not None else view.name or ""
     topic = str(plan.options["topic"]).rstrip("/")
@@ -174,11 +177,10 @@ def check(plan: Plan) -> None:
 
 
 def stamp_of(plan: Plan, number: int) -> int:
-    """Returns a view's time stamp in nanoseconds: `start_time` plus its time, or plus its frame number divided by
-    `fps`.
+    """Returns a view's time stamp in nanoseconds, which is `start_time` plus the view's time.
 
-    All cameras of a rig's pose have the same stamp. ROS interprets a stamp of 0 as "the latest", so `start_time` is 1
-    by default.
+    For a view without a time, the time is its frame number divided by `fps`. All cameras of a rig's pose have the same
+    stamp. ROS interprets a stamp of 0 as "the latest", so `start_time` is 1 by default.
     """
     view = plan.shots[number]
     frame = number if view.rig is None else view.rig[0]
@@ -254,8 +256,9 @@ _fixed: WeakKeyDictionary[Plan, bool] = WeakKeyDictionary()
 
 
 def has_fixed_mounts(plan: Plan) -> bool:
-    """Returns True if the cameras have the same positions on the body at every pose of the rigs; computed once per
-    plan.
+    """Returns True if the cameras have the same poses on the body at every pose of the rigs.
+
+    The result is computed once per plan.
     """
     if plan not in _fixed:
         mounts: dict[str, tuple[Floats, Floats]] = {}
@@ -276,7 +279,7 @@ def is_latched(topic: str) -> bool:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the bag, a piece for each view, and `metadata.yaml`, which `ros2 bag` requires to open the folder."""
+    """Makes the bag in pieces, and `metadata.yaml`, which `ros2 bag` needs to open the folder."""
     table = {str(item.id): {"name": item.name, "category": item.category} for item in plan.objects}
     start = stamp_of(plan, 0)
     about = Cdr().add_text(json.dumps(table)).to_bytes()

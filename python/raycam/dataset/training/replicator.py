@@ -63,8 +63,9 @@ def as_json(value: Any) -> bytes:
 
 
 def color_of(number: int) -> tuple[int, int, int, int]:
-    """Returns a distinct opaque colour for each number from 0: its bits are distributed to the channels, lowest bits
-    first.
+    """Returns a distinct opaque colour for each number from 0.
+
+    The bits of the number are distributed to the channels, lowest bits first.
     """
     color = [0, 0, 0, 255]
     for bit in range(24):
@@ -73,8 +74,9 @@ def color_of(number: int) -> tuple[int, int, int, int]:
 
 
 def camera_params(camera: Camera) -> dict[str, Any]:
-    """Returns the camera in USD's conventions (millimetres, axes x right, y up, z backward, row vectors), and in
-    raycam's.
+    """Returns the camera in USD's conventions and in raycam's conventions.
+
+    USD's conventions are millimetres, axes x right, y up, z backward, and row vectors.
     """
     width, height = camera.size
     K = k_with_half_centers(camera)

@@ -48,8 +48,9 @@ def check(plan: Plan) -> None:
 
 
 def pascal_palette() -> npt.NDArray[np.uint8]:
-    """Returns the colours [256, 3] of PASCAL VOC: the id's bits, distributed to the channels (VOC devkit,
-    VOClabelcolormap).
+    """Returns the colours [256, 3] of PASCAL VOC.
+
+    The bits of an id are distributed to the channels. Source: VOC devkit, VOClabelcolormap.
     """
     palette = np.zeros((256, 3), dtype=np.uint8)
     for number in range(256):

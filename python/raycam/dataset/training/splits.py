@@ -17,8 +17,9 @@ SPLITS: Mapping[str, Any] = {"splits": {"train": 0.8, "val": 0.2}, "split_seed":
 
 
 def check_splits(plan: Plan) -> None:
-    """Raises `SettingsError` unless `splits` maps names to fractions with the sum 1, and `split_seed` is a whole
-    number.
+    """Raises `SettingsError` for invalid values of the options `splits` and `split_seed`.
+
+    `splits` must map names to fractions with the sum 1, and `split_seed` must be a whole number.
     """
     splits, seed = plan.options["splits"], plan.options["split_seed"]
     named = isinstance(splits, Mapping) and all(

@@ -120,7 +120,10 @@ def numbers(shot: Shot, item: Label) -> list[float]:
 
 
 def outlines(item: Label) -> list[Points]:
-    """Returns polygons [n, 2] around the visible pixels, in pixels from the image's corner, the largest first."""
+    """Returns polygons [n, 2] around the visible pixels, in pixels from the image's corner.
+
+    The polygon with the most corners is first.
+    """
     found = [np.array(corners, dtype=float) + item.region[:2] for corners in polygons(item.visible_mask)]
     return sorted(found, key=lambda corners: -len(corners))
 
@@ -138,9 +141,9 @@ def joined(pieces: list[Points]) -> Points:
 def rectangle(points: Points, size: Points) -> Points:
     """Returns the corners [4, 2], in order, of the rectangle of minimum area around points.
 
-    One of its sides is on the points' hull. Because loaders reject labels that extend beyond the image, the corners
-    are clipped to the image if all points then stay within one pixel of the rectangle; otherwise the upright
-    rectangle is used.
+    One of its sides is on the points' hull, or the rectangle is upright. Because loaders reject labels that extend
+    beyond the image, the corners are clipped to the image. A rectangle is not used if a point is then more than one
+    pixel outside.
     """
     hull = _hull(points)
     edges = np.concatenate([np.roll(hull, -1, axis=0) - hull, [[1.0, 0.0]]])

@@ -1,5 +1,6 @@
-"""Worlds from MuJoCo models; only the model's arrays are read, and MuJoCo is imported only to compute the first
-state.
+"""Worlds from MuJoCo models.
+
+Only the model's arrays are read; MuJoCo is imported only to compute the initial state.
 """
 
 from .scene import MujocoScene, from_mujoco

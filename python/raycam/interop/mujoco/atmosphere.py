@@ -66,11 +66,11 @@ class Atmosphere:
     ) -> None:
         """Blends haze over the colours [n, 3] of rays [n, 3] that end at distances [n].
 
-        If there is fog, it colours the haze, too; `fog_along` [n] is then the depth per distance of each ray.
+        Fog colours the haze, too; `fog_along` [n] is then the depth per distance of each ray.
 
-        Haze is a cone around the camera, which is `height` above a plane with the normal `up`: from the plane below it
-        rises outwards to the sky at the camera's height. The haze is opaque at one height, and fades out upwards and
-        downwards.
+        The haze is a cone around the camera, which is `height` above a plane with the normal `up`. The cone rises
+        outwards from a circle in the plane to the edge of the sky at the camera's height. The haze is opaque at one
+        height, and fades out upwards and downwards.
         """
         radius = SKY_DISTANCE * self.far
         elevation, narrowing = float(height) / radius, self._haze
@@ -82,7 +82,8 @@ class Atmosphere:
         below = slope / np.maximum(elevation + slope * narrowing, 1e-30)
         reached = radius * np.hypot(1 - narrowing * below, elevation * below)
         shown = (slope > 0) & (below <= 1) & (reached <= distances)
-        # The densest height divides the cone where it is seen at 45 degrees from the edge of the sky.
+        # The haze is densest where the cone meets a line that rises inwards at 45 degrees from the plane, below the
+        # sky's edge.
         angle = np.arctan2(1, narrowing)
         densest = np.sqrt(0.5) * narrowing * np.sin(angle) / np.sin(0.75 * np.pi - angle)
         rise = 1 - below[shown]

@@ -58,7 +58,10 @@ def planes_behind(model: Any, world: World, elements: list[tuple[int, int]], eye
 def blending_order(
     model: Any, world: World, elements: list[tuple[int, int]], objects: list[int], eye: Floats
 ) -> list[int]:
-    """Returns objects by their distance from the point `eye` [3]: that of the centre, less the bounding radius."""
+    """Returns objects ordered by their distance from the point `eye` [3], the nearest first.
+
+    The distance is the centre's distance minus the bounding radius; planes have a fixed distance.
+    """
     distances = {}
     for number in objects:
         kind, element = elements[number]
@@ -71,7 +74,9 @@ def blending_order(
 
 
 def blend_layers(colors: Single, layers: list[tuple[Hits, Single, Single]], order: list[int]) -> None:
-    """Blends layers over the colours [n, 3]: in this order of objects, and then in the reverse order, as MuJoCo does.
+    """Blends layers over the colours [n, 3], as MuJoCo does.
+
+    The objects are blended in the given `order`, and then again in the reverse order.
 
     Each layer has its hits, colours [m, 3] and opacities [m].
     """

@@ -1,4 +1,4 @@
-"""MuJoCo's own light: the model of OpenGL's fixed pipeline with shadows, evaluated at exact hits.
+"""MuJoCo's own light: OpenGL's fixed pipeline with shadows, evaluated at exact hits.
 
 Sources: OpenGL 2.1 specification, sections 2.14.1 (lighting) and 3.8.13 (texture environments); MuJoCo's
 documentation, chapter Visualization. Sums are formed and clamped in sRGB, as MuJoCo does. Differences: light is

@@ -32,7 +32,7 @@ class SurfaceValues:
 def element_look(model: Any, kind: int, number: int) -> tuple[Floats, int]:
     """Returns the colour [4] and the material (-1: none) of a geom, site, flex or skin.
 
-    The colour is that of the material, unless the element's own colour differs from MuJoCo's default grey.
+    The colour is the material's colour, unless the element's own colour differs from MuJoCo's default grey.
     """
     prefix = element_prefix(kind)
     material = int(getattr(model, f"{prefix}_matid")[number])

@@ -46,9 +46,10 @@ class LinkCamera(NamedTuple):
 
 
 def link_geoms(model: Any, geometry: str) -> tuple[list[LinkGeom], list[Notice]]:
-    """Returns the visible geoms of a model, or with `geometry="collision"` those that can collide, and notices.
+    """Returns the visible geoms of a model, and notices.
 
-    Visible are the groups 0 to 2, as in MuJoCo's viewer.
+    Visible geoms are in the groups 0 to 2, as in MuJoCo's viewer, are not fully transparent, and are not covered by an
+    equal geom. With `geometry="collision"`, the geoms that can collide are returned instead.
     """
     visual = geometry == "visual"
     covered = covered_geoms(model, VISIBLE_GROUPS) if visual else []

@@ -111,8 +111,9 @@ class MujocoScene:
     def render(self, camera: Camera, *, samples: int = 4) -> npt.NDArray[np.uint8]:
         """Returns the image in MuJoCo's own light (OpenGL's): sRGB, uint8 [h, w, 3].
 
-        It resembles the image of `mujoco.Renderer`: headlight, Blinn-Phong materials, shadows, one reflecting plane or
-        box, blended transparent geoms, the skybox and haze; `flags` switch these parts on and off, and fog. Shadows are
+        The image resembles the image of `mujoco.Renderer`: headlight, Blinn-Phong materials, shadows, one reflecting
+        plane or box, blended transparent geoms, the skybox and haze. `flags` switch these parts and fog on and off.
+        Shadows are
         exact, and light is computed at every pixel instead of every vertex. With `samples=4` (default), edges are
         antialiased; with 1, only the centre of each pixel is sampled. `raycam.render(scene.world, camera)` computes
         physically based light instead. Raises `SettingsError` for the flags of wireframes and additive blending.
@@ -197,20 +198,21 @@ def from_mujoco(
 ) -> MujocoScene:
     """Creates a world from a `mujoco.MjModel`; returns a scene with `world` and `update(data)`.
 
-    `data` is the `mujoco.MjData` whose state is shown (default: the initial state). Geoms, skins and flexes of
-    `groups` (default: 0, 1 and 2, as in MuJoCo's viewer) that are not fully transparent become objects, named as in
-    the model, and so do the sites of the groups `sites` (default: none) and the spatial tendons of the groups
-    `tendons`, as capsules along their paths; a slack tendon hangs as in MuJoCo's viewer. The category of a geom or site
-    is its body's name. Round shapes are triangle meshes. Colours are sRGB, as MuJoCo shows them; colour textures (2D
-    and cube maps) are mapped as in MuJoCo 4.
+    `data` is the `mujoco.MjData` whose state is shown (default: the initial state). Geoms, skins and flexes of `groups`
+    (default: 0, 1 and 2, as in MuJoCo's viewer) that are not fully transparent become objects, named as in the model.
+    The sites of the groups `sites` (default: none) and the spatial tendons of the groups `tendons` (default: 0, 1 and
+    2) become objects, too. A tendon is shown as capsules along its path; a slack tendon hangs as in MuJoCo's viewer.
+    The category of a geom or site is its body's name. Round shapes are triangle meshes. Colours are sRGB, as MuJoCo
+    shows them; colour textures (2D and cube maps) are mapped as in MuJoCo 4.
 
     Directional lights become suns; spot and point lights become weaker with the square of the distance, with a notice;
     ambient light and the headlight become a uniform sky. Cables, image lights and the thickness of flexes are
-    omitted, with notices, and so are opaque geoms that a later one of the same shape and place covers, as in MuJoCo's
-    images. `MujocoScene.render` shows such a world in MuJoCo's own light.
+    omitted, with notices. An opaque geom is also omitted if a later geom of the same shape and place covers it, as in
+    MuJoCo's images. `MujocoScene.render` shows such a world in MuJoCo's own light.
 
-    Raises `WorldError` for objects that are not a model, for models of a MuJoCo version that lacks the arrays read
-    here (with both versions), and for `data` without poses, and `ImportError` without MuJoCo if `data` is not given.
+    Raises `WorldError` if `model` is not a MuJoCo model or `data` has no poses. Also raises `WorldError`, with both
+    versions, if the model's MuJoCo version lacks arrays that are read here. Raises `ImportError` if `data` is not given
+    and MuJoCo is not installed.
     """
     check_model(model)
     if data is None:

@@ -103,8 +103,9 @@ def _shape_data(model: Any, geom: int) -> Any:
 
 
 def with_texture(model: Any, element: int, number: int, shape: Shape, material: int) -> Shape:
-    """Returns the shape with texture coordinates for its material's texture; returns the shape itself if there is no
-    texture.
+    """Returns the shape with texture coordinates for its material's texture.
+
+    A shape whose material has no texture is returned unchanged.
     """
     texture = color_texture(model, material)
     if texture < 0:

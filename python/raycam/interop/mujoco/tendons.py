@@ -70,7 +70,9 @@ class Tendon:
 
 
 def tendon_segments(model: Any, data: Any, tendon: int) -> tuple[Floats, Floats, Floats]:
-    """Returns starts [n, 3], ends [n, 3] and radii [n] of a tendon's capsules in the world, in metres.
+    """Returns the starts [n, 3], ends [n, 3] and radii [n] of a tendon's capsules.
+
+    Values are world coordinates in metres.
 
     A tendon around a sphere or cylinder has several capsules along the arc. Fixed tendons have no capsules.
     """

@@ -54,8 +54,8 @@ def planar_coordinates(corners: Floats, repeat: Floats, scale: Floats, uniform: 
     """Returns the texture coordinates [..., 2] of a 2D texture on a geom without texture coordinates of its own.
 
     Such geoms are infinite planes, height fields and meshes. `corners` [..., 3] are in the geom's frame, in metres.
-    `scale` [2] is half the geom's size along x and y, 0 for infinite planes. With `uniform`, `repeat` counts per two
-    metres, otherwise per size of the geom.
+    `scale` [2] is half the geom's size along x and y, 0 for infinite planes. `repeat` [2] is the number of
+    repetitions over the geom's size. With `uniform`, and for infinite planes, it is the number over two metres.
     """
     finite = (scale > 0) & (not uniform)
     return 0.5 * repeat / np.where(finite, scale, 1.0) * [1, -1] * corners[..., :2] - 0.5
@@ -67,8 +67,8 @@ def map_cube(
     """Maps a cube map of 6 stacked faces onto triangles, which are cut where the face changes.
 
     `corners` [t, 3, 3] are in the geom's frame; multiplied by `factors` [3], they are the directions of the lookup.
-    Returns the corners [m, 3, 3] of the parts, their texture coordinates [m, 3, 2], the triangle [m] that each part
-    comes from, and the weights [m, 3, 3] of its corners. Coordinates stay half a texel away from the face's border,
+    Returns for each part its corners [m, 3, 3], their texture coordinates [m, 3, 2], the original triangle [m], and
+    the weights [m, 3, 3] of that triangle's corners. Coordinates stay half a texel away from the face's border,
     so that neighbouring faces in the stack do not bleed. Inside a part, coordinates are interpolated linearly, which
     is exact for boxes.
     """

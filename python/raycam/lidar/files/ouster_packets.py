@@ -182,7 +182,7 @@ def save_ouster_packets(
 ) -> None:
     """Writes the packets to `path`, and the metadata, which decoders require, to the same name with .json.
 
-    `near_ir_gain` are the counts for a radiance of 1 W/(m² sr) in the field `near_ir`, if there is one.
+    `near_ir_gain` is the number of counts for a radiance of 1 W/(m² sr) in the field `near_ir`, if present.
 
     Raises `LidarError` for returns other than "strongest", "last" and "dual", and if the .json file exists and was not
     written by raycam.

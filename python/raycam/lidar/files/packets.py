@@ -1,7 +1,7 @@
 """Velodyne's data packets, as a capture file (PCAP) of UDP.
 
 Sources: VLP-16 User Manual 63-9243, section 9.3; VLP-32C User Manual 63-9325, section 9.3; HDL-64E S2 User's Manual,
-appendix E. The order of blocks with two returns is that which velodyne-decoder 3.1 expects.
+appendix E. With two returns, the blocks are in the order that velodyne-decoder 3.1 expects.
 """
 
 from __future__ import annotations
@@ -177,7 +177,8 @@ def _layers(
     last, strongest = layer(number), layer(energy)
     same = (last[0] == strongest[0]) & (last[0] > 0)
     if same.any():
-        # If the last echo is the strongest, the second block contains the second strongest echo, which is the first.
+        # If the last echo is the strongest, the second block contains the second strongest echo; here, this is the
+        # first echo.
         first = layer(-number)
         strongest = (np.where(same, first[0], strongest[0]), np.where(same, first[1], strongest[1]))
     return [last, strongest]

@@ -90,13 +90,16 @@ def encode_scan(
     write, defaults = FORMATS[extension.lower()]
     if text or compress:
         if extension.lower() != ".pcd":
-            form = "text" if text else "compressed"
+            option = "text" if text else "compress"
             raise LidarError(
-                f"{extension}: only .pcd has a {form} form; for compressed files, use .pcd, .laz, .npz or .feather",
+                f"{extension}: {option} is an option of .pcd files; for compressed files, use .pcd, .laz, .npz or "
+                ".feather",
                 code="cannot_write",
             )
         if text and compress:
-            raise LidarError("a .pcd file is either text or compressed", code="conflicting_values")
+            raise LidarError(
+                "text and compress cannot be combined; use only one of them", code="conflicting_values"
+            )
         write = pcd_text if text else pcd_compressed
     chosen = _chosen(columns, extension, fields, defaults)
     if "scan_angle" in columns:

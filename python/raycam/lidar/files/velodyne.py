@@ -113,7 +113,7 @@ def _description(
         where = f"{path}: laser {number}"
         if number in by_number or not 0 <= number < len(lasers):
             raise LidarError(
-                f"{where}: laser_id must be a number from 0 to {len(lasers) - 1}, each once",
+                f"{where}: laser_id must be unique and from 0 to {len(lasers) - 1}",
                 code="duplicate_name",
             )
         by_number[number] = laser_from_keys(keys, where)

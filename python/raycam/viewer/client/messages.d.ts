@@ -17,7 +17,7 @@ export interface Size {
   ratio: number;
 }
 
-/** The camera's new pose, which the client computed. `fx` is the focal length of parallel rays in image pixels. */
+/** The new camera pose, which the client computed. */
 export interface Move {
   type: "move";
   seq: number;
@@ -33,7 +33,7 @@ export interface Home {
   seq: number;
 }
 
-/** Requests the ray of an image position, the surface point that it hits, and the bounds of that object. */
+/** Requests the ray of an image position, and the hit point with its object's bounds. */
 export interface Locate {
   type: "locate";
   id: number;
@@ -50,15 +50,14 @@ export interface Ground {
   foot: number;
 }
 
-/** Looks through a camera of the world, or keeps the pose as a free camera if the name is empty. */
+/** Looks through a camera of the world; an empty name keeps the pose as a free camera. */
 export interface LookThrough {
   type: "camera";
   seq: number;
   name: string;
 }
 
-/** Shows several cameras of the world at once, or only the main view if the list is empty. An empty name is the
-    camera of the main view. */
+/** Shows several cameras of the world at once, or only the main view if the list is empty. */
 export interface Panes {
   type: "panes";
   names: string[];
@@ -90,8 +89,7 @@ export interface FromSide {
   name: "default" | "front" | "back" | "right" | "left" | "top" | "bottom" | "iso";
 }
 
-/** Sets the light, the ground and the background. Angles are in degrees; empty: the background that the light
-    shows. */
+/** Sets the light, the ground and the background; angles are in degrees. */
 export interface Look {
   type: "look";
   light: "own" | "default" | "studio" | "sun" | "sky";
@@ -102,7 +100,7 @@ export interface Look {
   background: string;
 }
 
-/** Sets the intrinsics, in pixels of the camera's own size, and the coefficients of its lens model. */
+/** Sets the intrinsics, in the camera's own pixels, and the lens model's coefficients. */
 export interface Lens {
   type: "lens";
   fx: number;
@@ -144,7 +142,7 @@ export interface Edit {
   value: boolean | number | string | number[];
 }
 
-/** Selects an object, and shows nothing, its outline, or its outline and the handles of a tool. */
+/** Selects an object; `tool` determines whether its outline and handles are shown. */
 export interface Select {
   type: "select";
   number: number;
@@ -183,7 +181,7 @@ export interface RemoveCamera {
   name: string;
 }
 
-/** A drag of a handle between two image positions; the messages of one drag are one undo step. */
+/** A drag of a handle between two image positions; one drag is one undo step. */
 export interface Gizmo {
   type: "gizmo";
   handle: "x" | "y" | "z" | "all" | "floor";
@@ -324,7 +322,7 @@ export interface Control {
   value: boolean | number | string;
 }
 
-/** Chooses whether still images are sent as exact numbers, for comparisons and ranges, or only for display. */
+/** Chooses whether still images are sent as exact numbers or only for display. */
 export interface Planes {
   type: "planes";
   wanted: boolean;

@@ -1,4 +1,7 @@
-"""The folder of pages for a browser: browsers from snap cannot read the folder of temporary files."""
+"""The folder of pages for a browser.
+
+Browsers from snap cannot read the folder of temporary files.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,10 @@ NAME = "raycam-pages"
 
 
 def browser_folder() -> Path | None:
-    """Returns the folder `raycam-pages` in the home folder, which only the user can read, if a browser is from snap.
+    """Returns the folder `raycam-pages` in the home folder if a browser is from snap, or None.
 
-    Such browsers have a `/tmp` of their own and cannot read hidden folders. Otherwise returns None, for the system's
-    folder of temporary files, also if the folder cannot be created.
+    Only the user can read this folder. Browsers from snap have a private `/tmp` and cannot read hidden folders. None
+    means the system's folder of temporary files; it is also returned if the folder cannot be created.
     """
     if not any((SNAP_COMMANDS / name).exists() for name in BROWSERS):
         return None

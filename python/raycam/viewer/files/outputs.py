@@ -30,7 +30,11 @@ STILL_INTERVAL_S = 0.05
 
 
 def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
-    """Name, media type and bytes of the current still image. Raises `SettingsError` if the image has no samples yet."""
+    """Returns name, media type and bytes of the still image or the world, in a format.
+
+    The formats "glb" and "toml" contain the world, other formats the still image. Raises `SettingsError` if the image
+    has no samples yet.
+    """
     view = session.view
     title = view.opened.title
     if format == "glb":
@@ -82,7 +86,10 @@ def _first_still(session: Session) -> tuple[View, Frame]:
 
 
 def film(session: Session, seconds: float, degrees: float) -> tuple[str, str, bytes]:
-    """Name, media type and bytes of a video that turns around the pivot, or shows the world's motion for 0 degrees."""
+    """Name, media type and bytes of a video that turns around the pivot.
+
+    For 0 degrees, the video shows the world's motion.
+    """
 
     def report(done: int, total: int) -> None:
         session.connection.send({"type": "filming", "done": done, "total": total})

@@ -21,7 +21,10 @@ QUALITY = 90
 
 
 class Photographs:
-    """Photographs by the names of their cameras. Each is read when a client looks through its camera."""
+    """Photographs by the names of their cameras.
+
+    A photograph is read when a client looks through its camera.
+    """
 
     def __init__(self, photos: Photos, cameras: Mapping[str, str]) -> None:
         """`photos` is a folder or a mapping, `cameras` contains the photographs' names by the cameras' names.

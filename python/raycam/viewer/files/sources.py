@@ -46,9 +46,9 @@ class Opening(NamedTuple):
 
     @classmethod
     def find(cls, given: Sequence[str | os.PathLike[str]], unpacked: Path) -> Opening:
-        """The worlds of files, folders and archives, which are unpacked to the folder `unpacked`.
+        """Finds the worlds in files, folders and archives.
 
-        Raises the errors of `find_world`.
+        Archives are unpacked to the folder `unpacked`. Raises the errors of `find_world`.
         """
         found = [find_world(each, unpacked / str(number)) for number, each in enumerate(given)]
         name = Path(given[0]).resolve().name
@@ -86,8 +86,9 @@ def known_suffixes() -> tuple[str, ...]:
 
 
 def first_world(names: Iterable[str]) -> str | None:
-    """Returns the world file among file names: world files before models, files in upper folders first; None without a
-    world.
+    """Returns the preferred world or model among file names, or None.
+
+    Files in upper folders come first; in folders of the same depth, world files come before models.
     """
     suffixes = world_suffixes()
 
@@ -98,10 +99,11 @@ def first_world(names: Iterable[str]) -> str | None:
 
 
 def find_world(path: str | os.PathLike[str], unpacked: Path) -> tuple[Path, Path | None]:
-    """The world of a file, folder or archive, and the folder whose files it may read (None: its own).
+    """Returns the world of a file, folder or archive, and the folder whose files it may read.
 
-    Archives are unpacked to the folder `unpacked`. A notice names the world if a folder or an archive contains
-    several. Raises `SettingsError` if it contains none, and `FileNotFoundError` for a missing file.
+    The folder is None for a single file, which may read the files in its own folder. Archives are unpacked to the
+    folder `unpacked`. A notice names the chosen world if a folder or an archive contains several suitable worlds.
+    Raises `SettingsError` for a folder or archive without a world, and `FileNotFoundError` for a missing file.
     """
     given = Path(path)
     if given.is_file() and given.suffix.lower() == ARCHIVE:
@@ -147,7 +149,10 @@ def _files_in(folder: Path) -> list[Path]:
 
 
 def check_name(name: str) -> str:
-    """Returns a name as a relative path. Raises `SettingsError` for a name that could leave its folder."""
+    """Returns a name as a relative path.
+
+    Raises `SettingsError` for a name that could leave its folder.
+    """
     parts = PurePosixPath(name.replace("\\", "/")).parts
     is_bad = (
         not parts

@@ -51,9 +51,9 @@ class Uploads:
         self._known = (*self._worlds, *companions, ARCHIVE)
 
     def add(self, name: str, size: int, offset: int, data: str) -> bool:
-        """Adds a piece of a file; returns True if the file is complete. Files of other types are ignored.
+        """Adds a piece of a file; returns True if the file is complete.
 
-        Raises `SettingsError` for invalid pieces, and then deletes the file.
+        Files of other types are ignored. Raises `SettingsError` for invalid pieces, and then deletes the file.
         """
         name = check_name(name)
         if not name.lower().endswith(self._known):

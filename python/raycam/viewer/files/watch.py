@@ -25,7 +25,10 @@ Stamp = tuple[int, int] | None
 
 
 def used_files(path: Path) -> list[Path]:
-    """Returns the file of a world, and the files in its folder whose names occur in it or in a file that it uses."""
+    """Returns the file of a world, and the files that it uses, directly or indirectly.
+
+    A file is used if it is in the folder of the world and its name occurs in a file that is used.
+    """
     nearby = _nearby(path.parent)
     found, waiting = {path}, [path]
     while waiting:

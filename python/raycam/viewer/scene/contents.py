@@ -1,4 +1,7 @@
-"""Contents of a world, read without a record for each of its objects: worlds may have many thousands."""
+"""Contents of a world, read without a record for each object.
+
+Worlds may have many thousands of objects.
+"""
 
 from __future__ import annotations
 

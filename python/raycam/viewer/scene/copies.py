@@ -1,4 +1,7 @@
-"""Cameras as text in other tools' formats (see `raycam.save_cameras`), and the command that renders the image."""
+"""Cameras as text in other tools' formats, and the command that renders the image.
+
+The formats are those of `raycam.save_cameras`.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ FILES = {"opencv": ("camera.yaml", [""]), "colmap": ("colmap", ["cameras.txt", "
 
 
 def camera_text(camera: Camera, format: str) -> tuple[str, list[Notice]]:
-    """The text of a camera in a format, and notices. Raises `FormatError` if the format does not support the camera."""
+    """Returns the text of a camera in a format, and notices.
+
+    Raises `FormatError` if the format does not support the camera.
+    """
     path, names = FILES[format]
     made, notices = write_cameras([Record.of("camera", camera._core, None, None, None)], path, format)
     files = dict(made)
@@ -35,11 +41,11 @@ def camera_table(camera: Camera) -> str:
 
 
 def render_command(file: Path | str, camera: Camera | str | None, options: Mapping[str, Any]) -> str:
-    """Returns shell commands that render `file` with a camera, given by name or written to a file first.
+    """Returns shell commands that render `file` with a camera.
 
-    `options` are those of `raycam render` by name; None is omitted, True is an option without a value. Without a
-    camera, `raycam render` frames the world. A file below this process's
-    current folder gets a path relative to it.
+    A camera of the world is given by its name; any other camera is written to a file first. `options` are those of
+    `raycam render` by name; None is omitted, True is an option without a value. Without a camera, `raycam render`
+    frames the world. A file below this process's current folder gets a path relative to it.
     """
     if isinstance(file, Path):
         below = os.path.relpath(file) if file.drive == Path.cwd().drive else ".."
@@ -50,7 +56,7 @@ def render_command(file: Path | str, camera: Camera | str | None, options: Mappi
     given = {**options, "camera": name}
     words = ["raycam", "render", file, "-o", "picture.png"]
     for name, value in given.items():
-        # Joined to one word if a value begins with a minus sign, because argparse would read it as an
+        # A value that begins with a minus sign is joined to its option by =, because argparse would read it as an
         # option.
         if isinstance(value, tuple):
             words += [f"--{name}", *map(str, value)]

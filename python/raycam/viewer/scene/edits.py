@@ -71,7 +71,10 @@ class Edits:
         self._show_edited(lambda world: edited(world, kind, number, key, value))
 
     def place_object(self, number: int, matrix: Floats, stroke: object) -> None:
-        """Sets an object's matrix; the changes of one drag are one step of undo. Raises `WorldError`."""
+        """Sets an object's matrix; the changes of one drag are one undo step.
+
+        Raises `WorldError`.
+        """
 
         def place(world: World) -> None:
             if stroke != self._stroke:
@@ -81,11 +84,17 @@ class Edits:
         self.change(place, stroke)
 
     def place_light(self, number: int, position: Floats, stroke: object) -> None:
-        """Sets a light's position; the changes of one drag are one step of undo. Raises `WorldError`."""
+        """Sets a light's position; the changes of one drag are one undo step.
+
+        Raises `WorldError`.
+        """
         self._show_edited(lambda world: edit_light(world, number, "position", position.tolist()), stroke)
 
     def turn_light(self, number: int, direction: Floats, stroke: object) -> None:
-        """Sets a light's direction; the changes of one drag are one step of undo. Raises `WorldError`."""
+        """Sets a light's direction; the changes of one drag are one undo step.
+
+        Raises `WorldError`.
+        """
         self._show_edited(lambda world: edit_light(world, number, "direction", direction.tolist()), stroke)
 
     def keep_camera(self, camera: Camera, name: str) -> str:
@@ -101,7 +110,9 @@ class Edits:
         self.change(lambda world: world.remove_camera(name))
 
     def change(self, function: Callable[[World], object], stroke: object = None) -> None:
-        """Calls `function` with a copy of the world and shows the copy; changes with one `stroke` are one step of undo.
+        """Calls `function` with a copy of the world and shows the copy.
+
+        Changes with the same `stroke` are one undo step.
 
         Raises the errors of `function` (the world is then unchanged) and `SettingsError` in a read-only view.
         """
@@ -132,7 +143,10 @@ class Edits:
         self._show(world)
 
     def reload(self, world: World) -> int:
-        """Shows the world of a changed file; returns the number of discarded edits, which one undo restores."""
+        """Shows the world of a changed file; returns the number of discarded edits.
+
+        One undo restores these edits.
+        """
         count = len(self._before)
         self._stroke = None
         self._before = [(next_step_number(), self.world.copy())] if count else []
@@ -175,7 +189,10 @@ class Edits:
             listener.rebase()
 
     def about(self) -> dict[str, Any]:
-        """The editable contents for the message `contents`: the first objects and lights, and their numbers."""
+        """The editable contents for the message `contents`.
+
+        They are the first objects and lights, and the numbers of objects and lights.
+        """
         shown = list(zip(names_of_objects(self.world), visibilities(self.world), strict=True))
         lights = self.world.lights
         return {
@@ -229,7 +246,10 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
 
 
 def material(world: World, number: int) -> dict[str, Any]:
-    """The first material of an object for the client's fields; empty for an object without triangles."""
+    """The first material of an object for the client's fields.
+
+    The result is empty for an object without triangles.
+    """
     found = json.loads(world._core.material(number, 0))
     if found is None:
         return {}

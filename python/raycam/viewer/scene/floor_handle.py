@@ -1,4 +1,7 @@
-"""The handle of a light on the floor: dragging the circle below the light moves the light horizontally."""
+"""The handle of a light on the floor.
+
+Dragging the circle below the light moves the light horizontally.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +29,9 @@ MAX_DRAG_DISTANCE = 100.0
 
 
 def floor_handle(world: World, position: Floats, camera: Camera) -> list[dict[str, Any]]:
-    """Returns the circle on the floor below a position, and a thin line from the position, as lines over an image.
+    """Returns the circle on the floor below a position, and a thin line up to the position.
 
-    The floor is the lowest height of the world's objects.
+    Both are lines over an image. The floor is the lowest height of the world's objects.
     """
     up, foot = up_axis(world.up), _foot(world, position)
     sides = np.eye(3)[[axis for axis in range(3) if not up[axis]]]
@@ -44,10 +47,10 @@ def floor_handle(world: World, position: Floats, camera: Camera) -> list[dict[st
 
 
 def drag_on_floor(world: World, position: Floats, camera: Camera, begin: Floats, end: Floats) -> Floats:
-    """Returns a position [3] moved parallel to the floor, so that the circle below it follows the pointer.
+    """Returns a position [3] moved parallel to the floor.
 
-    `begin` and `end` are pixels from the image's top left corner. The position does not change if one of them is above
-    the horizon, or very far away.
+    The circle below the position follows the pointer. `begin` and `end` are pixels from the image's top left corner.
+    The position does not change if one of them is above the horizon, or very far away.
     """
     up, foot = up_axis(world.up), _foot(world, position)
     rays = [camera.rays(at + camera.corner) for at in (begin, end)]

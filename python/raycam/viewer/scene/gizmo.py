@@ -1,5 +1,6 @@
-"""The gizmo: handles on an object, drawn as lines over the image, and the changes of its matrix when they are
-dragged.
+"""The gizmo: handles on an object, drawn as lines over the image.
+
+Dragging a handle changes the matrix of the object.
 
 All computations use rays through pixels, so they apply to every lens.
 """
@@ -40,7 +41,10 @@ def middle_of(world: World, number: int) -> Floats:
 
 
 def handles(matrix: Floats, middle: Floats, camera: Camera, tool: str) -> list[dict[str, Any]]:
-    """Name, colour and lines (in pixels) of each handle, for an object's matrix and the centre of its mesh."""
+    """Name, colour and lines (in pixels) of each handle of an object.
+
+    `matrix` is the matrix of the object, `middle` the centre of its mesh.
+    """
     center = placed(matrix, middle)
     length = axis_length(camera, center)
     axes = axes_of(matrix, tool)
@@ -59,7 +63,10 @@ def handles(matrix: Floats, middle: Floats, camera: Camera, tool: str) -> list[d
 def dragged(
     matrix: Floats, middle: Floats, camera: Camera, tool: str, handle: str, begin: Floats, end: Floats
 ) -> Floats:
-    """The matrix [4, 4] after a drag of a handle between two positions, in pixels from the top left corner."""
+    """The matrix [4, 4] after a drag of a handle between two positions.
+
+    The positions are in pixels from the top left corner.
+    """
     center = placed(matrix, middle)
     rays = [camera.rays(np.asarray(at) + camera.corner) for at in (begin, end)]
     if not all(np.isfinite(direction).all() for _, direction in rays):
@@ -92,7 +99,10 @@ def placed(matrix: Floats, middle: Floats) -> Floats:
 
 
 def axes_of(matrix: Floats, tool: str) -> Floats:
-    """Returns the axes [3, 3] of the handles: the world's, or for `scale` the object's, so that it is not sheared."""
+    """Returns the axes [3, 3] of the handles: the world's axes, or for `scale` the object's.
+
+    A scale along the object's axes does not shear the object.
+    """
     if tool != "scale":
         return np.eye(3)
     left, _, right = np.linalg.svd(np.asarray(matrix)[:3, :3])
@@ -143,7 +153,7 @@ def _shift(rays: list[tuple[Floats, Floats]], center: Floats, handle: str, camer
 
 
 def point_on_plane(ray: tuple[Floats, Floats], center: Floats, normal: Floats) -> Floats | None:
-    """The point [3] where a ray meets the plane through `center`; None if there is no such point."""
+    """The point [3] where a ray meets the plane through `center`, or None."""
     origin, direction = ray
     slope = float(direction @ normal)
     if abs(slope) < 1e-9:

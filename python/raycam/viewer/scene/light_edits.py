@@ -1,4 +1,7 @@
-"""Edits of lights in a view: strength, colour, position, direction, and lights that are added or removed."""
+"""Edits of lights in a view.
+
+Strength, colour, position and direction can be changed; lights can be added and removed.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ AREA_SHARE = 0.4
 
 
 def describe_light(light: dict[str, Any], number: int) -> dict[str, Any]:
-    """The light's name and the values that the client can change; None for values that its type does not have."""
+    """The light's name and the values that the client can change.
+
+    A value is None if the type of the light does not have it.
+    """
     key = _strength_key(light)
     strength = None if key is None else np.broadcast_to(np.asarray(light[key], float), 3)
     color, level = (None, None) if strength is None else _color_and_level(strength)
@@ -60,7 +66,9 @@ def edit_light(world: World, number: int, key: str, value: Any) -> World:
         return changed
     lights = world.lights
     if number >= len(lights):
-        raise WorldError(f"light {number}: the world has {len(lights)} lights", code="index_out_of_range")
+        raise WorldError(
+            f"light {number} does not exist; the world has {len(lights)} lights", code="index_out_of_range"
+        )
     light = lights[number]
     if key == "remove" and value is True:
         changed.remove_light(number)
@@ -150,7 +158,7 @@ def _new_light(world: World, kind: Any) -> dict[str, Any]:
     """A light above the world's objects that lights their centre with `IRRADIANCE`. Raises `SettingsError`."""
     if kind not in NEW_LIGHTS:
         raise SettingsError(
-            f"a new light is one of {', '.join(NEW_LIGHTS)}, not {kind!r}", code="unknown_name"
+            f"a new light must be one of {', '.join(NEW_LIGHTS)}, not {kind!r}", code="unknown_name"
         )
     bounds = without_ground(world).bounds
     low, high = np.array([[-1.0] * 3, [1.0] * 3]) if bounds is None else bounds

@@ -125,8 +125,9 @@ class Look:
 
     @property
     def first_samples(self) -> int:
-        """The samples per pixel of the first still image. An image with fewer samples would be noisier than the
-        preceding moving image.
+        """The samples per pixel of the first still image.
+
+        An image with fewer samples would be noisier than the preceding moving image.
         """
         return 8 if self.light == "studio" else 4 if self.light == "sky" else 1
 
@@ -146,8 +147,8 @@ class Look:
         """Returns the world with the look's lights and ground, for `camera`.
 
         The ground keeps its position under `opened`, the world before its edits, and is hidden from cameras below it.
-        Ground truth belongs to `world`. Returns `world` itself if the look adds nothing. The lights of a `preview`
-        resemble the studio's, but require only one sample per pixel.
+        Ground truth must be rendered from `world`. Returns `world` itself if the look adds nothing. The lights of a
+        `preview` resemble the studio's, but require only one sample per pixel.
         """
         has_floor = self._has_floor(opened, camera)
         preview = preview and self.light == "studio"

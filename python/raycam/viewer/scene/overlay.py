@@ -1,4 +1,7 @@
-"""Lines over the image that show the world's cameras, distorted by the lens of the current camera."""
+"""Lines over the image that show the world's cameras.
+
+The lens of the current camera distorts the lines.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,10 @@ FARTHEST = 1e5  # pixels outside of the image at which lines are clipped
 def frusta(
     cameras: Mapping[str, Camera], seen: Camera, length: float, hidden: str = ""
 ) -> list[dict[str, Any]]:
-    """Returns each camera's name and the lines of its frustum up to `length` metres, in pixels of the camera `seen`."""
+    """Returns each camera's name and the lines of its frustum, in pixels of the camera `seen`.
+
+    A frustum has the length `length` in metres.
+    """
     made = []
     for name, camera in list(cameras.items())[:MAX_CAMERAS]:
         if name == hidden:
@@ -46,10 +52,11 @@ def frusta(
 
 
 def grid(bounds: Floats, seen: Camera) -> list[dict[str, Any]]:
-    """The axes of the world and a grid on the ground under `bounds` [2, 3], in pixels of the camera `seen`.
+    """The world's axes and a grid under `bounds` [2, 3], in pixels of the camera `seen`.
 
-    Its cells have sides of 1, 2 or 5 times a power of ten metres, which its name contains. The axes start at the
-    world's origin if it is near, else at the centre of the grid, and are one cell long.
+    The grid is on the ground. The side of its cells is 1, 2 or 5 times a power of ten metres; the name of the grid
+    contains this length. The axes start at the world's origin if it is near, else at the centre of the grid, and are
+    one cell long.
     """
     up = 2 if seen.up == "z" else 1
     first, second = (axis for axis in range(3) if axis != up)
@@ -107,7 +114,10 @@ def _edges(camera: Camera, length: float) -> list[Floats]:
 
 
 def polylines(edges: list[Floats], seen: Camera) -> list[list[list[float]]]:
-    """Lines [n, 3] of the world in pixels from the image's top left corner, clipped where the camera has no image."""
+    """Converts lines [n, 3] of the world to pixels from the image's top left corner.
+
+    Parts of a line without an image are removed.
+    """
     made: list[list[list[float]]] = []
     for edge in edges:
         pixels, in_front = seen.project(np.nan_to_num(edge, nan=np.inf))

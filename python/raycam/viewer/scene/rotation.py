@@ -18,7 +18,10 @@ def up_axis(up: str) -> Floats:
 
 
 def turned_around(camera: Camera, pivot: Floats, angle: float) -> Camera:
-    """The camera turned by `angle` (radians) about the vertical axis through `pivot`, as on a turntable."""
+    """The camera turned by `angle` (radians) around `pivot`, as on a turntable.
+
+    The axis of the rotation is vertical.
+    """
     turn = rotation_about(up_axis(camera.up), angle)
     return camera.at_pose(camera.R @ turn.T, pivot + turn @ (camera.location - pivot))
 

@@ -42,8 +42,10 @@ class ScanPoints:
         return {"type": "scan", "lidar": self.lidar, "total": self.total, "fields": values}
 
     def drawn(self, world: World, camera: Camera) -> dict[str, Any]:
-        """Returns number, column and row of each visible point, in pixels from the top left corner of a camera's
-        image."""
+        """Returns number, column and row of each visible point.
+
+        Columns and rows are in pixels from the top left corner of the camera's image.
+        """
         pixels, in_front = camera.project(self.positions)
         pixels = pixels - camera.corner
         width, height = camera.size
@@ -66,7 +68,10 @@ def lidar_names(world: World) -> list[str]:
 
 
 def scan_points(world: World, name: str) -> ScanPoints:
-    """Returns the points of frame 0 of a lidar of the world; raises `LidarError` for an unknown name."""
+    """Returns the points of frame 0 of a lidar of the world.
+
+    Raises `LidarError` for an unknown name.
+    """
     points = scan(world, name)
     step = max(1, -(-points.count // MAX_POINTS))
     positions = points.in_world()[::step]

@@ -71,8 +71,9 @@ class Selection:
         return said
 
     def handles(self, world: World, camera: Camera) -> list[dict[str, Any]]:
-        """Returns the outline and the gizmo of the object in `world`, as lines over an image of
-        `camera`.
+        """Returns the outline and the gizmo of the object in `world`.
+
+        Both are lines over an image of `camera`.
         """
         if self.light is not None:
             return self._light_handles(world, camera, self.light)

@@ -1,4 +1,7 @@
-"""The handles of a sun: circles around the centre of the objects, which turn the direction of its light."""
+"""The handles of a sun: circles around the centre of the objects.
+
+Dragging a circle turns the direction of the light.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ def center_of_objects(world: World) -> Floats:
 
 
 def sun_handles(center: Floats, direction: Floats, camera: Camera) -> list[dict[str, Any]]:
-    """Returns the sun's ray to the centre, as a line, and the circles around the centre that turn the sun."""
+    """Returns the sun's ray to the centre, and the circles around the centre that turn the sun.
+
+    The ray is drawn as a line.
+    """
     length = axis_length(camera, center)
     begin = center - RAY_SHARE * length * np.asarray(direction, float) / np.linalg.norm(direction)
     turn = np.linspace(0, 2 * np.pi, PIECES + 1)[:, None]

@@ -1,4 +1,7 @@
-"""The textures of an object's material in a view: thumbnails, replacement by an image file, and removal."""
+"""The textures of an object's material in a view.
+
+Thumbnails of textures are shown; a texture can be replaced by an image file, or removed.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,10 @@ NEUTRAL: dict[str, tuple[int, int, int]] = {"normal": (128, 128, 255)}
 
 
 def texture_slots(world: World, number: int) -> list[dict[str, Any]]:
-    """Each slot of an object's first material: its name, the image file (empty without one), and whether it is used."""
+    """Each slot of an object's first material: its name, image file, and whether it is used.
+
+    The image file is empty for a slot without an image.
+    """
     found = json.loads(world._core.material(number, 0))
     if found is None:
         return []
@@ -59,9 +65,10 @@ def texture_slots(world: World, number: int) -> list[dict[str, Any]]:
 
 
 def set_texture(world: World, number: int, slot: str, image: str | None) -> World:
-    """Returns a copy of a world with another texture in a slot of an object; None for a neutral texture.
+    """Returns a copy of a world with another texture in a slot of an object.
 
-    Raises `WorldError` for an object without texture coordinates, and the errors of the image file.
+    If `image` is None, the texture is neutral. Raises `WorldError` for an object without texture coordinates, and the
+    errors of the image file.
     """
     one_of("slot", slot, list(SLOTS))
     texture: Any = image
@@ -89,7 +96,10 @@ def _factor(world: World, number: int, slot: str) -> dict[str, Any]:
 
 
 def thumbnail(world: World, number: int, slot: str) -> npt.NDArray[np.uint8] | None:
-    """The image [64, 64, 3] of a slot's texture over the unit square; None if the file cannot be shown."""
+    """The image [64, 64, 3] of a slot's texture over the unit square.
+
+    None if the file cannot be shown.
+    """
     square = world.copy()
     with collected():  # notices about the world's animations do not concern its copy
         for other in reversed(range(square._core.object_count)):

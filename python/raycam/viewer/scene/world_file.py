@@ -20,10 +20,11 @@ PLACE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
 
 
 def world_file(source: Path | None, opened: World, world: World, camera: Camera) -> str:
-    """Returns `world`, which was `opened` from the file `source` and then edited, as TOML that starts with `camera`.
+    """Returns an edited world as TOML that starts with `camera`.
 
-    The text refers to the same files as `source`, and loads from the same folder. Raises `WorldError` if it could not
-    restore the same world: for worlds from a script, and for changed objects of files with several objects.
+    `world` was `opened` from the file `source` and then edited. The text refers to the same files as `source`, and
+    loads from the same folder. Raises `WorldError` if it could not restore the same world: for worlds from a script,
+    and for changed objects of files with several objects.
     """
     if source is None:
         raise WorldError(
@@ -165,7 +166,10 @@ def _close(one: Any, other: Any) -> bool:
 
 
 def toml_text(document: dict[str, Any]) -> str:
-    """Returns a dict of tables as TOML: scalars first, then a table or an array of tables for each key."""
+    """Returns a dict of tables as TOML.
+
+    Scalars come first, then a table or an array of tables for each key.
+    """
     plain = {key: value for key, value in document.items() if not _is_table(value)}
     parts = ["".join(f"{_key(key)} = {_value(value)}\n" for key, value in plain.items())]
     for key, value in document.items():

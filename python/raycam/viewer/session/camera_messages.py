@@ -21,13 +21,19 @@ class CameraMessages:
         self._waiting, self._was_sent = None, False
 
     def add(self, message: dict[str, Any], *, is_moving: bool) -> dict[str, Any] | None:
-        """Returns the message if it is to be sent at once; otherwise stores it in place of the waiting message."""
+        """Returns the message if it must be sent immediately; otherwise stores it.
+
+        The stored message replaces the message that waits.
+        """
         waits = is_moving and self._was_sent
         self._waiting, self._was_sent = message if waits else None, True
         return None if waits else message
 
     def take(self) -> dict[str, Any] | None:
-        """Returns the message that waits for the next image, or None; called before each image is sent."""
+        """Returns the message that waits for the next image, or None.
+
+        It is called before each image is sent.
+        """
         message, self._waiting = self._waiting, None
         self._was_sent = message is not None
         return message

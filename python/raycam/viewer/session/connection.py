@@ -59,8 +59,10 @@ class Connection:
         self.wants_planes = self._is_plane_due = False
 
     def request_planes(self, wanted: bool) -> bool:
-        """Sets whether images are sent as exact numbers, from the next image on; returns True if the setting
-        changed."""
+        """Sets whether images are sent as exact numbers, from the next image on.
+
+        Returns True if the setting changed.
+        """
         if wanted == self.wants_planes:
             return False
         self.wants_planes = self._is_plane_due = wanted
@@ -98,7 +100,7 @@ class Connection:
         return time.monotonic() >= self._free_at
 
     def note_moving(self, count: int) -> None:
-        """Notes the bytes of a moving image."""
+        """Records the bytes of a moving image, which delay the next moving image."""
         self._free_at = time.monotonic() + count / MAX_MOVING_RATE
 
     @property
@@ -125,8 +127,10 @@ class Connection:
             self.send(now)
 
     def number_image(self) -> tuple[int, dict[str, Any] | None]:
-        """The number of the next image, which the client will acknowledge, and the camera message that waits for
-        it."""
+        """Returns the number of the next image, and the camera message that waits for this image.
+
+        The client will acknowledge the number.
+        """
         self._sent += 1
         return self._sent, self.cameras.take()
 
@@ -144,7 +148,9 @@ class Connection:
             each.send(message)
 
     def send_image(self, message: dict[str, Any], buffers: Sequence[bytes]) -> None:
-        """Sends an image to the client and its followers, with the number that each will acknowledge.
+        """Sends an image to the client and its followers.
+
+        Each of them receives the image with a number, which it will acknowledge.
 
         A client that is not ready receives the image later, unless a newer image replaces it. Followers skip images in
         motion that exceed `MAX_FOLLOWERS_RATE`.
@@ -186,7 +192,7 @@ class Connection:
         self._send_image(number, camera, message, buffers)
 
     def acknowledge(self, number: int) -> None:
-        """Notes that the client has the images up to `number`."""
+        """Records that the client has received the images up to `number`."""
         with self._sharing:
             self._acknowledged = max(self._acknowledged, min(number, self._sent))
         self._send_pending()

@@ -1,4 +1,7 @@
-"""Texts for the client's `Copy` message: the camera, or the command that renders the still image."""
+"""Texts for the client's `Copy` message.
+
+A text is the camera, or the command that renders the still image.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Following: one client leads, and other clients show its images, which are rendered once for all clients."""
+"""Following: one client leads, and other clients show its images.
+
+The images are rendered once for all clients.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,9 @@ class Following:
         self._may_lead = {leader.connection.id}
         self._held: tuple[int, int] | None = None
         leader.role.on_show = self._mirror
-        leader.show(leader.view)  # starts its images, which followers show before the leader has connected
+        leader.show(
+            leader.view
+        )  # starts the leader's images, which followers show even before the leader connects
 
     def may_lead(self, session: Session) -> bool:
         """True if the session's client may take the lead and change the world."""
@@ -70,7 +75,7 @@ class Following:
         session.connection.send(message)
 
     def connect(self, session: Session) -> None:
-        """Sends the view to a client that has connected; of an attached client, the leader's."""
+        """Sends the view to a client that has connected; an attached client gets the leader's view."""
         self.announce(session)
         session.greet()
         if session.role.is_attached:
@@ -113,7 +118,7 @@ class Following:
         self.announce(session)
 
     def hold(self, session: Session, pixel: Sequence[int]) -> None:
-        """Notes the pixel that a client holds; followers show the leader's."""
+        """Stores the pixel that the leader holds, and shows it to the followers."""
         if session is self.leader:
             self._held = (pixel[0], pixel[1]) if len(pixel) == 2 else None
             for each in self._others:

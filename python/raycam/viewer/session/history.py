@@ -33,12 +33,12 @@ class History:
 
     @property
     def undo_number(self) -> int:
-        """The number of the step that `undo` undoes; -1 without one."""
+        """The number of the step that `undo` undoes; -1 if there is no step."""
         return self._before[-1][0] if self._before else -1
 
     @property
     def redo_number(self) -> float:
-        """The number of the step that `redo` repeats; infinity without one."""
+        """The number of the step that `redo` repeats; infinity if there is no step."""
         return self._after[-1][0] if self._after else float("inf")
 
     @property
@@ -59,11 +59,11 @@ class History:
         return True
 
     def undo(self, view: View) -> View:
-        """The view before the last step. Raises `WorldError` without one."""
+        """The view before the last step; raises `WorldError` if there is no step."""
         return self._step(self._before, self._after, view, "undo")
 
     def redo(self, view: View) -> View:
-        """The view after the step that was undone last. Raises `WorldError` without one."""
+        """The view after the step that was undone last; raises `WorldError` if there is no step."""
         return self._step(self._after, self._before, view, "redo")
 
     def _step(

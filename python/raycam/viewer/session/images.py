@@ -1,4 +1,7 @@
-"""The images of a session: images during motion, then a still image with more and more samples."""
+"""The images of a session: images during motion, then a still image.
+
+The still image gets more and more samples.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,7 @@ class Images:
         self._shown: tuple[int, str] = (-1, "")
 
     def restart(self) -> None:
-        """Starts a new version, whose first image is a moving image."""
+        """Starts a new version; its first image is a moving image: fast, with one sample."""
         self.version += 1
         self.cancel.cancel()
         self.cancel = Cancel()
@@ -48,7 +51,7 @@ class Images:
         self.still = None
 
     def delay(self, seconds: float) -> None:
-        """Waits before the next still image after a failure."""
+        """Delays the next still image by `seconds`, after a failure."""
         self.touched = time.monotonic() + seconds
 
     def samples_of(self, view: View) -> int:
@@ -83,7 +86,10 @@ class Images:
         return self._refinement
 
     def keep_still(self, version: int, frame: Frame) -> bool:
-        """Stores a still image, unless its version is out of date; returns True if the image was stored."""
+        """Stores a still image, unless its version is out of date.
+
+        Returns True if the image was stored.
+        """
         if version != self.version:
             return False
         self.still = frame
@@ -95,7 +101,10 @@ class Images:
         return self._moved != self.version
 
     def mark_moved(self, version: int, *, is_coarse: bool = False) -> None:
-        """Records that a moving image of a version was sent; a coarse image is followed by one of full size."""
+        """Records that a moving image of a version was sent.
+
+        A coarse image is followed by an image of full size.
+        """
         self._moved = version
         self.is_coarse = is_coarse
 
@@ -108,7 +117,10 @@ class Images:
         self._shown = (version, channel)
 
     def show_moving_again(self) -> None:
-        """Sends both the moving and the still image again: exposure or view transform changed."""
+        """Marks the images as not sent, because exposure or view transform have changed.
+
+        The moving image is sent again only if there is no still image yet.
+        """
         self._shown = (-1, "")
         if self.still is None:
             self._moved = -1

@@ -23,7 +23,10 @@ CAMERA_LENGTH = 0.15
 
 @dataclass(frozen=True)
 class Overlays:
-    """The drawn parts: the world's cameras, its grid, the rays of the explained pixel, and a lidar's points."""
+    """The parts that are drawn over the image.
+
+    The parts are the world's cameras, its grid, the rays of the explained pixel, and a lidar's points.
+    """
 
     cameras: bool = False
     grid: bool = False
@@ -32,7 +35,10 @@ class Overlays:
     scan: ScanPoints | None = None
 
     def drawn(self, view: View, more: Sequence[Line] = ()) -> list[dict[str, Any]]:
-        """Names, colours and lines in pixels of the view's still image; `more` are the script's lines."""
+        """Names, colours and lines in pixels of the view's still image.
+
+        `more` are the script's lines.
+        """
         camera = view.still_camera
         lines = grid(view.bounds, camera) if self.grid else []
         if self.cameras:

@@ -12,7 +12,10 @@ MAX_BYTES = 100_000
 
 
 class Pace:
-    """Chooses the next moving image's size from the time and the bytes of the last moving images."""
+    """Chooses the next moving image's size.
+
+    The size depends on the time and the bytes of the last moving images.
+    """
 
     def __init__(self) -> None:
         self._seconds_per_pixel: float | None = None

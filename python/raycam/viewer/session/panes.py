@@ -1,4 +1,7 @@
-"""Several cameras at once: up to four images next to each other, each with its own refinement."""
+"""Several cameras at once: up to four images next to each other.
+
+Each image has its own refinement.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,10 @@ class Pane:
         self.images.restart()
 
     def show(self, view: View) -> None:
-        """Shows another view of the camera. Its image is rendered again, or sent again, only if that is necessary."""
+        """Shows another view of the camera.
+
+        Its image is rendered or sent again only if necessary.
+        """
         before, self.view = self.view, view
         if not view.renders_like(before):
             self.images.restart()
@@ -51,7 +57,9 @@ class Pane:
 def update_panes(
     panes: Sequence[Pane], names: Sequence[str], view: View, samples: int | None, threads: int | None
 ) -> tuple[Pane, ...]:
-    """Returns the panes of `names` for a session's view; earlier panes of the same cameras keep their samples.
+    """Returns the panes of `names` for a session's view.
+
+    Earlier panes of the same cameras keep their samples.
 
     Each pane has half the width and half the height of the view's space. Names of cameras that the world no longer
     has are dropped.

@@ -45,7 +45,10 @@ NO_SCAN = {"type": "scan", "lidar": "", "total": 0, "fields": {}}
 
 
 class Session:
-    """One client: its connection, its view and its images. Messages and images come from two threads."""
+    """One client: its connection, its view and its images.
+
+    Messages and images come from two threads.
+    """
 
     def __init__(
         self,
@@ -107,7 +110,10 @@ class Session:
             return self.view, self.images.version
 
     def show(self, view: View) -> None:
-        """Shows another view: restarts the images if they change, and sends the changes to the client."""
+        """Shows another view and sends the changes to the client.
+
+        Images are restarted if the other view has different images.
+        """
         with self._changes:
             before = self.view
             with self.lock:
@@ -121,7 +127,10 @@ class Session:
                 self.role.on_show()
 
     def mirror(self, leader: Session, held: tuple[int, int] | None, *, begins: bool = False) -> None:
-        """Shows the view, the images and the held pixel of another session; all of them again if it `begins`."""
+        """Shows the view, the images and the held pixel of another session.
+
+        Changes are sent to the client; if the session `begins` to follow, camera, look and display are always sent.
+        """
         with self._changes:
             before = self.view
             with self.lock:
@@ -230,14 +239,17 @@ class Session:
         return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
 
     def send_camera(self, *, is_moving: bool = False) -> None:
-        """Sends the current camera of the view. While it is moving, one message is sent for each image."""
+        """Sends the current camera of the view.
+
+        While the camera is moving, at most one message is sent for each image.
+        """
         message = self.view.camera_message(self.connection.cameras.last_move)
         self.connection.send_camera(message, is_moving=is_moving)
 
     def rebase(self) -> None:
         """Shows the world after an edit, or another world from a script."""
         with self._changes:
-            if not self.role.is_attached:  # the leader's view follows
+            if not self.role.is_attached:  # an attached follower shows the leader's view
                 self.show(self.view.rebased())
         self._send_contents()
         self.send_history()
@@ -525,7 +537,10 @@ class Session:
     # Lines over the image ---------------------------------------------------------------------------------
 
     def show_rays(self, rays: list[Line], world: World) -> None:
-        """Draws the rays of an explained pixel over the image, unless the view no longer shows `world`."""
+        """Draws the rays of an explained pixel over the image.
+
+        Nothing is drawn if the view no longer shows `world`.
+        """
         with self._changes:
             if self.view.world is not world:
                 return
@@ -533,8 +548,9 @@ class Session:
         self.redraw()
 
     def show_scan(self, scan: ScanPoints | None, world: World) -> None:
-        """Draws the points of a scan of `world`, or no points; if the view shows another world, the client requests a
-        new scan.
+        """Draws the points of a scan of `world`, or no points.
+
+        If the view shows another world, the client requests a new scan.
         """
         with self._changes:
             current = scan if self.view.world is world else None

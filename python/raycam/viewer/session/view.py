@@ -72,9 +72,9 @@ class Opened:
         return "home" if self.fills_window and self.fixed_size is None else "own"
 
     def home(self, world: World, size: tuple[int, int] = FIRST_SPACE) -> tuple[Camera, str]:
-        """Returns the view's first camera and its name; a camera without a name shows all of the current `world`.
+        """Returns the view's first camera and its name.
 
-        `size` is the size of a camera that fills the window.
+        A camera without a name shows all of the current `world`. `size` is the size of a camera that fills the window.
         """
         base = self.edits.world
         if self.fills_window:
@@ -92,7 +92,10 @@ class Opened:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """The complete state of a client's view. `View.start` creates one; the other methods return changed copies."""
+    """The complete state of a client's view.
+
+    `View.start` creates a view; the other methods return changed copies.
+    """
 
     opened: Opened
     world: World
@@ -126,9 +129,10 @@ class View:
         start: Mapping[str, Any] | None = None,
         look: Look | None = None,
     ) -> View:
-        """The first view of a world. `start` has any of `time`, `animation`, `variant`, `channel`, `exposure`, `view`.
+        """The first view of a world.
 
-        `look` is by default the look that `raycam render` chooses.
+        `start` may contain `time`, `animation`, `variant`, `channel`, `exposure` and `view`. `look` is by default the
+        look that `raycam render` chooses.
 
         Raises `SettingsError` for a value that does not exist in the world.
         """
@@ -173,7 +177,7 @@ class View:
         )
         return replace(view, camera=view.camera_of(name)) if name else view
 
-    # What follows from the state --------------------------------------------------------------------------
+    # Values derived from the state ------------------------------------------------------------------------
 
     @property
     def base(self) -> World:
@@ -216,7 +220,10 @@ class View:
 
     @property
     def preview(self) -> World:
-        """The world of moving images: `lit`, in the studio with lights that need one sample per pixel."""
+        """The world of moving images: `lit`, or in the studio a copy with faster lights.
+
+        The faster lights need only one sample per pixel.
+        """
         if self.channel not in LIT_CHANNELS:
             return self.world
         return self.look.light_up(self.world, self._opened_world, self.camera, preview=True)
@@ -307,7 +314,10 @@ class View:
         return replace(self, world=world, camera=camera)
 
     def rebased(self) -> View:
-        """The view after the world was edited or replaced, without names and times that no longer exist."""
+        """The view after the world was edited or replaced.
+
+        Names and times that no longer exist are removed.
+        """
         base = self.base
         return replace(
             self,
@@ -318,7 +328,10 @@ class View:
         ).evaluated()
 
     def at(self, time: float, animation: str) -> View:
-        """The view at a time; later times become the last time. Raises `WorldError` for an unknown animation."""
+        """The view at a time; later times become the last time.
+
+        Raises `WorldError` for an unknown animation.
+        """
         if animation:
             one_of("animation", animation, [each.name for each in self.base.animations], error=WorldError)
         return replace(self, time=min(float(time), self.seconds), animation=animation).evaluated()
@@ -330,9 +343,9 @@ class View:
         return replace(self, variant=name).evaluated()
 
     def through(self, name: str) -> View:
-        """The view through a camera of the world, or with its pose as a free camera if the name is empty.
+        """The view through a camera of the world.
 
-        Raises `WorldError` for an unknown camera.
+        If the name is empty, the pose is kept as a free camera. Raises `WorldError` for an unknown camera.
         """
         if not name:
             return replace(self, camera_name="")
@@ -351,9 +364,9 @@ class View:
         return replace(moved, camera=camera, camera_name="", shape=self.opened.first_shape)
 
     def from_side(self, direction: str) -> View:
-        """The view of the whole world from a side, such as "front", "top" or "iso", with the camera's lens.
+        """The view of the whole world from a side, with the camera's lens.
 
-        Raises `CameraError` if the lens cannot show the whole world.
+        A side is a name such as "front", "top" or "iso". Raises `CameraError` if the lens cannot show the whole world.
         """
         if self.world.bounds is None:
             raise WorldError("the world has no objects to view from a side", code="nothing_visible")
@@ -383,7 +396,10 @@ class View:
         return replace(self, camera=camera, camera_name="", shape=shape)
 
     def moved(self, R: Floats, C: Floats, fx: float, pivot: Floats) -> View:
-        """The view with a new pose and pivot. For an orthographic camera, `fx` is the scale in pixels per metre."""
+        """The view with a new pose and pivot.
+
+        For an orthographic camera, `fx` is the scale in pixels per metre.
+        """
         view = replace(self, pivot=pivot)
         camera = self.camera
         if camera.is_parallel:
@@ -455,7 +471,10 @@ class View:
         return f"{number}\n\n{self.camera!r}"
 
     def camera_message(self, seq: int) -> dict[str, Any]:
-        """The message `camera` with all data for navigation. `seq` is the number of the last included move."""
+        """The message `camera` with all data for navigation.
+
+        `seq` is the number of the last move that is included.
+        """
         camera = self.still_camera
         (width, height), corner = camera.size, camera.corner
         x, y = corner + width / 2, corner + height / 2
@@ -510,7 +529,10 @@ def seconds_of(world: World) -> float:
 
 
 def world_at(base: World, time: float, animation: str, variant: str) -> World:
-    """A world at a time of an animation (empty for the first), with a material variant (empty for its own)."""
+    """A world at a time of an animation, with a material variant.
+
+    An empty name means the first animation, or the materials of the file.
+    """
     world = base.with_variant(variant) if variant else base
     return world.at(time, animation or None) if seconds_of(base) > 0 else world
 

@@ -1,4 +1,7 @@
-"""raycam compiled for WebAssembly, as elements of a page. `make web` builds this core, and wheels contain it."""
+"""raycam compiled for WebAssembly, as elements of a page.
+
+`make web` builds this core, and wheels contain it.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,10 @@ def is_built() -> bool:
 
 
 def core_blocks() -> list[str]:
-    """Returns the elements of a page that contain raycam; raises `SettingsError` if the core was not built."""
+    """Returns the elements of a page that contain raycam.
+
+    Raises `SettingsError` if the core was not built.
+    """
     if not is_built():
         raise SettingsError(
             "live pages require raycam compiled for WebAssembly, which this installation does not contain; install a "

@@ -1,4 +1,7 @@
-"""The HTML text of the client's page: one file, whose security policy allows only its own script."""
+"""The HTML text of the client's page.
+
+The page is one file; its security policy allows only its own script.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ __all__ = ["assembled", "filled", "json_text", "source_hash", "still_image", "ti
 def assembled(
     title: str, blocks: Iterable[str], scripts: str = "", workers: str = "", folder: str = ""
 ) -> str:
-    """The page of a client folder, with data elements; its policy also allows `scripts` and `workers`."""
+    """The page of a client folder, with data elements.
+
+    The page's security policy also allows `scripts` and `workers`.
+    """
     script, style = f"\n{bundle(f'{folder}main.js')}", f"\n{style_sheet(folder)}"
     policy = (
         f"default-src 'none'; script-src '{source_hash(script)}'{scripts}; style-src '{source_hash(style)}'; "
@@ -37,7 +43,10 @@ def assembled(
 
 
 def filled(parts: Mapping[str, str], page: str = "index.html") -> str:
-    """Returns the page's HTML with its parts inserted; placeholders within the parts are not replaced."""
+    """Returns the page's HTML with its parts inserted.
+
+    Placeholders within the parts are not replaced.
+    """
     pieces = []
     for piece in client_file(page).split("<!--"):
         name, end, rest = piece.partition("-->")
@@ -46,7 +55,10 @@ def filled(parts: Mapping[str, str], page: str = "index.html") -> str:
 
 
 def title_text(title: str) -> str:
-    """A title as HTML; characters that are not valid text, as in file names of other encodings, become "?"."""
+    """A title as HTML; invalid characters become "?".
+
+    Invalid characters occur in file names of other encodings.
+    """
     return html.escape(title.encode("utf-8", "replace").decode())
 
 

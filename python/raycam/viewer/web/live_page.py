@@ -34,7 +34,10 @@ def live_page(
     title: str | None,
     channel: str | None,
 ) -> str:
-    """Returns the HTML text of a page that shows `world` with the camera of `frame`; raises `SettingsError`."""
+    """Returns the HTML text of a page that shows `world` with the camera of `frame`.
+
+    Raises `SettingsError`.
+    """
     from ...arguments import one_of
     from ...render.frame import CHANNELS, PASSES, VIEWS
     from ...render.options import check_option
@@ -78,8 +81,9 @@ def live_page(
 
 
 def playground_page(examples: Mapping[str, str]) -> str:
-    """Returns the HTML text of the playground; `examples` are the texts of world files by name; the page first shows
-    the first example.
+    """Returns the HTML text of the playground, which first shows the first example.
+
+    `examples` are the texts of world files by name.
     """
     listed = [{"name": name, "text": text} for name, text in examples.items()]
     options = json_text({"playground": listed, "types": file_types()})
@@ -88,5 +92,8 @@ def playground_page(examples: Mapping[str, str]) -> str:
 
 
 def lecture_page() -> str:
-    """The HTML text of the interactive lecture: a rotatable world, its steps in numbers, and exercises."""
+    """The HTML text of the interactive lecture.
+
+    The lecture has a rotatable world, its steps in numbers, and exercises.
+    """
     return assembled("Making Virtual Worlds", core_blocks(), SCRIPTS, WORKERS, "lecture/")

@@ -81,7 +81,7 @@ impl ClippedRay {
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
         }
-        // `enter` is rounded; the padding covers it.
+        // `enter` is rounded; the padding covers the rounding error.
         if enter > leave {
             return None;
         }
@@ -114,7 +114,7 @@ impl ClippedRay {
         t_max_f32(self.best.t, self.t_offset, &self.ties)
     }
 
-    /// The hit, with t in lengths of the given direction.
+    /// The hit, with t in units of the given direction's length.
     pub fn to_hit(&self) -> ExactHit {
         if self.best.triangle == crate::INVALID_ID {
             return ExactHit::MISS;
@@ -199,8 +199,8 @@ pub fn max_abs(point: [f32; 3]) -> f32 {
     point[0].abs().max(point[1].abs()).max(point[2].abs())
 }
 
-/// Error bound of float32 coordinates in the mesh, for rays within `distance` of the scene's origin: ray, matrix and
-/// vertices were rounded at their size in the scene or in the mesh.
+/// Error bound of float32 coordinates in the mesh, for rays within `distance` of the scene's origin. The rounding
+/// errors of ray, matrix and vertices depend on the sizes of the scene and of the mesh.
 pub fn coordinate_error(scene: &Scene, instance_record: &InstanceRecord, distance: f32, drift: f64) -> f32 {
     instance_record.max_scale * (32.0 * MACHINE_EPSILON * (distance + scene.max_abs_coord) + drift as f32 * 2.0)
         + 8.0 * MACHINE_EPSILON * instance_record.bvh.max_abs_coord()

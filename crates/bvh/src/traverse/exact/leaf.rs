@@ -1,8 +1,9 @@
 //! Triangles of a leaf that a float64 ray may hit, or certainly hits, according to their float32 vertices.
 //!
-//! The shear adds at most the error along its axis, so a sheared corner is off by e = 2 `off`. An edge function x1 y2 -
-//! y1 x2 is then off by e (|x1| + |y1| + |x2| + |y2|) + 2 e^2, and by less than that again for rounding, which `off`
-//! exceeds by far. The largest corner coordinate of the leaf bounds all corners.
+//! The shear adds at most the error along its axis, so the error of a sheared corner is at most e = 2 `off`. The error
+//! of an edge function x1 y2 - y1 x2 is then at most e (|x1| + |y1| + |x2| + |y2|) + 2 e^2. Rounding adds less than the
+//! same amount again, because `off` is much larger than the rounding errors. The largest corner coordinate of the leaf
+//! bounds all corners.
 
 use crate::limits::MACHINE_EPSILON;
 use crate::node::LeafNode;

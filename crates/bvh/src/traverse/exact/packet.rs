@@ -108,7 +108,7 @@ fn closest_exact_chunk<I: Isa>(
         return alone;
     }
     let (some, indices) = near.all();
-    // No indices if every ray is in its own lane.
+    // The indices are omitted if every ray is in its own lane.
     let indices = indices.filter(|_| some.len() < rays.len());
     let (distance, origin_error) = (farthest as f32, origin_error(scene, farthest));
     let mut query = ExactQuery { scene, triangles, rays: exact, hits, origin_error, distance, alone };

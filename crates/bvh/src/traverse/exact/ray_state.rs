@@ -75,7 +75,7 @@ pub struct ExactRayState<'a, S> {
     instance: u32,
     /// The instance in whose coordinates `ray` is, or [`INVALID_ID`].
     current_instance: u32,
-    /// Only one tree is traversed.
+    /// True if only one tree is traversed.
     single_tree: bool,
     /// The scale of t along the TLAS ray.
     tlas_t_scale: f64,

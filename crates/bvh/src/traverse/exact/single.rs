@@ -145,8 +145,8 @@ impl<'a, 'b, W: Iterator<Item = usize>> RaySource<ExactRayState<'a, HitSearch<'b
     }
 }
 
-/// The closest hits, or any, of the rays with these numbers, and the rays that may have hit two surfaces at equal
-/// distances. Of any hit only the presence of an instance is valid.
+/// The closest hits, or any hits, of the rays with these numbers, and the rays that may have hit two surfaces at equal
+/// distances. For any hits, only the presence of an instance is valid.
 #[inline(always)]
 pub fn trace_alone<I: Isa>(
     scene: &Scene,

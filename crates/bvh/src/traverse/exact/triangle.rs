@@ -17,7 +17,7 @@ const MAX_RELATIVE_ERROR: f64 = 1.0 / (1u64 << 24) as f64;
 /// The axis after each axis.
 const NEXT_AXES: [usize; 3] = [1, 2, 0];
 
-/// A ray with its shear along the main axis, that of the largest component of its direction.
+/// A ray with its shear along the main axis, the axis of the direction's largest component.
 #[derive(Clone, Copy)]
 pub struct ShearedRay {
     pub origin: [f64; 3],
@@ -69,7 +69,8 @@ impl HitSoFar {
     }
 }
 
-/// Sheared edge functions of a triangle, the t of its corners along the main axis, and the error bound of the former.
+/// Sheared edge functions of a triangle with their error bound, and the t of the triangle's corners along the main
+/// axis.
 struct EdgeFunctions {
     values: [f64; 3],
     depths: [f64; 3],
@@ -107,8 +108,8 @@ impl ShearedRay {
         RayPredicates { origin: self.origin, direction: self.direction }
     }
 
-    /// A corner sheared so that the ray is the axis `z`, with its t along it; and its largest coordinate from the
-    /// origin.
+    /// A corner, sheared so that the ray is the axis `z`, with the corner's t along the ray; and the corner's largest
+    /// absolute coordinate relative to the ray's origin.
     #[inline(always)]
     fn sheared(&self, p: [f64; 3], z: usize) -> ([f64; 3], f64) {
         let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
@@ -162,7 +163,7 @@ impl ShearedRay {
         self.predicates().crossing_side(corners)
     }
 
-    /// The intersection of the line with the plane of a triangle that it passes.
+    /// The intersection of the line with the plane of a triangle through which the line passes.
     #[inline(always)]
     fn intersect_plane(&self, edges: &EdgeFunctions, corners: [[f64; 3]; 3], side: i32) -> Intersection {
         let ([u, v, w], [za, zb, zc]) = (edges.values, edges.depths);
@@ -272,7 +273,7 @@ impl ShearedRay {
     }
 }
 
-/// True if edge functions that are off by an error may have one sign.
+/// True if edge functions with errors of up to `error` may all have the same sign.
 #[inline(always)]
 fn same_sign(u: f64, v: f64, w: f64, error: f64) -> bool {
     ((u >= -error) & (v >= -error) & (w >= -error)) | ((u <= error) & (v <= error) & (w <= error))

@@ -10,7 +10,7 @@ use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::packet::triangle_edges::PotentialHits;
 use crate::traverse::stack::MaskStack;
 
-/// Groups of fewer rays at a node continue as single rays.
+/// Minimum number of rays in a group at a node; smaller groups continue as single rays.
 const MIN_PACKET_RAYS: u32 = 5;
 
 /// The rays that leave a packet for single-ray traversal.
@@ -100,8 +100,8 @@ fn sort_children_far_to_near<I: Isa>(mesh: &Bvh, node: &WideNode, packet: &Packe
         _ => greatest + reach,
     };
     let mut order = [0; 8];
-    // SAFETY: SAFETY note: `entry` is one of the six rows. The row and the arrays contain eight values, and the values
-    // are moved as floats without arithmetic.
+    // SAFETY: `row` is one of the six rows. The row and the arrays contain eight values, and the values are moved as
+    // floats without arithmetic.
     unsafe {
         let bounds = I::F32x8::load(node.bounds.get_unchecked(row).as_ptr());
         let away = bounds.sub(I::F32x8::splat(from)).abs();

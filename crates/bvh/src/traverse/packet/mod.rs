@@ -1,8 +1,9 @@
 //! Packets: up to 64 coherent rays in SoA, traversed together.
 //!
-//! The rays share their signs and their main axis (the direction octant). Around an apex (the common origin, the common
-//! light, or the first origin) the t at which any ray may enter a box lies in an interval given by the extremes of
-//! their reciprocal directions. One frustum test applies to 64 rays; its precision depends on their divergence.
+//! The rays share their signs and their main axis (the direction octant). The apex of a packet is the common origin,
+//! the common light, or the first origin. The t, measured from the apex, at which any ray may enter a box lies in an
+//! interval. The extremes of the rays' reciprocal directions determine this interval. One frustum test applies to 64
+//! rays; its precision depends on their divergence.
 //!
 //! `soa`, `frustum` and `setup` create a packet; `traversal` and `incoherent` traverse a BLAS; `cull`,
 //! `triangle_edges`, `triangle` and `hits` test leaves.
@@ -30,9 +31,10 @@ pub struct Packet {
     pub near: SlabPlanesSoa,
     pub far: SlabPlanesSoa,
     pub shear: [[f32; PACKET_SIZE]; 3],
-    /// The largest valid t of each ray; behind a hit, with the window of [`crate::traverse::near_ties`].
+    /// The largest valid t of each ray. After a hit, this value also includes the window of
+    /// [`crate::traverse::near_ties`].
     pub t_max: [f32; PACKET_SIZE],
-    /// Width of that window at t = 0, in lengths.
+    /// Width of the window at t = 0, as a length.
     pub tie_width: f32,
     pub axes: [usize; 3],
     /// The rows of a node's bounds where rays enter.

@@ -4,7 +4,7 @@ use crate::traverse::packet::Packet;
 use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::triangle::single::RayView;
 
-/// Ray `1` of a packet.
+/// The ray of packet `0` whose index is `1` (the fields of this struct).
 #[derive(Clone, Copy)]
 pub struct PacketRay<'a>(pub &'a Packet, pub usize);
 

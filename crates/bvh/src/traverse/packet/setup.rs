@@ -106,7 +106,7 @@ impl Packet {
         coherent
     }
 
-    /// The main axis and the signs of the first ray; all other rays must have the same.
+    /// The main axis and the signs of the first ray, which all other rays must share.
     #[inline(always)]
     fn setup_axes(&mut self, direction: [f32; 3]) {
         let size = direction.map(f32::abs);
@@ -153,7 +153,7 @@ impl Packet {
         store::<I>(&mut self.shear[0], g, d[x].div(d[z]));
         store::<I>(&mut self.shear[1], g, d[y].div(d[z]));
         store::<I>(&mut self.shear[2], g, main);
-        // T of SLAB_PAD: no triangle has a larger t.
+        // The value T in the documentation of [`SLAB_PAD`]: no triangle has a larger t.
         let above = I::F32x16::splat(bounds.upper[z]).sub(o[z]);
         let below = o[z].sub(I::F32x16::splat(bounds.lower[z]));
         let end = above.max(below).mul(main.abs());

@@ -35,7 +35,7 @@ pub fn store_masked<I: Isa>(
     values: I::RayVec,
 ) {
     let values = I::RayVec::select(lanes, values, load_rays::<I>(row, group));
-    // SAFETY: as in `rays`.
+    // SAFETY: as in `load_rays`.
     unsafe { values.store(row.as_mut_ptr().add(I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES)))) }
 }
 

@@ -8,8 +8,8 @@ use crate::traverse::node_test::prefetch_block;
 use crate::traverse::packet::Packet;
 use crate::traverse::stack::PacketStack;
 
-/// Number of leaves that the frustum but no ray enters after which nodes are tested against each ray too, because the
-/// geometry is finer than the spacing of the rays.
+/// Maximum number of leaves that the frustum enters but no ray enters. After that, nodes are also tested against each
+/// ray, because the geometry is finer than the spacing of the rays.
 const MAX_FALSE_LEAVES: u32 = 32;
 
 /// The work at a leaf.

@@ -56,7 +56,7 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     let scale = load_rays::<I>(&packet.shear[2], group);
     let (enter, leave) = slab_interval::<I>(packet, group, [px, py, z], scale);
     let t_max = load_rays::<I>(&packet.t_max, group);
-    // t is clamped to this interval below; an interval out of range decides early.
+    // t is clamped to this interval below, so the ray certainly misses if the interval is out of range.
     let soon = <I::RayVec as Vector>::and(enter.le(t_max), zero.le(enter.max(leave)));
     hit &= <I::RayVec as Vector>::to_bitmask(soon);
     let nothing = LaneIntersections { hit: 0, triangle, t: zero, u: zero, v: zero, det: zero };
@@ -174,7 +174,7 @@ fn resolve_sliver_depths<I: Isa>(
 /// The corner coordinates along an axis of one triangle per lane, looked up by the lanes of the vertices.
 #[inline(always)]
 fn gather_corners<I: Isa>(leaf: &LeafNode, axis: usize, [a, b, c]: &[I::RayVec; 3]) -> [I::RayVec; 3] {
-    // SAFETY: each row of `vertex` contains 16 floats.
+    // SAFETY: each row of `vertices` contains 16 floats.
     let row = unsafe { I::F32x16::load(leaf.vertices[axis].as_ptr()) };
     [I::gather_lanes(row, *a), I::gather_lanes(row, *b), I::gather_lanes(row, *c)]
 }
@@ -189,7 +189,7 @@ fn shear_corners<V: Vector>([a, b, c]: [V; 3], s: V, z: [V; 3]) -> [V; 3] {
     [a.sub(s.mul(z[0])), b.sub(s.mul(z[1])), c.sub(s.mul(z[2]))]
 }
 
-/// The near and far of three corners along an axis; `near_row` is the row of bounds where rays enter.
+/// The near and the far coordinate of three corners along an axis; `near_row` is the row of bounds where rays enter.
 #[inline(always)]
 fn near_far_bounds<V: Vector>([a, b, c]: [V; 3], near_row: usize) -> (V, V) {
     let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));

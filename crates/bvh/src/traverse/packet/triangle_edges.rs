@@ -160,7 +160,7 @@ impl PotentialHits {
         (0..PACKET_SIZE / I::RAY_LANES).fold(0, |groups, g| groups | u32::from(self.hit_lanes::<I>(g) != 0) << g)
     }
 
-    /// The rays of such a group that have a triangle.
+    /// The rays in a group of [`Isa::RAY_LANES`] rays that have a triangle.
     #[inline(always)]
     pub fn hit_lanes<I: Isa>(&self, group: usize) -> u32 {
         (self.hit_mask >> (I::RAY_LANES * group)) as u32 & ((1 << I::RAY_LANES) - 1)

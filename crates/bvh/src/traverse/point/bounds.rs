@@ -8,14 +8,14 @@ use crate::traverse::triangle::edge::{corners, indices, vertices_minus};
 /// Rounding error of a squared distance, as a fraction of the squared distance.
 const SQUARE_ERROR: f32 = 16.0 * MACHINE_EPSILON;
 
-/// The error of a distance to a triangle, as a fraction of the largest coordinate relative to the point; divided by the
-/// squared sine of the angle at the first corner it bounds that of the foot of the perpendicular.
+/// The error of a distance to a triangle, as a fraction of the largest coordinate relative to the point. Divided by the
+/// squared sine of the angle at the first corner, this fraction bounds the error of the foot of the perpendicular.
 const TRIANGLE_ERROR: f32 = 32.0 * MACHINE_EPSILON;
 
 /// Maximum coordinate of a point for which bounds are computed; beyond, squares overflow and everything counts as near.
 const MAX_POINT: f32 = (1u64 << 50) as f32;
 
-/// The smallest squared length, for triangles of which the largest relative coordinate is 1 to 2.
+/// The smallest squared length, for triangles whose largest relative coordinate is 1 to 2.
 const TINY: f32 = 1e-30;
 
 type Triple<V> = [V; 3];

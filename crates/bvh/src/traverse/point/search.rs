@@ -55,7 +55,8 @@ pub fn closest_points_batch<I: Isa>(
             local,
             error: F64_ERROR * (reach + f64::from(scene.max_abs_coord)),
             best: ClosestPoint::MISS,
-            // Slightly larger, because the distance itself is compared at the end.
+            // This bound is slightly larger than the squared maximum distance, because the distance itself is compared
+            // at the end.
             squared_distance: max_distance * max_distance * (1.0 + 4.0 * f64::EPSILON),
         };
         if let Some((instance, triangle)) = hint

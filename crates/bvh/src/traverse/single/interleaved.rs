@@ -18,7 +18,7 @@ const RAYS_IN_FLIGHT: usize = 24;
 /// take longer.
 const FEW_RAYS: usize = 2;
 
-/// Rays at nodes that may wait while rays at leaves advance.
+/// Maximum number of rays at nodes that wait while rays at leaves advance.
 const MAX_WAITING_NODES: u32 = 8;
 
 /// A ray in flight, advanced one step at a time.
@@ -84,7 +84,7 @@ impl ReadyMasks {
     }
 }
 
-/// Removes the lowest bit; its index.
+/// Removes the lowest bit; returns its index.
 #[inline(always)]
 fn pop_lowest_bit(bits: &mut u32) -> u32 {
     let i = bits.trailing_zeros();
@@ -163,7 +163,7 @@ fn traverse_states<'a, I: Isa, R: RayInFlight<'a>, const STATES: usize>(
             with_candidates |= u32::from(state.step_leaf::<I>()) << i;
             ready.add(i, state);
         }
-        // Their nodes have not changed.
+        // The nodes of these rays have not changed.
         ready.leaves &= !with_candidates;
         let mut left = with_candidates;
         while left != 0 {

@@ -63,8 +63,8 @@ pub struct RayState<'a, const ANY_HIT: bool> {
     _pad: [u64; 8],
 }
 
-// An odd number of cache lines, so that the same fields of all states are in different L1 sets. Pointers of 32 bits, as
-// in WebAssembly, result in other sizes; a page traces few rays at once.
+// An odd number of cache lines, so that the same fields of all states are in different L1 sets. With 32-bit pointers,
+// as in WebAssembly, the size differs; this is acceptable, because a browser page traces few rays at once.
 #[cfg(target_pointer_width = "64")]
 const _: () = assert!(size_of::<RayState<false>>() / 64 % 2 == 1);
 
@@ -143,8 +143,8 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
         true
     }
 
-    /// Pops the next TLAS entry. Most often it is another instance or none, and neither needs the ray in TLAS
-    /// coordinates. True if the ray is done.
+    /// Pops the next TLAS entry. Usually, the next entry is another instance, or the stack is empty. In both cases, the
+    /// ray in TLAS coordinates is not needed. Returns true if the ray is done.
     #[inline(always)]
     fn pop_tlas(&mut self, scene: &'a Scene) -> bool {
         self.node = self.stack.pop_unchecked();

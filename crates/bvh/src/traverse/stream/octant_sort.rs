@@ -15,7 +15,7 @@ pub const MAX_BLOCK: usize = 2048;
 /// The number of rays sorted in the first block, as a trial.
 const FIRST_BLOCK: usize = 1024;
 
-/// Fewer rays of a class are traced as single rays.
+/// Minimum number of rays of a class for a packet; smaller classes are traced as single rays.
 const MIN_PACKET_RAYS: usize = 16;
 
 /// Number of packet rays before the first evaluation. Packets are faster if they visit at most `MAX_VISITS_PER_RAY`

@@ -6,10 +6,10 @@ use crate::simd::{Isa, Vector};
 use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::trav_ray::MAX_RECIPROCAL;
 
-/// Smaller groups are traced as single rays.
+/// Minimum number of rays in a group; smaller groups are traced as single rays.
 const MIN_GROUP_RAYS: u32 = 12;
 
-/// Smaller chunks are traced as single rays.
+/// Minimum number of rays in a chunk; smaller chunks are traced as single rays.
 const MIN_CHUNK_RAYS: usize = 5;
 
 /// Direction classes: 8 octants for each of 3 main axes, and one class for all other directions.
@@ -28,7 +28,7 @@ pub fn ray_index(lane: u32, indices: RayIndices) -> usize {
     indices.map_or(lane, |indices| usize::from(indices[lane]) & (PACKET_SIZE - 1))
 }
 
-/// A mask by lane as a mask by index in the chunk.
+/// Converts a mask by lane to a mask by index in the chunk.
 #[inline(always)]
 pub fn ray_mask(mut lanes: u64, indices: RayIndices) -> u64 {
     if indices.is_none() {

@@ -11,7 +11,7 @@ use crate::traverse::trav_ray::{MAX_ORIGIN, MAX_RECIPROCAL, ORIGIN_PAD, RELATIVE
 /// Rays per trial.
 pub const TRIAL_RAYS: usize = 512;
 
-/// Culling is faster if it removes at least one ray in this number.
+/// Culling is faster if it removes at least one of this many rays.
 const MIN_CULL_RATE: usize = 12;
 
 /// The AABBs of the root's children.
@@ -68,7 +68,7 @@ impl<'a> RootCull<'a> {
     }
 
     /// Bit i: ray i may enter a child, is not finite, or is parallel to an axis. Slabs are padded at least as much as
-    /// those of packets.
+    /// the slabs of packets.
     #[inline(always)]
     fn intersects_root<I: Isa>(&self, root: &WideNode, rays: [&Ray; 16]) -> u32 {
         let scene = self.scene;

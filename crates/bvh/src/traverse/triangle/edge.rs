@@ -22,7 +22,7 @@ pub fn indices<I: Isa>(leaf: &LeafNode) -> [I::LaneIndices; 3] {
 /// The vertices of a leaf along an axis, relative to an origin.
 #[inline(always)]
 pub fn vertices_minus<I: Isa>(leaf: &LeafNode, axis: usize, origin: f32) -> I::F32x16 {
-    // SAFETY: each row of `vertex` holds 16 floats.
+    // SAFETY: each row of `vertices` contains 16 floats.
     let row = unsafe { I::F32x16::load(leaf.vertices[axis].as_ptr()) };
     row.sub(I::F32x16::splat(origin))
 }
@@ -88,7 +88,8 @@ fn edge_functions_agree<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy):
     V::to_bitmask(V::or(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero)))
 }
 
-/// The edge functions in float64, in which the products are exact, normalised; `None` outside.
+/// The normalised edge functions, computed in float64 because float64 products are exact; `None` if the ray misses the
+/// triangle.
 #[cold]
 #[inline(never)]
 pub fn edge_functions_f64(corners: [f32; 6]) -> Option<[f32; 3]> {

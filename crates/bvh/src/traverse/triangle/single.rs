@@ -117,7 +117,7 @@ fn intersect<L: RayView, const SLIVER: bool>(
     let (first, last) = ends(kz, z);
     let (ez, lz) = (first * ray.reciprocal(kz), last * ray.reciprocal(kz));
     let (enter, leave) = (max_f32(max_f32(ex, ey), ez), min_f32(min_f32(lx, ly), lz));
-    // t is clamped to this interval below; an interval out of range decides early.
+    // t is clamped to this interval below, so the ray certainly misses if the interval is out of range.
     if (enter > t_max) | ((enter < 0.0) & (leave < 0.0)) {
         return None;
     }

@@ -7,7 +7,7 @@ use crate::gltf::json::{Accessor, Sparse};
 use crate::io::ByteSource;
 use raycam_scene::ErrorCode;
 
-/// Columns and rows, and thus components, of an element of this type.
+/// Numbers of columns and rows of an element of this type; their product is the number of components.
 fn shape(kind: &str) -> Option<(usize, usize)> {
     Some(match kind {
         "SCALAR" => (1, 1),
@@ -113,7 +113,7 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// Writes the elements of a sparse accessor, of `size` bytes each, over those of `dense`.
+    /// Writes the elements of a sparse accessor, of `size` bytes each, over the elements of `dense`.
     fn overwrite_sparse(&self, place: &str, sparse: &Sparse, size: usize, dense: &mut [u8]) -> Result<()> {
         let fault = |code, message: String| self.fault(code, format!("{place}.sparse.{message}"));
         let count = dense.len() / size;
@@ -198,7 +198,8 @@ fn element_bytes(
         .unwrap_or(u64::MAX);
     if stride < size || needed > bytes.len() as u64 {
         return Err(format!(
-            ": {count} elements of {size} bytes with stride {stride} from offset {offset} exceed the {} bytes",
+            ": {count} elements of {size} bytes with stride {stride} from offset {offset} do not fit into the \
+             view's {} bytes",
             bytes.len()
         ));
     }

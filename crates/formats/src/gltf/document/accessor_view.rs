@@ -99,7 +99,7 @@ impl AccessorView<'_> {
         if finite { Ok(made) } else { Err(self.non_finite_error::<N>()) }
     }
 
-    /// Same, and true if all floats are finite.
+    /// Same as `map_floats`, and true if all floats are finite.
     pub(crate) fn map_any_floats<const N: usize, T: Copy + Default + Send>(
         &self,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
@@ -155,7 +155,8 @@ impl AccessorView<'_> {
         )
     }
 
-    /// Results of `make` for every element, whose numbers `read` decodes, and true.
+    /// Results of `make` for every element, whose numbers `read` decodes. The flag is always true, because all bytes
+    /// are valid.
     fn decode<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
@@ -164,7 +165,7 @@ impl AccessorView<'_> {
         self.decode_checked::<S, N, V, T>(read, |_| true, make)
     }
 
-    /// Same, and true if the bytes of all elements are `valid`. The function runs on several threads.
+    /// Same as `decode`, and true if the bytes of all elements are `valid`. The function runs on several threads.
     fn decode_checked<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
@@ -227,7 +228,8 @@ impl AccessorView<'_> {
         Err(self.document.fault(
             ErrorCode::WrongType,
             format!(
-                "{}: {} of type {kind:?}{normalized}; expected {expected} unsigned integers, not normalised ({})",
+                "{}: {} components of type {kind:?}{normalized}; expected {expected} unsigned integers, not normalised \
+                 ({})",
                 self.place, self.arity, self.wrong_format
             ),
         ))

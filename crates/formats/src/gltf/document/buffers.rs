@@ -216,13 +216,19 @@ fn view_header(view: &MeshoptView) -> Result<ViewHeader, (ErrorCode, String)> {
         "QUATERNION" => Filter::Quaternion,
         "EXPONENTIAL" => Filter::Exponential,
         "COLOR" => Filter::Color,
-        other => return Err((ErrorCode::UnknownName, format!(".filter: {other:?} is unknown"))),
+        other => {
+            let message = format!(".filter: {other:?}; expected NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL or COLOR");
+            return Err((ErrorCode::UnknownName, message));
+        }
     };
     let mode = match &view.mode[..] {
         "ATTRIBUTES" => Mode::Attributes(filter),
         "TRIANGLES" => Mode::Triangles,
         "INDICES" => Mode::Indices,
-        other => return Err((ErrorCode::UnknownName, format!(".mode: {other:?} is unknown"))),
+        other => {
+            let message = format!(".mode: {other:?}; expected ATTRIBUTES, TRIANGLES or INDICES");
+            return Err((ErrorCode::UnknownName, message));
+        }
     };
     let whole = |name, value: u64| {
         let too_large = |_| (ErrorCode::TooLarge, format!(".{name}: {value} is too large"));

@@ -117,7 +117,7 @@ impl Container {
             let at = self.json.start + error.valid_up_to();
             FormatError::byte(path, at, ErrorCode::NotText.message("invalid UTF-8 (INVALID_JSON)"))
         })?;
-        // Some programs pad the chunk with these instead of spaces.
+        // Some programs pad the chunk with zeros instead of spaces.
         let text = text.trim_end_matches('\0');
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         // Tracking the JSON path takes time, so the path is determined only for errors.

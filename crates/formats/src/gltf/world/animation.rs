@@ -145,8 +145,12 @@ impl Builder<'_, '_> {
             "LINEAR" => SamplerInterpolation::Linear,
             "CUBICSPLINE" => SamplerInterpolation::CubicSpline,
             other => {
-                return Err(document
-                    .fault(ErrorCode::UnknownName, format!("{place}.interpolation: {other:?} (VALUE_NOT_IN_LIST)")));
+                return Err(document.fault(
+                    ErrorCode::UnknownName,
+                    format!(
+                        "{place}.interpolation: {other:?}; expected STEP, LINEAR or CUBICSPLINE (VALUE_NOT_IN_LIST)"
+                    ),
+                ));
             }
         };
         let times = document.elements(json.input, &format!("{place}.input"))?.floats::<1>()?.into_flattened();

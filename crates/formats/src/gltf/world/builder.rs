@@ -52,7 +52,7 @@ pub(crate) struct ImportedMesh {
     pub(crate) shape: Option<Arc<DeformableMesh>>,
 }
 
-/// Textures and images that have been read, by index in the document and by true for colours.
+/// Textures and images that have been read. A key is the index in the document, and true for colours.
 #[derive(Default)]
 pub(crate) struct ImportedTextures {
     pub(crate) textures: HashMap<(usize, bool), usize>,

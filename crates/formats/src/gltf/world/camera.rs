@@ -127,7 +127,7 @@ pub(crate) fn flip_yz() -> DMat3 {
     DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0))
 }
 
-/// Rotation and translation of a transform, and true if it contains more than these and scale.
+/// Rotation and translation of a transform, and true if the transform also contains a shear or a reflection.
 fn rigid(transform: DAffine3) -> Option<(DAffine3, bool)> {
     let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis];
     let back = z.try_normalize()?;

@@ -15,7 +15,7 @@ pub(crate) const NON_NEGATIVE: [f64; 2] = [0.0, f32::MAX as f64];
 const UNIT_INTERVAL: [f64; 2] = [0.0, 1.0];
 
 impl Builder<'_, '_> {
-    /// All materials: first those of the document in order, then the default material.
+    /// All materials: first the document's materials in order, then the default material.
     pub(crate) fn materials(&mut self) -> Result<()> {
         let document = self.document;
         for (i, json) in document.root.materials.iter().enumerate() {
@@ -116,7 +116,7 @@ impl Builder<'_, '_> {
         let at = |name: &str| format!("{place}.KHR_materials_{name}");
         if let Some(json) = &extensions.ior {
             let ior = json.ior.unwrap_or(1.5);
-            // 0 has a special meaning.
+            // An index of 0 is allowed: it stands for a dielectric of infinite index.
             let least = if ior == 0.0 { 0.0 } else { 1.0 };
             p.ior = self.number(&at("ior.ior"), ior, [least, NON_NEGATIVE[1]]);
         }

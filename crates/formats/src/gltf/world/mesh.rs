@@ -72,7 +72,7 @@ fn merge_primitives(mut parts: Vec<(Mesh, usize)>) -> Result<Option<(Mesh, Vec<u
         |(slot, (mesh, _)): (usize, (Mesh, usize))| MeshPart { name: String::new(), mesh, materials: vec![slot] };
     let model = MeshFile {
         parts: parts.into_iter().enumerate().map(part).collect(),
-        // Only their number matters.
+        // `as_single_mesh` needs only the number of materials, so defaults are sufficient.
         materials: vec![Material::default(); materials.len()],
         ..MeshFile::default()
     };

@@ -71,7 +71,7 @@ impl Builder<'_, '_> {
         let variants = document.root.extensions.variants().iter();
         self.world.variants =
             variants.map(|variant| Variant { name: variant.name.clone(), materials: Vec::new() }).collect();
-        // In the order of the document, which is that of the object ids.
+        // Nodes are added in the order of the document, because object ids are assigned in this order.
         for i in (0..nodes.len()).filter(|&i| shown[i]) {
             self.add_node(i, world_from_node[i], visible[i], &mut rig)?;
         }
@@ -193,7 +193,7 @@ impl Builder<'_, '_> {
             if skin.is_some() {
                 world_from_mesh = DAffine3::IDENTITY;
             } else if flat && moving {
-                // It is flattened at the times at which its transform is flat.
+                // The animation flattens the object at the times at which its transform is flat.
                 world_from_mesh.matrix3 = DMat3::IDENTITY;
             } else if flat {
                 let whole = self.world.meshes[mesh].clone();

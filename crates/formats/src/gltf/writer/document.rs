@@ -27,7 +27,7 @@ pub(crate) struct Writer<'a> {
 /// Meshes that have been written.
 #[derive(Default)]
 pub(crate) struct WrittenMeshes {
-    /// Primitives without materials, by mesh and by true for deformed meshes.
+    /// Primitives without materials. A key is the mesh, and true for a deformed mesh.
     pub(crate) primitives: HashMap<(*const Mesh, bool), Vec<(usize, Value)>>,
     /// Meshes of the document by their JSON.
     pub(crate) meshes: HashMap<String, usize>,
@@ -36,7 +36,7 @@ pub(crate) struct WrittenMeshes {
 /// Images, textures and samplers that have been written.
 #[derive(Default)]
 pub(crate) struct WrittenTextures {
-    /// By image, and by true for colours.
+    /// A key is the image, and true for colours.
     pub(crate) images: HashMap<(*const Image, bool), usize>,
     pub(crate) textures: HashMap<(usize, TextureSampler), usize>,
     pub(crate) samplers: HashMap<TextureSampler, usize>,

@@ -217,7 +217,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// One texture for both, with metalness in blue and roughness in green. It is composed if they are two textures.
+    /// One texture for metalness (blue) and roughness (green). If these are in two textures, a new texture is composed.
     fn metallic_roughness(&mut self, json: &mut Object, name: &str, principled: &Principled) -> Result<()> {
         const KEY: &str = "metallicRoughnessTexture";
         let (metallic, roughness) = (principled.metallic, principled.roughness);

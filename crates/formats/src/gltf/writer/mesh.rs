@@ -145,7 +145,7 @@ impl Writer<'_> {
         json
     }
 
-    /// Writes `TANGENT` if the mesh has tangents and normals; true if it does.
+    /// Writes `TANGENT` if the mesh has tangents and normals; returns true if `TANGENT` was written.
     fn tangents(
         &mut self,
         mesh: &Mesh,
@@ -180,7 +180,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes `COLOR_0` if there are vertex or face colours; true if there are.
+    /// Writes `COLOR_0` if there are vertex or face colours; returns true if `COLOR_0` was written.
     fn colors(
         &mut self,
         mesh: &Mesh,

@@ -147,7 +147,7 @@ fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>> {
     file.extend(2_u32.to_le_bytes());
     file.extend(length.to_le_bytes());
     for (kind, data) in chunks {
-        // Fits, because the whole file does.
+        // The length fits into 32 bits, because the length of the whole file does.
         file.extend((data.len() as u32).to_le_bytes());
         file.extend(kind);
         file.extend(data);

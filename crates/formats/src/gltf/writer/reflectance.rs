@@ -5,7 +5,7 @@ use raycam_scene::{HeightUnit, Material, MaterialModel, NoticeCode, Principled};
 use crate::gltf::writer::document::Writer;
 
 impl Writer<'_> {
-    /// Notes the properties of bodies and surfaces that glTF does not have.
+    /// Adds notices about properties of bodies and surfaces that glTF cannot represent.
     fn note_missing_properties(&mut self, material: &Material) {
         let name = &material.name;
         if material.priority != 0 {
@@ -33,8 +33,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Material in glTF's terms: the principled model, and its base colour. Approximations cause a notice. `None` is
-    /// unlit.
+    /// Material in glTF's terms: the base colour and the principled model, which is `None` for an unlit material.
+    /// Approximations cause a notice.
     pub(super) fn gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
         let (color, name) = (material.color, &material.name);
         self.note_missing_properties(material);

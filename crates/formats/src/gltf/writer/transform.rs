@@ -28,7 +28,8 @@ fn round_noise(value: f64) -> f64 {
 }
 
 /// Keys of nodes, the outermost first, that together represent any invertible transform. One node is sufficient unless
-/// the transform shears; otherwise it is a rotation, a scale along rotated axes, and a translation, M = U S Vᵀ.
+/// the transform shears; a shear requires two nodes, M = U S Vᵀ. The outer node contains the translation, the rotation
+/// U and the scale S; the inner node contains the rotation Vᵀ.
 pub(crate) fn nodes(transform: DAffine3) -> Vec<Map<String, Value>> {
     let m = transform.matrix3;
     let scale = DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length());

@@ -9,7 +9,7 @@ pub(super) struct FrameComponent {
     factors: [usize; 2],
     /// Indices of the tables of DC and AC in the scan.
     pub tables: [usize; 2],
-    /// Lowest bit of each coefficient that a scan has contained; `None` if no such marker was found.
+    /// Lowest bit of each coefficient that a scan has contained; `None` if no scan has contained the coefficient.
     pub bits: [Option<u8>; 64],
     /// Bit mask per block of the coefficients that are known not to be zero, on which refining scans depend.
     nonzero: Vec<u64>,

@@ -36,7 +36,7 @@ impl Photometric {
     }
 }
 
-/// The second of `ExtraSamples`' meanings, for each channel after the colours.
+/// Meaning of a channel after the colours, from the tag `ExtraSamples`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Extra {
     Spare,

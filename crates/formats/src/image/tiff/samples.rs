@@ -37,7 +37,7 @@ impl Presented {
         if native && layout.chroma == [1, 1] {
             return Self { size, chunk, bits, samples, format };
         }
-        // As bytes, which are unpacked later.
+        // The samples are declared as bytes, which are unpacked later.
         let down = layout.chroma[1];
         Self {
             size: [bytes(size[0]), size[1].div_ceil(down)],
@@ -102,7 +102,7 @@ fn decode_plane(
     let read = decoder.and_then(|mut decoder| decoder.read_image_to_buffer(&mut decoded));
     read.map_err(|error| decoder_error(file, error))?;
     if (decoded.as_buffer(0).as_bytes().len() as u64) < raw {
-        return Err(file.fault(ErrorCode::TruncatedFile, "some of its channels are missing"));
+        return Err(file.fault(ErrorCode::TruncatedFile, "some of the image's channels are missing"));
     }
     Ok(decoded)
 }
@@ -120,7 +120,7 @@ fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u
         None if layout.compression == UNCOMPRESSED && offsets.len() == 1 => {
             vec![unpacked.min(file.bytes.len() as u64 - offsets[0].min(file.bytes.len() as u64))]
         }
-        None => return Err(file.fault(ErrorCode::MissingValue, "the byte counts of its strips are missing")),
+        None => return Err(file.fault(ErrorCode::MissingValue, "the byte counts of the strips or tiles are missing")),
     };
     if offsets.len() != expected || counts.len() != expected {
         let message = format!("{} strips or tiles; expected {expected}", offsets.len().min(counts.len()));

@@ -39,7 +39,7 @@ fn check_complete(mut chunks: &[u8]) -> Option<()> {
     let mut alpha = None;
     while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
         let length = u32::from_le_bytes(*head[4..].first_chunk()?) as usize;
-        // The last chunk may declare more than there is; only its contents matter.
+        // The last chunk may declare more bytes than the file contains; only the existing bytes matter.
         let (chunk, rest) = rest.split_at(length.min(rest.len()));
         match &head[..4] {
             b"VP8L" => return check_stream(chunk),

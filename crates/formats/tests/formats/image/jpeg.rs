@@ -123,7 +123,7 @@ fn bytes_between_segments_are_skipped() {
 }
 
 #[test]
-fn film_frames_use_the_standard_tables() {
+fn jpeg_frames_without_huffman_tables_use_the_standard_tables() {
     // Frames with the standard tables.
     for name in ["grey.jpg", "444.jpg", "420.jpg"] {
         let case = jpegs().find(|case| case.name == name).unwrap();

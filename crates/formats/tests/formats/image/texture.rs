@@ -82,7 +82,8 @@ fn too_many_pixels_are_refused_before_decoding() {
     let error = read_texture(&path, &Budget { pixels: 15, ..Budget::default() }).unwrap_err();
     assert_eq!(
         message(error, &path),
-        "a.png: 16 pixels exceed the remaining budget of 15; raise the budget if you trust the file"
+        "a.png: 16 pixels exceed the remaining budget of 15; use smaller files, or set texture_memory if textures are \
+         large"
     );
 }
 

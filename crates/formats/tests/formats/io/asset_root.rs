@@ -127,7 +127,7 @@ fn one_budget_covers_all_files_that_a_program_names() {
 }
 
 #[test]
-fn names_in_a_mesh_start_from_the_meshs_folder() {
+fn file_names_in_a_mesh_are_relative_to_its_folder() {
     let root = setting();
     fs::write(root.join("parts/b.obj"), format!("mtllib ../m/b.mtl\nusemtl b\n{TRIANGLE}")).unwrap();
     fs::create_dir(root.join("m")).unwrap();

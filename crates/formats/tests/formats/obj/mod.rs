@@ -325,7 +325,7 @@ fn attributes_that_are_not_finite_are_ignored() {
 }
 
 #[test]
-fn vertex_colours_of_other_ranges_are_read_or_clamped() {
+fn vertex_colours_as_fractions_bytes_or_hexadecimal_are_read_or_clamped() {
     let colors = |rows: [&str; 3]| {
         let [a, b, c] = rows;
         let model = model("a.obj", format!("v 0 0 0 {a}\nv 1 0 0 {b}\nv 0 1 0 {c}\nf 1 2 3\n"));
@@ -339,7 +339,7 @@ fn vertex_colours_of_other_ranges_are_read_or_clamped() {
     assert!(unit.1.is_empty() && bytes.1.contains("treated as 0 to 255"), "{} {}", unit.1, bytes.1);
     let nearly = colors(["1.0000001 0 0", "-0.001 1 0", "0 0 1"]);
     assert_eq!(nearly.0, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-    assert!(nearly.1.contains(":1: a vertex colour outside 0 to 1; clamped"), "{}", nearly.1);
+    assert!(nearly.1.contains(":1: a vertex colour outside 0 to 1; all vertex colours"), "{}", nearly.1);
     // ZBrush's colours, in hexadecimal after a mask.
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     let painted = model("a.obj", format!("{three}#MRGB ffff0000ff00ff00\n#MRGB ff0000ff\nf 1 2 3\n"));

@@ -149,7 +149,7 @@ impl<M: BatchModel> BsdfBatch<M> {
 }
 
 impl<M: LayeredBatchModel> BsdfBatch<M> {
-    /// Activates a lane if the model supports the material at a hit. Returns true if the model supports this.
+    /// Activates a lane if the model supports the material at a hit. Returns true if the model supports the material.
     #[inline]
     pub fn load(&mut self, lane: usize, hit: &MaterialHit) -> bool {
         let Some(stack) = hit.layer_stack() else {

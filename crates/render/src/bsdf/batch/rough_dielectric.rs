@@ -39,7 +39,8 @@ pub(crate) struct RoughDielectricModel {
 #[derive(Debug, Default)]
 pub(crate) struct RoughDielectricView {
     local: LocalView,
-    /// Energy loss of reflection only for light from `wo`, its mean albedo, and the colour of its multi-scatter lobe.
+    /// For reflection without refraction: the energy loss for light from `wo`, the mean albedo, and the colour of the
+    /// multi-scatter lobe.
     energy_loss: [f32; LANES],
     mean_albedo: [f32; LANES],
     multi_scatter: Vec3xN<f32, LANES>,

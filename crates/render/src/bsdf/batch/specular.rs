@@ -82,7 +82,7 @@ impl LayeredBatchModel for SpecularModel {
 }
 
 impl SpecularModel {
-    /// Lets the path of a lane follow both branches if there are two.
+    /// Lets the path of a lane follow both branches if the lane's surface reflects and refracts light.
     #[inline]
     pub fn allow_split(&mut self, lane: usize) {
         self.may_split[lane] = !self.is_conductor[lane];

@@ -93,7 +93,7 @@ struct Counts {
     lit: [usize; 2],
 }
 
-/// Compares samples and values of a model with those of single points in empty space.
+/// Compares the samples and values of a model with the samples and values of single points in empty space.
 fn compare<M: LayeredBatchModel>(world: &PreparedWorld, object: impl Fn(usize) -> usize) -> Counts {
     let mut counts = Counts::default();
     let mut batch = BsdfBatch::<M>::default();
@@ -146,7 +146,7 @@ fn metal(name: &str, roughness: f32) -> MaterialModel {
 }
 
 #[test]
-fn specular_lanes_equal_single_points() {
+fn specular_lanes_equal_scalar_evaluation() {
     let glass = |thin| MaterialModel::Glass(Glass { thin, ..Glass::default() });
     let principled = |thickness| {
         let mut p = Principled::default();
@@ -222,7 +222,7 @@ fn specular_lanes_equal_single_points() {
 }
 
 #[test]
-fn glossy_lanes_equal_single_points() {
+fn glossy_lanes_equal_scalar_evaluation() {
     let principled = |metallic, roughness| {
         let mut p = Principled::default();
         (p.metallic.value, p.roughness.value) = (metallic, roughness);
@@ -260,7 +260,7 @@ fn glossy_lanes_equal_single_points() {
 }
 
 #[test]
-fn rough_dielectric_lanes_equal_single_points() {
+fn rough_dielectric_lanes_equal_scalar_evaluation() {
     let glass = |roughness, ior| MaterialModel::Glass(Glass { roughness, ior, ..Glass::default() });
     let principled = |roughness, metallic| {
         let mut p = Principled::default();

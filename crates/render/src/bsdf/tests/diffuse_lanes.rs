@@ -69,7 +69,7 @@ pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBa
 }
 
 #[test]
-fn guided_and_unguided_lanes_equal_single_points() {
+fn guided_and_unguided_lanes_equal_scalar_evaluation() {
     let world = ball();
     let mut valid = 0;
     for first in (0..320).step_by(LANES) {

@@ -82,7 +82,7 @@ impl DirectLightingBatch {
         }
         self.count = 0;
         for i in tracer.light_sample_indices() {
-            // Indices in between have no samples.
+            // Indices that are skipped have no samples.
             for shadow_rays in &mut self.shadow_rays[self.count..i] {
                 shadow_rays.is_active = [false; LANES];
             }
@@ -236,7 +236,7 @@ mod tests {
     use crate::prepare::world::PreparedWorld;
 
     #[test]
-    fn batched_direct_lighting_equals_single_points() {
+    fn batched_direct_lighting_equals_scalar_evaluation() {
         let mut lit = 0;
         let world = PreparedWorld::new(&World::default(), None, None, &Control::new()).unwrap();
         for first in (0..320).step_by(LANES) {

@@ -18,7 +18,7 @@ pub(crate) struct EquirectFrame {
 }
 
 impl EquirectFrame {
-    /// `yaw` in degrees, as a camera's.
+    /// `yaw` is in degrees, as for a camera.
     pub fn new(up: Up, yaw: f64) -> Self {
         let vertical = up.axis();
         let ahead = match up {

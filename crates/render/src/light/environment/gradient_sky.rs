@@ -32,7 +32,7 @@ impl GradientSky {
         }
     }
 
-    /// Samples a cosine-weighted direction (Malley's method); uniform on the sphere without a normal.
+    /// Samples a cosine-weighted direction (Malley's method), or a uniform direction on the sphere if `normal` is zero.
     pub fn sample(&self, normal: Vec3, [x, y]: [f32; 2]) -> LightLiSample {
         let (sin, cos) = sincos_turns(y);
         let (axis, height, radius) = if normal == Vec3::ZERO {

@@ -41,7 +41,8 @@ enum EnvironmentSource {
     Preetham(PreethamSky),
 }
 
-/// Lookups in flight: for an image the texel addresses, prefetched; for a sky, which is computed, the radiance.
+/// Lookups in progress. For an image, the texels have been prefetched; for a sky, the radiance has already been
+/// computed.
 enum PendingLookups<'a, const N: usize> {
     Image(&'a EnvironmentImage, BilinearTaps<N>),
     Sky { uv: [[f32; N]; 2], radiances: Vec3xN<f32, N> },

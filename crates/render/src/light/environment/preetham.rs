@@ -26,8 +26,8 @@ pub(crate) struct PreethamSky {
     up: Vec3,
     /// Towards the sun.
     sun: Vec3,
-    /// Factors of luminance and of both chromaticities: a factor by the cosine of the zenith angle, scaled by the
-    /// zenith value divided by F(0, sun angle), and a factor by [`sun_distance`].
+    /// Luminance and both chromaticities are products of two curves: a curve over the cosine of the zenith angle, which
+    /// includes the zenith value divided by F(0, sun angle), and a curve over [`sun_distance`].
     zenith_curves: LinearTable,
     sun_curves: LinearTable,
     scale: f32,
@@ -35,8 +35,8 @@ pub(crate) struct PreethamSky {
 }
 
 impl PreethamSky {
-    /// Returns the sky and its sun. `direction` is the direction in which sunlight travels; worlds accept only suns above the
-    /// horizon.
+    /// Returns the sky and its sun. `direction` is the direction in which sunlight travels; in worlds, the sun is
+    /// always above the horizon.
     pub fn new(up: Up, direction: DVec3, turbidity: f64, scale: f64) -> (Self, SunLight) {
         let vertical = up.axis();
         let towards = -direction.normalize_or_zero();
@@ -233,7 +233,7 @@ mod tests {
             let perez = perez_coefficients(turbidity, FRAC_PI_2 - degrees.to_radians());
             let mut most: f32 = 0.0;
             for i in 0..20_000 {
-                // Denser near the sun and the horizon.
+                // The directions are denser near the sun and the horizon.
                 let height = (f64::from(i % 200) / 199.0).powi(3);
                 let turn = PI * (f64::from(i / 200) / 99.0).powi(3);
                 let level = (1.0 - height * height).sqrt();

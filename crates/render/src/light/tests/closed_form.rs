@@ -13,8 +13,8 @@ fn irradiance_of_a_sun_does_not_depend_on_its_diameter() {
         let found = irradiance(&source(sun([1.0, 0.0, -1.5], diameter)), &AT_ORIGIN, 1 << 12);
         close(found, 3.0 * 1.5 / 3.25f64.sqrt(), 1e-4);
     }
-    // Half of a sun on the horizon is below the horizon. The irradiance by a disk of angular radius a seen edge-on is
-    // its radiance times a - sin(a) cos(a), the projected solid angle of half a cone.
+    // Half of a sun on the horizon is below the horizon. The irradiance by a disk of angular radius `a` that is seen
+    // edge-on is its radiance times a - sin(a) cos(a), the projected solid angle of half a cone.
     let a = 30f64.to_radians();
     let radiance = 3.0 / (PI * a.sin().powi(2));
     let found = irradiance(&source(sun([1.0, 0.0, 0.0], 60.0)), &AT_ORIGIN, 1 << 14);

@@ -40,7 +40,7 @@ fn cap(axis: DVec3, low: f64) -> Chart {
     }
 }
 
-/// Parallelogram through `corner` with edges u and v, or the disk in it.
+/// Parallelogram at `corner` with the edges u and v; if `round`, the disk around `corner` with the half axes u and v.
 fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
     let normal = u.cross(v);
     let place = move |p: DVec2| {
@@ -67,7 +67,7 @@ fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
     }
 }
 
-/// Zenith angle and azimuth, as the environment's distribution with its yaw of 30 degrees.
+/// Zenith angle and azimuth in the frame of the environment, which has a yaw of 30 degrees.
 fn panorama() -> Chart {
     let frame = crate::light::environment::equirect::EquirectFrame::new(Up::Z, 30.0);
     Chart {
@@ -167,7 +167,7 @@ fn light_samples_follow_their_density() {
 }
 
 #[test]
-fn single_lights_are_sampled_like_one_of_several() {
+fn single_environments_are_sampled_like_environments_next_to_a_black_one() {
     let alone = lights(&[hard_environment()]);
     assert!(alone.is_single_infinite(LightSampling::Importance) && !alone.is_single_infinite(LightSampling::Uniform));
     // A second, black environment.

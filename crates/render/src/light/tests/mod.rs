@@ -34,7 +34,7 @@ pub(super) fn random(n: u32) -> [f32; 2] {
     Sampler::new(7, 0, [3, 5], n).get_2d(Dimension::PixelFilter)
 }
 
-/// Irradiance of a surface at the origin, estimated with a power of two of samples.
+/// Irradiance of a surface at the origin; the number of samples must be a power of two.
 pub(super) fn irradiance(source: &PreparedLight, from: &LightSampleContext, samples: u32) -> f64 {
     let one = |n| {
         let sample = source.sample(from, random(n))?;

@@ -13,10 +13,10 @@ struct ChildGroup {
     cost: f32,
 }
 
-/// Lights of a group that a split inspects.
+/// Maximum number of lights of a group that a split inspects.
 const MAX_SAMPLED_LIGHTS: usize = 1 << 9;
 
-/// Lights above which children are built in parallel.
+/// Number of lights above which children are built in parallel.
 const PARALLEL_THRESHOLD: usize = 1 << 12;
 
 /// Depth below which groups are halved by count, which bounds the depth by the number of lights.

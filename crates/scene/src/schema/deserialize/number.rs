@@ -87,7 +87,7 @@ impl<'a, T: Copy + Into<Number>> ArrayDeserializer<'a, T> {
         let size = shape.iter().try_fold(1_usize, |size, &length| size.checked_mul(length));
         if size != Some(data.len()) {
             return Err(DeError::new(
-                ErrorCode::WrongShape.message(format!("an array of shape {shape:?} with {} numbers", data.len())),
+                ErrorCode::WrongShape.message(format!("{} numbers do not match the array shape {shape:?}", data.len())),
             ));
         }
         match (shape, data) {

@@ -30,7 +30,7 @@ pub struct ObjectSpec {
     /// True if images with a transparent background or a camera's background show the object's shadows but not the
     /// object, for example for a ground that the photo already shows. Default: false.
     pub shadow_catcher: Option<bool>,
-    /// What the surface returns to a lidar, such as { reflectance = 0.8, retroreflection = 300 }; derived from the
+    /// Properties of the surface for lidars, such as { reflectance = 0.8, retroreflection = 300 }; derived from the
     /// material if not given. A mirror or glass with such values scatters light instead.
     pub lidar: Option<LidarSurface>,
 

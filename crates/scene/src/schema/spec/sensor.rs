@@ -98,8 +98,8 @@ with_pose! {
         /// The visibility in fog, in metres; no fog if not given.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub visibility: Option<f64>,
-        /// The receiver's overlap: pairs of a distance in metres and the share of the light that the receiver sees there,
-        /// by ascending distance; linear between the distances.
+        /// The receiver's overlap: pairs of a distance in metres and the fraction of the returning light that reaches
+        /// the receiver, by ascending distance; linear between the distances.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub overlap: Option<Vec<[f64; 2]>>,
         /// Counts of the field `signal` for a white target at normal incidence at 1 m.
@@ -114,7 +114,7 @@ with_pose! {
         /// Counts of near infrared light in packets for a radiance of 1 W/(m² sr).
         #[serde(skip_serializing_if = "Option::is_none")]
         pub near_ir_gain: Option<f64>,
-        /// Mirrors and glass faces that a ray follows.
+        /// Maximum number of mirror and glass surfaces that a ray follows.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub max_bounces: Option<u32>,
         /// False for distances without noise and rounding.

@@ -123,7 +123,7 @@ impl TextureCache {
         tile
     }
 
-    /// Size of the file in bytes.
+    /// Fills a buffer with the bytes of the file from `start` on.
     pub(crate) fn read(&self, bytes: &mut [u8], start: u64) -> Result<()> {
         let file = self.file()?;
         file.read(bytes, start).map_err(|error| storage_error(&file.folder, &error, "cannot be read", file.len()))

@@ -63,7 +63,7 @@ fn model() -> MeshFile {
 }
 
 #[test]
-fn mesh_files_bring_materials_and_descriptions_override_them() {
+fn materials_of_mesh_files_are_used_unless_the_object_overrides_them() {
     let mut files = FakeFiles(model());
     let world = object_with(r#"{ "mesh": "models/toy car.obj" }"#, &mut files).unwrap();
     assert_eq!(world.objects[0].name, "toy car");

@@ -7,7 +7,7 @@ fn light(kind: &str, keys: &str) -> String {
 }
 
 #[test]
-fn foreign_light_types_get_our_names_as_hints() {
+fn light_types_of_other_programs_are_refused_with_raycams_names() {
     for (theirs, ours) in [
         ("directional", "sun"),
         ("hdri", "environment"),
@@ -22,7 +22,7 @@ fn foreign_light_types_get_our_names_as_hints() {
 }
 
 #[test]
-fn foreign_object_keys_get_our_names_as_hints() {
+fn object_keys_of_other_programs_are_refused_with_raycams_names() {
     assert_error(object(r#"{ "cube": {} }"#), r#"cube: unknown key "cube"; did you mean "box"?"#);
     assert_error(
         object(r#"{ "box": {}, "position": [0, 0, 0] }"#),
@@ -39,7 +39,7 @@ fn foreign_object_keys_get_our_names_as_hints() {
 }
 
 #[test]
-fn foreign_light_and_render_keys_get_our_names_as_hints() {
+fn light_and_render_keys_of_other_programs_are_refused_with_raycams_names() {
     assert_error(
         build(&light("point", r#""location": [0, 0, 0]"#)),
         r#"light[0].location: unknown key "location"; did you mean "position"?"#,

@@ -72,11 +72,11 @@ class RaycastingScene(Hints):
         return self._geometries - 1
 
     def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
-        """Returns the first hits of rays [..., 6]: t_hit, geometry_ids, primitive_ids, primitive_uvs,
-        primitive_normals.
+        """Returns the first hits of rays [..., 6] as a dict of arrays.
 
-        `primitive_uvs` are the weights of the second and third corner; `primitive_normals` are unit vectors on the
-        side from which the corners are counter-clockwise.
+        The keys are t_hit, geometry_ids, primitive_ids, primitive_uvs and primitive_normals. `primitive_uvs` are the
+        weights of the second and third corner; `primitive_normals` are unit vectors on the side from which the corners
+        are counter-clockwise.
         """
         fields = ["t", "instance", "triangle", "barycentric", "normal", "front"]
         hits = self._world.cast_rays(*_rays(rays), fields=fields, threads=self._some(nthreads))
@@ -111,8 +111,9 @@ class RaycastingScene(Hints):
         }
 
     def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Any]:
-        """Returns the closest points to [..., 3]: points, geometry_ids, primitive_ids, primitive_uvs,
-        primitive_normals.
+        """Returns the surface points closest to the query points [..., 3], as a dict of arrays.
+
+        The keys are points, geometry_ids, primitive_ids, primitive_uvs and primitive_normals.
         """
         found = self._world.closest_points(
             last("query_points", query_points, 3), threads=self._some(nthreads)
@@ -128,16 +129,18 @@ class RaycastingScene(Hints):
         return self._single(self._world.distance(points, threads=self._some(nthreads)))
 
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
-        """Returns distances of points [..., 3], float32, negative inside; `nsamples` must be odd and has no other
-        effect.
+        """Returns distances of points [..., 3], float32, negative inside.
+
+        `nsamples` must be odd and has no other effect.
         """
         _odd(nsamples)
         points = last("query_points", query_points, 3)
         return self._single(self._world.signed_distance(points, threads=self._some(nthreads)))
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
-        """Returns 1. for points [..., 3] inside and 0. for points outside, float32; `nsamples` must be odd and has no
-        other effect.
+        """Returns 1. for points [..., 3] inside and 0. for points outside, float32.
+
+        `nsamples` must be odd and has no other effect.
         """
         _odd(nsamples)
         points = last("query_points", query_points, 3)
@@ -145,8 +148,9 @@ class RaycastingScene(Hints):
 
     @classmethod
     def create_rays_pinhole(cls, *arguments: Any, **keys: Any) -> Any:
-        """Returns rays float32 [height, width, 6] of a pinhole camera, through pixel centres at +0.5, with camera z =
-        1.
+        """Returns the rays of a pinhole camera, float32 [height, width, 6].
+
+        Rays pass through the pixel centres at +0.5. Their directions have z = 1 in camera coordinates.
 
         `(intrinsic_matrix, extrinsic_matrix, width_px, height_px)`: the extrinsic matrix is world-to-camera, x right,
         y down, z forward. `(fov_deg, center, eye, up, width_px, height_px)`: the angle is horizontal, and image rows
@@ -195,7 +199,7 @@ def _rays(rays: Any) -> tuple[Array, Array]:
 
 def _odd(nsamples: int) -> None:
     if int(nsamples) < 1 or int(nsamples) % 2 == 0:
-        raise RaycastingError(f"nsamples is {nsamples}, expected an odd number")
+        raise RaycastingError(f"nsamples is {nsamples}, expected an odd number of at least 1")
 
 
 def __getattr__(name: str) -> Any:

@@ -197,7 +197,7 @@ def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Flo
     flat = segments.reshape(-1, 3)
     _, _, near = screen.project(flat)
     near = near.reshape(-1, 2)
-    # Clipped at the near plane, so that both ends can be projected.
+    # Lines are clipped at the near plane, so that both ends can be projected.
     least = max(float(screen.camera.znear), 1e-9)
     with np.errstate(divide="ignore", invalid="ignore"):
         cut = np.clip((least - near[:, 0]) / (near[:, 1] - near[:, 0]), 0, 1)
@@ -208,7 +208,7 @@ def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Flo
     ways = segments[:, 1] - segments[:, 0]
     first, last = (segments[:, 0] + side[:, np.newaxis] * ways for side in (low, high))
     (at0, w0, near0), (at1, w1, near1) = screen.project(first), screen.project(last)
-    # Clipped at the image border, so that a line has no more steps than pixels.
+    # Lines are clipped at the image border, so that a line has no more steps than pixels.
     enter, leave = np.zeros(len(at0)), np.ones(len(at0))
     for axis, size in ((0, width), (1, height)):
         step = at1[:, axis] - at0[:, axis]

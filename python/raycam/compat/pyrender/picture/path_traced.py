@@ -53,7 +53,10 @@ def path_traced_picture(
 
 
 def world_of(scene: Scene, lights: Sequence[tuple[Light, Floats]] = ()) -> raycam.World:
-    """The world of a scene, y up, with further lights at their poses; the ambient light is a uniform sky."""
+    """Returns a scene as a world, y up, with additional `lights` at their poses.
+
+    The ambient light becomes a uniform sky.
+    """
     world = raycam.World("y")
     for node in scene.mesh_nodes:
         if node.mesh is None or not node.mesh.is_visible:
