@@ -91,7 +91,7 @@ def test_gnss_poses_of_4seasons_have_w_last(tmp_path: Path) -> None:
     "header",
     [
         "# timestamp tx ty tz qx qy qz",
-        "# timestamp tx ty tz qx qy qz qw scale",
+        "# timestamp id tx ty tz qx qy qz qw",
         "# t x y z qx qx qz qw",
         "# timestamp tx ty tz q0 q1 q2 q3",
     ],
@@ -132,3 +132,58 @@ def test_times_keep_their_unit(tmp_path: Path) -> None:
             warnings.simplefilter("ignore")
             cameras = raycam.load_cameras(tmp_path / "a.csv")
         assert list(cameras.times.values()) == [1.6e9]
+
+
+def written(path: Path, header: str, rows: list[list[float]], comma: str = " ") -> Path:
+    path.write_text(
+        "\n".join(
+            [
+                header,
+                *(
+                    comma.join(repr(value if isinstance(value, int) else float(value)) for value in row)
+                    for row in rows
+                ),
+            ]
+        )
+        + "\n"
+    )
+    return path
+
+
+def test_header_may_name_more_columns_than_the_rows_have(tmp_path: Path) -> None:
+    # The sequences of UZH-FPV name a covariance in their headers that the rows do not contain.
+    header = "# timestamp(s) tx ty tz qx qy qz qw Pr11 Pr12 Pt33"
+    rows = [[float(i), *PLACES[i], X[i], Y[i], Z[i], W[i]] for i in range(4)]
+    cameras = check(written(tmp_path / "poses.txt", header, rows))
+    assert [notice.code for notice in cameras.notices] == ["missing_value"]
+    rows[2].append(0.5)
+    with raises(FormatError, code="syntax", mentions=[":4", "9", "8"]):
+        raycam.load_cameras(written(tmp_path / "uneven.txt", header, rows))
+    # A row without its first value is not a pose: the last number of its quaternion is missing.
+    with raises(FormatError, code="syntax", mentions=[":2", "7", "11"]):
+        raycam.load_cameras(written(tmp_path / "short.txt", header, [row[1:8] for row in rows]))
+    # A row that lacks a value before its pose, and has one after it, would be shifted.
+    shifted = [[*row[1:8], 2.0, 0.1] for row in rows]
+    with raises(FormatError, code="syntax", mentions=["length"]):
+        raycam.load_cameras(written(tmp_path / "shifted.txt", header, shifted))
+
+
+@pytest.mark.parametrize("scale", [3.4, 0.02, -1.0])
+def test_named_quaternions_of_any_length_are_scaled(tmp_path: Path, scale: float) -> None:
+    header = "# timestamp, camera_id, qw, qx, qy, qz, tx, ty, tz"
+    quaternions = scale * np.stack([W, X, Y, Z], 1)
+    rows = [[float(i), 0.0, *quaternions[i], *PLACES[i]] for i in range(4)]
+    cameras = check(written(tmp_path / "poses.txt", header, rows, ", "))
+    codes = [notice.code for notice in cameras.notices]
+    assert ("implausible" in codes) == (scale != -1.0)
+    rows[1][2:6] = [0.0] * 4
+    with raises(FormatError, code="syntax", mentions=[":3"]):
+        raycam.load_cameras(written(tmp_path / "zero.txt", header, rows, ", "))
+
+
+def test_times_of_euroc_are_nanoseconds_even_if_they_are_short(tmp_path: Path) -> None:
+    names = "p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []"
+    others = ", ".join(f"v_RS_R_{axis} [m s^-1]" for axis in "xyzabcdef")
+    rows = [[251_410_000_000 + i, *PLACES[i], W[i], X[i], Y[i], Z[i], *[0.0] * 9] for i in range(4)]
+    cameras = check(written(tmp_path / "data.csv", f"#timestamp, {names}, {others}", rows, ","))
+    assert list(cameras.times.values()) == pytest.approx([251.41 + i * 1e-9 for i in range(4)], abs=1e-12)

@@ -126,15 +126,19 @@ def test_kapture_composes_rigs_and_trajectories(tmp_path: Path) -> None:
         "cam0, left, camera, OPENCV, 640, 480, 500, 501, 321, 241, 0.1, -0.05, 0.001, 0.002\n"
         "cam1, right, camera, SIMPLE_PINHOLE, 640, 480, 500, 320, 240\n"
     )
-    (sensors / "rigs.txt").write_text(f"# rig\nrig0, cam1, {mw}, {mx}, {my}, {mz}, 0.1, 0.0, -0.05\n")
+    (sensors / "rigs.txt").write_text(
+        f"# kapture format: 1.1\n# rig_id, sensor_id\nrig0, cam1, {mw}, {mx}, {my}, {mz}, 0.1, 0.0, -0.05\n"
+    )
+    # kapture accepts quaternions of any length.
+    first = ", ".join(repr(float(2.5 * value)) for value in (QW, QX, QY, QZ))
     (sensors / "trajectories.txt").write_text(
-        f"# timestamp, device_id, qw, qx, qy, qz, tx, ty, tz\n0, cam0, {QW}, {QX}, {QY}, {QZ}, {T[0]}, {T[1]}, {T[2]}\n"
+        f"# timestamp, device_id, qw, qx, qy, qz, tx, ty, tz\n0, cam0, {first}, {T[0]}, {T[1]}, {T[2]}\n"
         f"1, rig0, {QW}, {QX}, {QY}, {QZ}, {T[0]}, {T[1]}, {T[2]}\n"
     )
     (sensors / "records_camera.txt").write_text(
         "# timestamp, device_id, image_path\n0, cam0, a.jpg\n1, cam1, b.jpg\n"
     )
-    for path in (tmp_path, sensors / "sensors.txt", sensors / "trajectories.txt"):
+    for path in (tmp_path, *(sensors / f"{name}.txt" for name in ("sensors", "trajectories", "rigs"))):
         cameras = load(path)
         lens = np.array([0.1, -0.05, 0.001, 0.002])
         points = np.random.default_rng(3).uniform([-0.4, -0.4, 1], [0.4, 0.4, 2], (20, 3)) @ R + C
@@ -147,6 +151,11 @@ def test_kapture_composes_rigs_and_trajectories(tmp_path: Path) -> None:
             second,
             -second.T @ (mount.as_matrix() @ T + offset),
         )
+    (sensors / "records_camera.txt").write_text("# kapture format: 1.1\n# timestamp, device_id, image_path\n")
+    assert list(load(tmp_path)) == ["cam0", "cam1"]
+    (tmp_path / "points3d.txt").write_text("# kapture format: 1.1\n# X, Y, Z, R, G, B\n1, 2, 3, 4, 5, 6\n")
+    with raises(raycam.FormatError, code="syntax", mentions=["points3d.txt", "sensors/sensors.txt"]):
+        load(tmp_path / "points3d.txt")
 
 
 def ncamera(distortion: str, parameters: list[float], indent: str = "") -> str:

@@ -11,7 +11,7 @@ import raycam
 from pycocotools.coco import COCO
 from raycam.dataset import write
 from support.box_table import picture, ring, table, truth
-from support.raises import warns
+from support.raises import raises, warns
 
 
 def test_bop_data_set_is_complete_and_consistent(tmp_path: Path) -> None:
@@ -166,6 +166,29 @@ def test_bop_model_ids_do_not_depend_on_the_order_of_objects(tmp_path: Path) -> 
             world, folder, "bop", cameras=ring(1), model_ids=given, scene=number, samples=1, integrator="flat"
         )
         assert pose_ids(folder, number) == [{0: 30, 1: 20, 2: 7, 3: 31}[place] for place in chosen]
+
+
+def test_bop_objects_of_equal_shape_keep_the_ids_assigned_to_them(tmp_path: Path) -> None:
+    world = raycam.World()
+    for x, name, category in ((-0.6, "a", "red"), (-0.2, "b", "blue"), (0.2, "c", "red"), (0.6, "d", "red")):
+        world.add_object(box={"size": [0.2, 0.1, 0.3]}, location=[x, 0, 0.3], name=name, category=category)
+    for number, (given, expected) in enumerate(
+        [
+            (None, [1, 1, 1, 1]),
+            ({"red": 8, "blue": 9}, [8, 9, 8, 8]),
+            ({"red": 8, "c": 4, "d": 8}, None),
+            ({"red": 8, "c": 4, "d": 7}, [8, 4, 4, 7]),
+        ]
+    ):
+        folder = tmp_path / str(number)
+        options = {"cameras": ring(1), "model_ids": given, "samples": 1, "integrator": "flat"}
+        if expected is None:
+            with raises(raycam.SettingsError, code="duplicate_name"):
+                write(world, folder, "bop", **options)
+            continue
+        write(world, folder, "bop", **options)
+        assert pose_ids(folder) == expected
+        assert set(model_rows(folder)) == set(expected)
 
 
 def test_bop_reports_categories_with_several_shapes(tmp_path: Path) -> None:

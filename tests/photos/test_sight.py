@@ -52,7 +52,9 @@ def test_sight_equals_projection_and_visibility(facing: str, rolling: bool) -> N
     world.add_object(sphere={"radius": 0.6})
     camera, (points, normals) = looking_down(**OPENCV), scattered(2000)
     if rolling:
-        other = raycam.Camera.look_at([0.6, 0.1, 3], [0, 0, 0], up=[0, 1, 0], fov=50, size=(320, 240), **OPENCV)
+        other = raycam.Camera.look_at(
+            [0.6, 0.1, 3], [0, 0, 0], up=[0, 1, 0], fov=50, size=(320, 240), **OPENCV
+        )
         camera = camera.moving(other, readout=0.03)
     pixels, is_shown = camera.project(points)
     is_shown &= (pixels >= -0.5).all(axis=1) & (pixels < np.array(camera.size) - 0.5).all(axis=1)

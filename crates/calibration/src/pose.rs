@@ -5,6 +5,9 @@ use std::f64::consts::TAU;
 use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::camera::nearest_rotation;
 
+/// Notice about a quaternion that was scaled.
+pub(crate) const SCALED_QUATERNION: &str = "the quaternion does not have length 1; it was scaled";
+
 /// Rotation of a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rotation {
@@ -29,6 +32,22 @@ impl Rotation {
             ));
         }
         Ok(Self::Quaternion(quaternion))
+    }
+
+    /// Creates a rotation from a quaternion w, x, y, z of any length, for files that name its numbers. True if the length
+    /// differed from 1 by more than rounding (1e-2).
+    ///
+    /// # Errors
+    /// A quaternion of length 0, or with numbers that are not finite.
+    pub(crate) fn scaled_quaternion(quaternion: [f64; 4]) -> Result<(Self, bool), String> {
+        let [w, x, y, z] = quaternion;
+        let length = w.hypot(x).hypot(y).hypot(z);
+        if !(length.is_normal() && length.recip().is_normal()) {
+            return Err(format!("the quaternion (w {w}, x {x}, y {y}, z {z}) has no direction; expected length 1"));
+        }
+        let is_scaled = (length - 1.0).abs() > 1e-2;
+        let unit = if is_scaled { quaternion.map(|value| value / length) } else { quaternion };
+        Ok((Self::Quaternion(unit), is_scaled))
     }
 
     /// Creates a rotation from a rotation vector in radians: its direction is the axis, its length the angle.

@@ -47,32 +47,44 @@ class Shape:
         )
 
 
+def own_id(given: Mapping[str, int], name: str, category: str | None) -> int | None:
+    """Returns the id that `given` or a numeric category assigns to an object; it distinguishes equal shapes."""
+    for key in (name, category):
+        if key is not None and key in given:
+            return given[key]
+    return int(category) if category is not None and category.isdigit() and int(category) > 0 else None
+
+
 class Models:
-    """The distinct shapes among the labelled objects of one world."""
+    """The distinct models among the labelled objects of one world."""
 
     def __init__(self, plan: Plan) -> None:
         self.of_object: dict[int, int] = {}
-        """The number of each object's shape, from 0, in the order of the objects."""
+        """The number of each object's model, from 0, in the order of the objects."""
         self.shapes: list[Shape] = []
-        """The shapes."""
+        """The shapes of the models."""
         self.first: list[int] = []
-        """The first object of each shape."""
-        known: dict[tuple[int, bytes], int] = {}
+        """The first object of each model."""
+        self._own_ids: list[int | None] = []
+        given = plan.options["model_ids"] or {}
+        known: dict[Any, int] = {}
         for number in plan.labelled:
             item = plan.objects[number]
             shape = product(box3d(plan.world, number).rotation.T, item.matrix[:3, :3])
             size = np.abs(shape).max()
             # Objects that share a mesh and a scale need not be compared.
-            key = (item.mesh, f"{size:.9g}".encode() + ((shape / size).round(9) + 0.0).tobytes())
+            own = own_id(given, item.name, item.category)
+            key = (own, item.mesh, f"{size:.9g}".encode() + ((shape / size).round(9) + 0.0).tobytes())
             if key not in known:
-                known[key] = self._number_of(measure_shape(plan, number), number)
+                known[key] = self._number_of(measure_shape(plan, number), own, number)
             self.of_object[number] = known[key]
 
-    def _number_of(self, shape: Shape, number: int) -> int:
-        for model, other in enumerate(self.shapes):
-            if shape.equals(other):
+    def _number_of(self, shape: Shape, own: int | None, number: int) -> int:
+        for model, (other, other_id) in enumerate(zip(self.shapes, self._own_ids, strict=True)):
+            if other_id == own and shape.equals(other):
                 return model
         self.shapes.append(shape)
+        self._own_ids.append(own)
         self.first.append(number)
         return len(self.shapes) - 1
 
@@ -103,6 +115,8 @@ class Model:
     """A model of a data set."""
 
     shape: Shape
+    own_id: int | None
+    """The id that was assigned to its objects, which distinguishes it from models of equal shape."""
     categories: set[str]
     """The categories of its objects."""
     names: set[str]
@@ -116,7 +130,9 @@ class Model:
 
 
 class ModelCatalogue:
-    """The models of all worlds of a data set, each shape once, with ids that do not depend on the order of objects.
+    """The models of all worlds of a data set, with ids that do not depend on the order of objects.
+
+    Objects of the same shape share a model, unless different ids are assigned to them.
 
     A model's id is the first of these that exists: the id of its category or object in the option `model_ids`; its
     category, if that is a whole number; an unused id from 1, in the order of category and size.
@@ -129,6 +145,7 @@ class ModelCatalogue:
         """The models, by id."""
         self.notices: list[Notice] = []
         """Notices about ids that could not equal the category ids."""
+        self._given: Mapping[str, int] = plan.options["model_ids"] or {}
         pairs: list[dict[int, Model]] = [{} for _ in self.ids]
         if plan.recipe is None:
             own = models(plan)
@@ -139,27 +156,46 @@ class ModelCatalogue:
                 world, _ = in_world(plan, number)
                 for model, found in record["models"].items():
                     self._add(found, world, int(model), pairs[world])
-        self._set_ids(plan.options["model_ids"] or {})
+        self._merge_equal_shapes(pairs)
+        self._set_ids()
         for ids, found in zip(self.ids, pairs, strict=True):
             ids.update({number: model.id for number, model in found.items()})
 
     def _add(self, found: Record, world: int, number: int, known: dict[int, Model]) -> None:
         triangles, size, moments = found["shape"]
         shape = Shape(triangles, size, tuple(moments))
-        model = known.get(number) or next((one for one in self.all if one.shape.equals(shape)), None)
+        own = own_id(self._given, found["name"], found["category"])
+        same = (one for one in self.all if one.own_id == own and one.shape.equals(shape))
+        model = known.get(number) or next(same, None)
         if model is None:
-            model = Model(shape, set(), set(), world, found["object"])
+            model = Model(shape, own, set(), set(), world, found["object"])
             self.all.append(model)
         if found["category"] is not None:
             model.categories.add(found["category"])
         model.names.add(found["name"])
         known[number] = model
 
-    def _set_ids(self, given: Mapping[str, int]) -> None:
+    def _merge_equal_shapes(self, pairs: list[dict[int, Model]]) -> None:
+        """Replaces each model without an id by the model of equal shape that has the lowest id."""
+        numbered = sorted((model for model in self.all if model.own_id), key=lambda model: model.own_id or 0)
+        for model in [model for model in self.all if not model.own_id]:
+            other = next((other for other in numbered if other.shape.equals(model.shape)), None)
+            if other is None:
+                continue
+            other.names |= model.names
+            other.categories |= model.categories
+            self.all.remove(model)
+            for models in pairs:
+                models.update({number: other for number, found in models.items() if found is model})
+
+    def _set_ids(self) -> None:
+        given = self._given
         self.all.sort(key=_order_of)
         taken: dict[int, Model] = {}
 
         def wanted(model: Model) -> Iterator[int]:
+            if model.own_id:
+                yield model.own_id
             yield from (
                 given[name] for name in (*sorted(model.names), *sorted(model.categories)) if name in given
             )

@@ -168,9 +168,9 @@ def write(
       of other objects that do not occlude the point; then all objects of the category form one annotation.
       `keypoints="joints"` uses the joints of robots that were added with `category="robot"`
     * "bop": `split` ("train_pbr"), `scene` (0), `depth_scale` in mm (default: for each image, the finest that can
-      represent its depth), `model_ids` ({category or object name: obj_id}). Objects with equal meshes share one model.
-      Without `model_ids`, the obj_id is the category if that is a whole number, or else an unused number in the order
-      of the categories' names
+      represent its depth), `model_ids` ({category or object name: obj_id}). Objects with equal meshes share one model,
+      unless different ids are assigned to them. Without `model_ids`, the obj_id is the category if that is a whole
+      number, or else an unused number in the order of the categories' names
     * "kitti": `baseline` in metres adds a right camera with its images (image_3) and disparity; so does a rig of two
       cameras, which must be a rectified pair; `flow` (False) adds optical flow to the next view
     * "semantickitti": scans of a rig's lidar, with labels of points, calibration, poses and times; the first camera's

@@ -92,7 +92,7 @@ def _flat_notices(color: npt.NDArray[Any], exposure: float, view: str) -> Iterat
     lit = brightness[brightness > 0]
     white = brightness > 1 if view == "standard" else (shown >= WHITE_LEVEL).all(axis=1)
     share = float(white.mean())
-    levels = len(np.unique(shown.reshape(-1, 3), axis=0))
+    levels = _count_up_to_three(shown)
     if share >= MIN_WHITE_SHARE:
         stops = exposure - math.ceil(math.log2(max(2 * float(np.median(brightness)), 2.0)))
         text = f"{100 * share:.0f} % of the objects' pixels are above 1 and clipped to white; use exposure={stops:g}"
@@ -104,6 +104,13 @@ def _flat_notices(color: npt.NDArray[Any], exposure: float, view: str) -> Iterat
             f"all of the objects' pixels are displayed in {colors}, with no shading; use exposure={stops:g}"
         )
         yield Notice(text, "no_shading")
+
+
+def _count_up_to_three(colors: npt.NDArray[np.uint8]) -> int:
+    """The number of distinct colours of pixels [n, 3], at most 3; does not sort the colours of large images."""
+    codes = colors.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)
+    others = codes[codes != codes[0]]
+    return 1 if not others.size else 2 if (others == others[0]).all() else 3
 
 
 def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:

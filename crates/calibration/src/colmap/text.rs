@@ -12,7 +12,7 @@ use raycam_formats::{FormatError, Result};
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     source.path.file_name().is_some_and(|name| Text::NAMES.iter().any(|known| name == *known))
-        && !text.trim_start().starts_with('{')
+        && !["{", "# kapture format"].iter().any(|other| text.trim_start().starts_with(other))
         && text.lines().find(|line| !line.starts_with('#')).is_none_or(|line| line.split_whitespace().count() != 4)
 }
 

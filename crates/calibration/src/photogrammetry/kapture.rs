@@ -10,6 +10,7 @@ use raycam_scene::camera::lens_from_colmap;
 use raycam_scene::{NoticeCode, PixelCenter};
 
 use crate::document::number_lines::data_lines;
+use crate::pose::SCALED_QUATERNION;
 use crate::{Calibration, CameraRecord, Folder, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
@@ -34,7 +35,14 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let sensors = source.path.with_file_name("sensors.txt");
-    if source.stem().as_deref() == Some("sensors") {
+    let stem = source.stem().unwrap_or_default();
+    if !matches!(&*stem, "sensors" | "rigs" | "trajectories") && !stem.starts_with("records") {
+        return Err(FormatError::whole(
+            &source.path,
+            "this file of a kapture data set contains no cameras; open the folder that contains sensors/sensors.txt",
+        ));
+    }
+    if stem == "sensors" {
         let files = Files { sensors: source, rigs: None, trajectories: None, records: None };
         let beside = |assets: &mut AssetRoot, name: &str| assets.read_reference(&source.path, name).ok();
         let (rigs, trajectories, records) =
@@ -58,15 +66,19 @@ fn rows_of(text: &str) -> impl Iterator<Item = Row<'_>> {
     data_lines(text).map(|(line, row)| (line, row.split(',').map(str::trim).collect()))
 }
 
-/// Pose in seven columns: w, x, y, z and the translation; None for an unknown pose without numbers.
-fn pose_of(words: &[&str]) -> Result<Option<Pose>, String> {
+/// Pose in seven columns: w, x, y, z and the translation; None for an unknown pose without numbers. kapture accepts
+/// quaternions of any length.
+fn pose_of(words: &[&str], subject: &str, calibration: &mut Calibration) -> Result<Option<Pose>, String> {
     if words.iter().all(|word| word.is_empty()) {
         return Ok(None);
     }
     let values: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
     let [w, x, y, z, tx, ty, tz] =
         values.and_then(|values| <[f64; 7]>::try_from(values).ok()).ok_or("expected qw, qx, qy, qz, tx, ty, tz")?;
-    let rotation = Rotation::unit_quaternion([w, x, y, z])?;
+    let (rotation, is_scaled) = Rotation::scaled_quaternion([w, x, y, z])?;
+    if is_scaled {
+        calibration.note_about(NoticeCode::Implausible, subject, SCALED_QUATERNION);
+    }
     Ok(Some(Pose::camera_from_world(rotation, DVec3::new(tx, ty, tz))))
 }
 
@@ -120,8 +132,9 @@ impl Files<'_> {
         if let Some(file) = self.rigs {
             for (line, row) in rows_of(file.text()?) {
                 let fail = |message: String| FormatError::line(&file.path, line, message);
-                let pose = row.get(2..9).ok_or("expected rig, sensor and seven numbers".into()).and_then(pose_of);
-                if let Some(pose) = pose.map_err(fail)? {
+                let numbers = row.get(2..9).ok_or_else(|| fail("expected rig, sensor and seven numbers".into()))?;
+                let subject = format!("rig {}, sensor {}", row[0], row[1]);
+                if let Some(pose) = pose_of(numbers, &subject, &mut calibration).map_err(fail)? {
                     mounts.insert(row[1], (row[0], pose));
                 }
             }
@@ -130,8 +143,9 @@ impl Files<'_> {
         if let Some(file) = self.trajectories {
             for (line, row) in rows_of(file.text()?) {
                 let fail = |message: String| FormatError::line(&file.path, line, message);
-                let pose = row.get(2..9).ok_or("expected time, device and seven numbers".into()).and_then(pose_of);
-                if let Some(pose) = pose.map_err(fail)? {
+                let numbers = row.get(2..9).ok_or_else(|| fail("expected time, device and seven numbers".into()))?;
+                let subject = format!("device {} at time {}", row[1], row[0]);
+                if let Some(pose) = pose_of(numbers, &subject, &mut calibration).map_err(fail)? {
                     poses.insert((row[0], row[1]), pose);
                 }
             }
@@ -143,20 +157,21 @@ impl Files<'_> {
             };
             poses.get(&(time, sensor)).cloned().or_else(of_rig)
         };
-        let Some(file) = self.records else {
+        // A data set without images has an empty list.
+        let records = self.records.map(|file| file.text().map(|text| (file, text))).transpose()?;
+        let Some((file, text)) = records.filter(|(_, text)| rows_of(text).next().is_some()) else {
             for mut record in cameras {
                 record.pose = mounts.get(record.name.as_str()).map(|(_, mount)| mount.clone());
                 calibration.records.push(record);
             }
             calibration.note(
                 NoticeCode::MissingFile,
-                "records_camera.txt is missing; one camera per sensor is \
-                returned",
+                "records_camera.txt is missing or empty; one camera per sensor is returned",
             );
             return Ok(calibration);
         };
         let mut unplaced = 0;
-        for (line, row) in rows_of(file.text()?) {
+        for (line, row) in rows_of(text) {
             let [time, sensor, image] = row[..] else {
                 return Err(FormatError::line(&file.path, line, "expected time, sensor and image"));
             };

@@ -17,10 +17,15 @@ use crate::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
+/// True if the header has EuRoC's own column names, whose times are nanoseconds.
+fn has_own_names(text: &str) -> bool {
+    text.lines().take(8).any(|line| line.contains("q_RS_w"))
+}
+
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     let first = data_lines(text).next().map(|(_, line)| line.split(',').map(str::trim).collect::<Vec<_>>());
     first.is_some_and(|words| {
-        let stamp = words[0].len() >= 15 && words[0].bytes().all(|b| b.is_ascii_digit());
+        let stamp = (words[0].len() >= 15 || has_own_names(text)) && words[0].bytes().all(|b| b.is_ascii_digit());
         stamp && words.len() >= 4 && words[1..].iter().all(|word| word.is_empty() || word.parse::<f64>().is_ok())
     })
 }
@@ -33,6 +38,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         // Velocities and biases in EuRoC's ground truth.
         if named.unread.first().is_some_and(|column| column.starts_with("v_rs_r_x")) {
             named.unread.clear();
+        }
+        if has_own_names(text) {
+            named = named.with_time_unit(1e-9);
         }
         let mut calibration = named_columns::read(text, path, &named)?;
         place_on_body(&mut calibration, hints, "the body (IMU or markers)");

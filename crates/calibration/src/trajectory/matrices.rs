@@ -16,6 +16,7 @@ use crate::document::{Cursor, check_rigid, check_rotation, npy, rigid, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
 use crate::trajectory::convention::convention_of;
 use crate::trajectory::matrix_tree::{self, FoundMatrices, PosesOfTree, is_poses};
+use crate::trajectory::named_columns::columns_of;
 use crate::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
@@ -80,7 +81,7 @@ fn are_upper_rows(rows: &[Vec<f64>]) -> bool {
 }
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
-    layout(text).is_some()
+    layout(text).is_some() && columns_of(text).is_none()
         || npy::shape(&source.bytes).is_some_and(|shape| is_poses(&shape))
         || matrix_tree::detect(source, text)
 }

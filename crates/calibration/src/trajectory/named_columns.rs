@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::{NoticeCode, PixelCenter};
 
+use crate::pose::SCALED_QUATERNION;
 use crate::{Calibration, CameraRecord, Pose, Rotation};
 use raycam_formats::{FormatError, Result};
 
@@ -19,7 +20,8 @@ pub(crate) struct NamedColumns {
     quaternion: [usize; 4],
     /// Nanoseconds in addition to a time in whole seconds.
     nanoseconds: Option<usize>,
-    count: usize,
+    /// Names of all columns.
+    names: Vec<String>,
     /// Names of columns that are not read.
     pub(crate) unread: Vec<String>,
     /// True if the position is north, east, down.
@@ -28,6 +30,21 @@ pub(crate) struct NamedColumns {
     separator: Option<char>,
     /// Number of the header's line, from 1.
     line: usize,
+}
+
+impl NamedColumns {
+    /// Sets the unit of a time whose unit the header does not name, in seconds.
+    pub(crate) fn with_time_unit(mut self, seconds: f64) -> Self {
+        self.time = self.time.map(|(column, unit)| (column, unit.or(Some(seconds))));
+        self
+    }
+
+    /// Number of columns up to the last column of a pose.
+    fn end_of_pose(&self) -> usize {
+        let own = self.position.into_iter().chain(self.quaternion);
+        let time = self.time.map(|(column, _)| column).into_iter().chain(self.nanoseconds);
+        own.chain(time).max().map_or(0, |last| last + 1)
+    }
 }
 
 /// Role of a column.
@@ -340,7 +357,7 @@ fn assign(names: &[String], roles: &[Role], separator: Option<char>) -> Result<N
         nanoseconds,
         position: [x, y, z],
         quaternion: [qw, qx, qy, qz],
-        count: names.len(),
+        names: names.to_vec(),
         unread,
         north_east_down,
         separator,
@@ -370,19 +387,31 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
     let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     let below = numbered.filter(|(line, _)| *line > columns.line);
     let rows = below.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let mut expected = None;
     for (line, row) in rows {
         let fail = |message: String| FormatError::line(path, line, message);
         let words: Vec<&str> = words_of(row, columns.separator).collect();
-        if words.len() != columns.count {
-            return Err(fail(format!("the row has {} columns, but the header has {}", words.len(), columns.count)));
+        let named = columns.names.len();
+        // The last columns of the header may be missing in all rows, if a pose does not need them.
+        let may_lack_columns = (columns.end_of_pose()..named).contains(&words.len());
+        let expected = *expected.get_or_insert(if may_lack_columns { words.len() } else { named });
+        if words.len() != expected {
+            let what = if expected == named { "the header has" } else { "the rows above have" };
+            return Err(fail(format!("the row has {} columns, but {what} {expected}", words.len())));
         }
         let number = |column: usize| {
             let value = words[column].parse::<f64>().ok().filter(|value| value.is_finite());
             value.ok_or_else(|| fail(format!("{:?}; expected a finite number", words[column])))
         };
         let [qw, qx, qy, qz] = columns.quaternion;
-        let rotation = Rotation::unit_quaternion([number(qw)?, number(qx)?, number(qy)?, number(qz)?]);
-        let rotation = rotation.map_err(|message| fail(format!("columns named by the header: {message}")))?;
+        let quaternion = [number(qw)?, number(qx)?, number(qy)?, number(qz)?];
+        // Without a value for every name, the names may be shifted, which the length reveals.
+        let rotation = match expected == named {
+            true => Rotation::scaled_quaternion(quaternion),
+            false => Rotation::unit_quaternion(quaternion).map(|rotation| (rotation, false)),
+        };
+        let (rotation, is_scaled) =
+            rotation.map_err(|message| fail(format!("columns named by the header: {message}")))?;
         let [x, y, z] = columns.position;
         let center = DVec3::new(number(x)?, number(y)?, number(z)?);
         let name = match columns.time {
@@ -392,6 +421,9 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
             },
             None => format!("{:06}", calibration.records.len()),
         };
+        if is_scaled {
+            calibration.note_about(NoticeCode::Implausible, format!("pose {name}"), SCALED_QUATERNION);
+        }
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
         if let Some((column, unit)) = columns.time {
             let seconds = seconds_of(words[column], unit);
@@ -402,8 +434,15 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         record.pose = Some(Pose::world_from_camera(rotation, center));
         calibration.records.push(record);
     }
-    if !columns.unread.is_empty() {
-        calibration.note(NoticeCode::IgnoredKey, format!("ignored columns: {}", columns.unread.join(", ")));
+    let missing = expected.map_or(&[][..], |expected| &columns.names[expected..]);
+    if !missing.is_empty() {
+        let names = missing.join(", ");
+        calibration.note(NoticeCode::MissingValue, format!("the header names columns that the rows lack: {names}"));
+    }
+    let unread: Vec<&str> =
+        columns.unread.iter().map(String::as_str).filter(|name| !missing.iter().any(|other| other == name)).collect();
+    if !unread.is_empty() {
+        calibration.note(NoticeCode::IgnoredKey, format!("ignored columns: {}", unread.join(", ")));
     }
     if columns.north_east_down {
         calibration

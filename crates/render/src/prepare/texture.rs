@@ -5,6 +5,8 @@
 //! selects the mip level, and several lookups cover the long axis. Scattered rays use the full-resolution image, which
 //! their many samples average without bias.
 
+use std::collections::HashMap;
+use std::iter;
 use std::sync::{Arc, OnceLock};
 
 use glam::Vec2;
@@ -21,10 +23,21 @@ const MAX_ANISOTROPY: f32 = 16.0;
 /// texel's centre therefore returns exactly that texel.
 const ROUNDING: f32 = 1.0 / 16.0;
 
+/// Image, and its mip maps once requested. Textures of all worlds of a family that show the same image share them.
+#[derive(Debug)]
+pub(crate) struct PreparedImage {
+    image: Arc<Image>,
+    /// Mip levels, the largest first, without the image itself, which exists only while a texture uses it.
+    smaller: OnceLock<Vec<Arc<Image>>>,
+    /// Mip levels for [`TexelWeight::Alpha`]; `None` for an opaque image, for which both are equal.
+    smaller_by_alpha: OnceLock<Option<Vec<Arc<Image>>>>,
+}
+
 /// Texture, and its mip map once requested.
 #[derive(Debug)]
 pub(crate) struct PreparedTexture {
     texture: Arc<Texture>,
+    pub image: Arc<PreparedImage>,
     /// Mip levels, the full image first.
     levels: OnceLock<Vec<Texture>>,
     /// Mip map for [`TexelWeight::Alpha`]; `None` for an opaque image, for which both are equal.
@@ -50,27 +63,58 @@ pub(crate) enum TexelWeight {
     Alpha,
 }
 
-/// Prepares the textures of a world. Textures in `known` keep their mip maps; new textures are validated.
+/// Prepares the textures of a world. Known textures and images keep their mip maps; new images are validated.
 ///
 /// # Errors
-/// [`RenderError::World`] for a texture whose texels do not match its size or are not finite.
+/// [`RenderError::World`] for an image whose texels do not match its size or are not finite.
 pub(crate) fn prepare_textures(
     world: &World,
     known: &SharedParts<PreparedTexture>,
+    images: &SharedParts<PreparedImage>,
 ) -> Result<Vec<Arc<PreparedTexture>>, RenderError> {
+    let mut new: HashMap<*const Image, Arc<PreparedImage>> = HashMap::new();
+    let mut prepare_image = |image: &Arc<Image>| -> Result<Arc<PreparedImage>, RenderError> {
+        if let Some(known) = new.get(&Arc::as_ptr(image)).cloned().or_else(|| images.built_of(image)) {
+            return Ok(known);
+        }
+        image.validate().map_err(RenderError::world)?;
+        let prepared = Arc::new(PreparedImage::new(image.clone()));
+        new.insert(Arc::as_ptr(image), prepared.clone());
+        Ok(prepared)
+    };
     let prepare = |texture: &Arc<Texture>| match known.built_of(texture) {
         Some(known) => Ok(known),
-        None => {
-            texture.validate().map_err(RenderError::world)?;
-            Ok(Arc::new(PreparedTexture::new(texture.clone())))
-        }
+        None => Ok(Arc::new(PreparedTexture::new(texture.clone(), prepare_image(&texture.image)?))),
     };
     world.textures.iter().map(prepare).collect()
 }
 
+impl PreparedImage {
+    pub fn new(image: Arc<Image>) -> Self {
+        Self { image, smaller: OnceLock::new(), smaller_by_alpha: OnceLock::new() }
+    }
+
+    /// Mip levels, the image itself first.
+    fn levels(&self) -> Vec<Arc<Image>> {
+        self.with_image(self.smaller.get_or_init(|| self.image.mip_map().split_off(1)))
+    }
+
+    /// Mip levels for [`TexelWeight::Alpha`], the image itself first; `None` for an opaque image.
+    fn levels_by_alpha(&self) -> Option<Vec<Arc<Image>>> {
+        let smaller = self
+            .smaller_by_alpha
+            .get_or_init(|| (!self.image.is_opaque()).then(|| self.image.mip_map_by_alpha().split_off(1)));
+        smaller.as_ref().map(|smaller| self.with_image(smaller))
+    }
+
+    fn with_image(&self, smaller: &[Arc<Image>]) -> Vec<Arc<Image>> {
+        iter::once(&self.image).chain(smaller).cloned().collect()
+    }
+}
+
 impl PreparedTexture {
-    pub fn new(texture: Arc<Texture>) -> Self {
-        Self { texture, levels: OnceLock::new(), levels_by_alpha: OnceLock::new() }
+    pub fn new(texture: Arc<Texture>, image: Arc<PreparedImage>) -> Self {
+        Self { texture, image, levels: OnceLock::new(), levels_by_alpha: OnceLock::new() }
     }
 
     /// Columns and rows.
@@ -162,15 +206,21 @@ impl PreparedTexture {
     }
 
     fn levels(&self, weight: TexelWeight) -> &[Texture] {
-        let plain = || self.levels.get_or_init(|| mip_levels(&self.texture, self.texture.image.mip_map()));
+        let of_texture = |levels| mip_levels(&self.texture, levels);
+        let plain = || self.levels.get_or_init(|| of_texture(self.image.levels()));
         if weight == TexelWeight::Uniform {
             return plain();
         }
-        let image = &self.texture.image;
-        let by_alpha = self
-            .levels_by_alpha
-            .get_or_init(|| (!image.is_opaque()).then(|| mip_levels(&self.texture, image.mip_map_by_alpha())));
+        let by_alpha = self.levels_by_alpha.get_or_init(|| self.image.levels_by_alpha().map(of_texture));
         by_alpha.as_ref().unwrap_or_else(|| plain())
+    }
+}
+
+impl BuiltPart for PreparedImage {
+    type Input = Image;
+
+    fn input(&self) -> &Arc<Image> {
+        &self.image
     }
 }
 
@@ -219,13 +269,65 @@ mod tests {
         Image::new("", size, Texels::Float(texels))
     }
 
+    fn prepared(image: Arc<Image>) -> PreparedTexture {
+        let sampler = TextureSampler { mip: Some(TexelFilter::Linear), ..TextureSampler::default() };
+        let known = Arc::new(PreparedImage::new(image.clone()));
+        PreparedTexture::new(Arc::new(Texture { image, sampler }), known)
+    }
+
+    /// A world with a texture of its own for each image, and all worlds' known images.
+    fn prepare(images: &[&Arc<Image>], known: &SharedParts<PreparedImage>) -> Vec<Arc<PreparedTexture>> {
+        let mut world = World::default();
+        for &image in images {
+            world.add_texture(Texture { image: image.clone(), sampler: TextureSampler::default() });
+        }
+        let textures = prepare_textures(&world, &SharedParts::default(), known).unwrap();
+        known.keep(textures.iter().map(|texture| &texture.image));
+        textures
+    }
+
+    #[test]
+    fn textures_of_one_image_share_its_mip_maps_in_all_worlds() {
+        let image = Arc::new(gray([16, 8], |x, y| ((x ^ y) % 3) as f32 / 2.0));
+        let equal = Arc::new(Image::clone(&image));
+        let known = SharedParts::default();
+        let first = prepare(&[&image, &image, &equal], &known);
+        let second = prepare(&[&image], &known);
+        for weight in [TexelWeight::Uniform, TexelWeight::Alpha] {
+            let levels = |texture: &PreparedTexture| -> Vec<_> {
+                texture.levels(weight).iter().map(|level| level.image.clone()).collect()
+            };
+            let expected = match weight {
+                TexelWeight::Uniform => image.mip_map(),
+                TexelWeight::Alpha => image.mip_map_by_alpha(),
+            };
+            assert_eq!(levels(&first[0]), expected);
+            for same in [&first[1], &second[0]] {
+                let pairs = levels(&first[0]).into_iter().zip(levels(same));
+                assert!(pairs.clone().count() == 5 && pairs.into_iter().all(|(a, b)| Arc::ptr_eq(&a, &b)));
+            }
+            assert!(!Arc::ptr_eq(&levels(&first[0])[1], &levels(&first[2])[1]), "an equal image is another image");
+        }
+    }
+
+    #[test]
+    fn mip_maps_are_freed_with_the_last_image() {
+        let image = Arc::new(gray([8, 8], |x, _| x as f32));
+        let known = SharedParts::default();
+        let textures = prepare(&[&image], &known);
+        let level = Arc::downgrade(&textures[0].levels(TexelWeight::Uniform)[1].image);
+        drop(textures);
+        known.keep([].into_iter());
+        assert!(level.upgrade().is_some(), "the file may be shown by another world");
+        drop(image);
+        known.keep([].into_iter());
+        assert!(level.upgrade().is_none());
+    }
+
     #[test]
     fn wide_footprints_return_the_mean_and_narrow_ones_a_texel() {
         let image = gray([64, 64], |x, y| ((x + y) % 2) as f32);
-        let texture = PreparedTexture::new(Arc::new(Texture {
-            image: Arc::new(image),
-            sampler: TextureSampler { mip: Some(TexelFilter::Linear), ..TextureSampler::default() },
-        }));
+        let texture = prepared(Arc::new(image));
         let at = [10.5 / 64.0, 20.5 / 64.0];
         assert_eq!(texture.mean(at, [Vec2::splat(1e-4); 2], TexelWeight::Uniform)[0], 0.0);
         for axes in [[Vec2::X * 0.2, Vec2::Y * 0.2], [Vec2::X * 0.4, Vec2::Y * 0.03]] {

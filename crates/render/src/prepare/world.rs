@@ -15,7 +15,7 @@ use crate::prepare::geometry::{Extent, Geometry, MAX_ORIGIN_RADII, world_bounds}
 use crate::prepare::instance::{PreparedInstance, object_bounds};
 use crate::prepare::material::prepare_materials;
 use crate::prepare::mesh::{MeshList, PreparedMesh, prepare_meshes, rounded_center};
-use crate::prepare::texture::{PreparedTexture, prepare_textures};
+use crate::prepare::texture::{PreparedImage, PreparedTexture, prepare_textures};
 use crate::prepare::validate::validate;
 use crate::thread_pool::Workers;
 
@@ -28,12 +28,13 @@ pub struct PreparedWorld {
     family: Arc<PreparedFamily>,
 }
 
-/// Prepared meshes and textures, and the most recent lights, shared by a world and all worlds derived from it (copies,
+/// Prepared meshes, images and textures, and the most recent lights, shared by a world and all worlds derived from it (copies,
 /// changed worlds, worlds at other times). The family exists as long as any of these worlds exists.
 #[derive(Debug, Default)]
 pub struct PreparedFamily {
     meshes: SharedParts<PreparedMesh>,
     textures: SharedParts<PreparedTexture>,
+    images: SharedParts<PreparedImage>,
     lighting: RecentLighting,
 }
 
@@ -81,13 +82,14 @@ impl PreparedWorld {
         let bounds @ [lower, upper] = world_bounds(&world.objects, &meshes);
         let extent = Extent::around(rounded_center(lower, upper), bounds);
         let materials = prepare_materials(&world.materials, &before.map(|b| b.materials.clone()).unwrap_or_default());
-        let textures = Arc::new(prepare_textures(world, &family.textures)?);
+        let textures = Arc::new(prepare_textures(world, &family.textures, &family.images)?);
         let mut geometry = workers.run(|| Geometry::new(world, meshes, extent, materials, textures, before))?;
         geometry.object_bounds = object_bounds(&geometry.instances, extent.origin, MAX_ORIGIN_RADII * extent.radius);
         let known = previous.map(|previous| previous.lighting.clone()).into_iter().chain(family.lighting.cells());
         let lighting = LightingCell::new(world, &geometry, &known.collect::<Vec<_>>())?;
         family.meshes.keep(geometry.instances.iter().map(|instance| &instance.mesh));
         family.textures.keep(geometry.textures.iter());
+        family.images.keep(geometry.textures.iter().map(|texture| &texture.image));
         Ok(Self { geometry, lighting, guiding: GuidingSlot::default(), family: family.clone() })
     }
 
