@@ -170,7 +170,10 @@ _MODULES = ("codes", "data", "dataset", "jobs", "photos", "video")
 
 
 def __getattr__(name: str) -> Any:
-    """Imports a name of `_LAZY_IMPORTS` or `_MODULES` on first use, because most programs need none of these names."""
+    """Imports a name of `_LAZY_IMPORTS` or `_MODULES` on first use.
+
+    Most programs need none of these names.
+    """
     import importlib
     import sys
 

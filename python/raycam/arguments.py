@@ -1,4 +1,7 @@
-"""Checks of arguments (arrays, numbers, flags, words, sizes) that raise errors with the argument's name."""
+"""Checks of arguments that raise errors with the argument's name.
+
+The checks cover arrays, numbers, flags, words and sizes.
+"""
 
 from __future__ import annotations
 
@@ -45,10 +48,10 @@ def floats(
     *shapes: tuple[int | str, ...],
     error: type[Error] = SettingsError,
 ) -> Floats:
-    """Returns `value` as a C-contiguous float64 array of one of `shapes`, in which a string stands for any length.
+    """Returns `value` as a C-contiguous float64 array of one of `shapes`.
 
-    Accepts lists and arrays of any width, byte order and strides, and copies only if necessary. Raises `error` with
-    the name, the given and the expected shape.
+    A string in a shape stands for any length. Accepts lists and arrays of any width, byte order and strides,
+    and copies only if necessary. Raises `error` with the name, the given and the expected shape.
     """
     wanted = " or ".join("[" + ", ".join(map(str, shape)) + "]" for shape in shapes)
     refuse_mask(name, value, error)
@@ -69,17 +72,21 @@ def floats(
 
 
 def is_tensor(value: object) -> bool:
-    """Returns True for other libraries' arrays, which are objects with `__array__` or `__dlpack__`."""
+    """Returns True for other libraries' arrays.
+
+    Such an array is an object with `__array__` or `__dlpack__` that does not belong to NumPy.
+    """
     if isinstance(value, np.ndarray | np.generic):
         return False
     return hasattr(value, "__array__") or hasattr(value, "__dlpack__")
 
 
 def numbers(name: str, value: object, error: type[Error] = SettingsError) -> npt.NDArray[Any]:
-    """Returns `value` as an array of numbers; accepts NumPy arrays (not copied), lists, `__array__` and DLPack.
+    """Returns `value` as an array of numbers.
 
-    Raises `error` with the name for tensors that are not in CPU memory, tensors that require a gradient, and values
-    that are not numbers.
+    Accepts NumPy arrays (not copied), lists, and objects with `__array__` or DLPack. Raises `error` with the
+    name for tensors that are not in CPU memory, tensors that require a gradient, and values that are not
+    numbers.
     """
     if type(value) is np.ndarray and value.dtype.kind in "fiu":
         return value
@@ -138,7 +145,10 @@ def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[An
 
 
 def triples(name: str, value: object) -> npt.NDArray[Any]:
-    """Returns `value` as an array of numbers [..., 3]; arrays keep their dtype and are not copied."""
+    """Returns `value` as an array of numbers [..., 3].
+
+    Arrays keep their dtype and are not copied.
+    """
     array = numbers(name, value)
     if array.ndim == 0 or array.shape[-1] != 3:
         raise SettingsError(
@@ -151,7 +161,10 @@ def triples(name: str, value: object) -> npt.NDArray[Any]:
 def paired(
     first: tuple[str, npt.NDArray[Any]], second: tuple[str, npt.NDArray[Any]]
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Broadcasts two arrays [..., 3] to one shape, as views; raises `SettingsError` with both names and shapes."""
+    """Returns two arrays [..., 3], broadcast to one shape as views.
+
+    Raises `SettingsError` with both names and shapes if the arrays do not broadcast.
+    """
     if first[1].shape == second[1].shape:
         return first[1], second[1]
     try:
@@ -191,10 +204,10 @@ def limits(name: str, values: object, shape: tuple[int, ...]) -> Floats:
 
 
 def product(a: npt.ArrayLike, b: npt.ArrayLike) -> Floats:
-    """Returns the matrix product of a [..., k] and b [k, m] or [k] without BLAS, bit-identical on every processor.
+    """Returns the matrix product of a [..., k] and b [k, m] or [k], computed without BLAS.
 
-    BLAS libraries use different orders of summation on different processors, but some files must have the same bytes
-    everywhere.
+    The product is bit-identical on every processor. BLAS libraries use different orders of summation on
+    different processors, but some files must have the same bytes everywhere.
     """
     left, right = np.asarray(a, float), np.asarray(b, float)
     total = np.zeros(left.shape[:-1] + right.shape[1:])
@@ -214,7 +227,10 @@ def lengths(vectors: npt.ArrayLike) -> Floats:
 
 
 def whole(name: str, value: object, low: int, high: int, *, error: type[Error] = SettingsError) -> int:
-    """Returns `value` as an int from `low` to `high`, both included; raises `error` with the name."""
+    """Returns `value` as an int from `low` to `high`, both included.
+
+    Raises `error` with the name for other values.
+    """
     try:
         if isinstance(value, bool):
             raise TypeError
@@ -227,7 +243,10 @@ def whole(name: str, value: object, low: int, high: int, *, error: type[Error] =
 
 
 def several(name: str, values: object, what: str, *, error: type[Error] = SettingsError) -> list[Any]:
-    """Returns a sequence's items; for a number or string, raises `error` with the name and `what`, the items' kind."""
+    """Returns a sequence's items as a list.
+
+    For a number or string, raises `error` with the name and `what`, the items' kind.
+    """
     try:
         if isinstance(values, str | bytes):
             raise TypeError
@@ -245,7 +264,10 @@ def wholes(
     count: int | None = None,
     error: type[Error] = SettingsError,
 ) -> list[int]:
-    """Returns `values` as `count` ints (None: any number) from `low` to `high`; raises `error` with the name."""
+    """Returns `values` as `count` ints from `low` to `high`.
+
+    If `count` is None, any number of ints is accepted. Raises `error` with the name for other values.
+    """
     found = several(name, values, "whole numbers", error=error)
     if count is not None and len(found) != count:
         raise error(f"{name} must be {count} whole numbers, not {values!r}", code="wrong_shape")
@@ -261,9 +283,9 @@ def real(
     what: str = "a number",
     error: type[Error] = SettingsError,
 ) -> float:
-    """Returns `value` as a finite float from `low` to `high`, both included; raises `error` with the name.
+    """Returns `value` as a finite float from `low` to `high`, both included.
 
-    `what` describes the value and its unit.
+    Raises `error` with the name for other values. `what` describes the value and its unit.
     """
     try:
         if isinstance(value, bool | np.bool_ | str | bytes) or np.ma.is_masked(value):
@@ -293,7 +315,10 @@ def word(name: str, value: object, *, error: type[Error] = SettingsError) -> str
 
 
 def one_of(name: str, given: object, valid: Sequence[str], *, error: type[Error] = SettingsError) -> str:
-    """Returns `given` if it is one of the valid words; otherwise raises `error` with the most similar valid word."""
+    """Returns `given` if `valid` contains this word.
+
+    Otherwise raises `error` with the most similar valid word.
+    """
     if isinstance(given, str) and given in valid:
         return given
     raise error(nearest(name, given, list(valid)), code="unknown_name")
@@ -329,7 +354,10 @@ def thread_count(threads: object) -> int | None:
 def size_of(
     value: Sequence[int] | npt.NDArray[np.integer], *, error: type[Error] = SettingsError
 ) -> tuple[int, int]:
-    """Returns `value` as (width, height) in pixels; raises `error` if `value` is not such a pair."""
+    """Returns `value` as (width, height) in pixels.
+
+    Raises `error` if `value` is not such a pair.
+    """
     try:
         width, height = value
     except (TypeError, ValueError):

@@ -57,7 +57,10 @@ class Cameras(Mapping[str, Camera]):
         self.times = {record.name: record.time for record in records if record.time is not None}
 
     def __getitem__(self, name: str) -> Camera:
-        """Returns the camera of this name; raises `KeyError` if unknown, `CameraError` without size or intrinsics."""
+        """Returns the camera of this name.
+
+        Raises `KeyError` for an unknown name, and `CameraError` for a camera without size or intrinsics.
+        """
         if name not in self._made:
             if name not in self._records:
                 raise KeyError(nearest("camera", str(name), list(self._records)))
@@ -69,7 +72,10 @@ class Cameras(Mapping[str, Camera]):
         return self._made[name]
 
     def _sized(self, name: str, camera: Camera) -> Camera:
-        """Returns the camera resized to the given size; raises `CameraError` for another aspect ratio."""
+        """Returns the camera resized to the given size.
+
+        Raises `CameraError` if the given size has another aspect ratio.
+        """
         if self._size is None or camera.size == self._size:
             return camera
         (width, height), (new_width, new_height) = camera.size, self._size
@@ -92,11 +98,12 @@ class Cameras(Mapping[str, Camera]):
 
     @property
     def rigs(self) -> dict[str, Rig]:
-        """The file's rigs at each of their poses, by the pose's name (in COLMAP, the frame's number).
+        """The file's rigs at each of their poses, by the pose's name.
 
-        Each rig contains its cameras by name. COLMAP stores rigs in `rigs` and `frames`. The cameras of a Kalibr
-        camchain, a KITTI calibration or OpenCV's `stereo_calib` form one rig, whose body frame is the file's world.
-        The mapping is empty for files without rigs.
+        In COLMAP, the pose's name is the frame's number. Each rig contains its cameras by name. COLMAP stores
+        rigs in `rigs` and `frames`. The cameras of a Kalibr camchain, a KITTI calibration or OpenCV's
+        `stereo_calib` form one rig, whose body frame is the file's world. The mapping is empty for files
+        without rigs.
         """
         groups: dict[tuple[str, str], dict[str, Camera]] = {}
         bodies: dict[tuple[str, str], tuple[list[list[float]], list[float]]] = {}
@@ -124,7 +131,10 @@ class Cameras(Mapping[str, Camera]):
         )
 
     def _rows(self, end: int) -> list[tuple[str, str, str]]:
-        """Name, size and lens of the first cameras; "not complete" for cameras without size or intrinsics."""
+        """Returns the name, size and lens of the first `end` cameras.
+
+        The size is "not complete" for cameras without size or intrinsics.
+        """
         rows = []
         for name in list(self)[:end]:
             try:
@@ -137,7 +147,10 @@ class Cameras(Mapping[str, Camera]):
         return rows
 
     def find(self, name: str) -> Camera:
-        """Returns the camera of this name; for an unknown name, raises `CameraError` with the nearest name."""
+        """Returns the camera of this name.
+
+        For an unknown name, raises `CameraError` with the nearest name.
+        """
         if name not in self._records:
             raise CameraError(nearest("camera", name, list(self._records)), code="unknown_name")
         return self[name]
@@ -225,7 +238,10 @@ def load_cameras(
 
 
 def _pose_convention(direction: str | None, axes: str | None) -> tuple[bool, bool] | None:
-    """True for world_from_camera poses, and True for OpenGL's axes; None if the arguments specify neither."""
+    """Returns the pose convention, or None if the arguments specify neither value.
+
+    The first value is True for world_from_camera poses, and the second for OpenGL's axes.
+    """
     if direction is None and axes is None:
         return None
     if direction not in (None, "world_from_camera", "camera_from_world"):
@@ -246,11 +262,12 @@ def save_cameras(
     images: Mapping[str, str] | None = None,
     times: Mapping[str, float] | None = None,
 ) -> list[Notice]:
-    """Writes cameras in one of `WRITTEN_FORMATS`; returns notices about values that the format stores differently.
+    """Writes cameras in one of `WRITTEN_FORMATS`.
 
-    `cameras` may also be a `Rig`, or a mapping from names to rigs. COLMAP's formats store a rig at many poses; each
-    pose is a frame, and its images are named frame/camera. Kalibr and KITTI store one rig, in the axes of its body
-    (KITTI: of its first camera if that is rotated). Other formats store the cameras in world coordinates.
+    Returns notices about values that the format stores differently. `cameras` may also be a `Rig`, or a
+    mapping from names to rigs. COLMAP's formats store a rig at many poses; each pose is a frame, and its
+    images are named frame/camera. Kalibr and KITTI store one rig, in the axes of its body (KITTI: of its
+    first camera if that is rotated). Other formats store the cameras in world coordinates.
 
     COLMAP's formats create a folder. The format "opencv" is YAML, or JSON or XML if `path` has that ending. `images`
     and `times` (seconds) are mappings by camera name; a TUM trajectory requires `times`, or cameras whose names are

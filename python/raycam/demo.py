@@ -1,4 +1,7 @@
-"""The demo: a world with a scanned mesh, and shell commands that create images, an explained pixel and a video."""
+"""The demo: a world with a scanned mesh, and shell commands.
+
+The commands create images, an explained pixel and a video.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +20,10 @@ MESH = ("cow.obj", "cow.mtl", "cow_texture.png")
 
 
 def demo(folder: Path, run: Callable[[Sequence[str]], int]) -> None:
-    """Writes the world `spot.toml` and its images and video to `folder`, which is created if necessary.
+    """Writes the world `spot.toml` and its images and video to `folder`.
 
-    An existing world file is kept, so that the demo shows changes to it.
-    `run` executes the words of a command line and returns its exit status.
+    The folder is created if necessary. An existing world file is kept, so that the demo shows changes to the
+    file. `run` executes the words of a command line and returns the command's exit status.
     """
     (folder / "spot").mkdir(parents=True, exist_ok=True)
     assets = resources.files(__package__) / "assets"

@@ -24,9 +24,9 @@ __all__ = ["doctor", "processor", "processor_in", "wheel"]
 
 
 def doctor() -> str:
-    """Returns versions, processor, instruction set, threads and the result of a self-test, as text.
+    """Returns the results of a self-test, and a description of the system, as text.
 
-    Raises `Error` if the self-test fails.
+    The text contains versions, processor, instruction set and threads. Raises `Error` if the self-test fails.
     """
     return "\n".join(_lines())
 
@@ -97,7 +97,11 @@ def processor() -> str:
 
 
 def processor_in(cpuinfo: str) -> str | None:
-    """Returns the processor's name in the text of /proc/cpuinfo; for ARM without a name, implementer and part."""
+    """Returns the processor's name from the text of /proc/cpuinfo.
+
+    For ARM processors without a name, the result contains the implementer and part. The result is None if the
+    text contains neither.
+    """
     values = dict(line.split(":", 1) for line in reversed(cpuinfo.splitlines()) if ":" in line)
     named = {key.strip(): value.strip() for key, value in values.items()}
     if "model name" in named:

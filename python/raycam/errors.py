@@ -41,11 +41,12 @@ class Error(Exception):
 
 
 class Notice(UserWarning):
-    """A warning about something that was assumed, changed or omitted; the filters of `warnings` apply.
+    """A warning about something that was assumed, changed or omitted.
 
-    `code` is the kind of notice as a short name; `raycam.codes.NOTICES` lists the cause and remedy of each. Programs
-    should use the code, because messages may change. `subjects` lists up to three of the `count` subjects of the
-    notice (it is empty if the message itself names them). `str(notice)` is the whole text.
+    The filters of `warnings` apply to notices. `code` is the kind of notice as a short name;
+    `raycam.codes.NOTICES` lists the cause and remedy of each. Programs should use the code, because messages
+    may change. `subjects` lists up to three of the `count` subjects of the notice. `subjects` is empty if the
+    message itself names them. `str(notice)` is the whole text.
     """
 
     def __init__(
@@ -100,7 +101,10 @@ class Cancelled(Error):
 
 
 class WorldError(Error, ValueError):
-    """An invalid world: its geometry, colours, materials or lights, or their description in a file or dict."""
+    """An invalid world, or an invalid description of a world in a file or dict.
+
+    The error concerns the world's geometry, colours, materials or lights.
+    """
 
     code = "invalid_world"
 
@@ -112,7 +116,10 @@ class CameraError(Error, ValueError):
 
 
 class LidarError(Error, ValueError):
-    """An invalid lidar: an unknown device, an impossible pattern, or a calibration of another device."""
+    """An invalid lidar.
+
+    Causes are an unknown device, an impossible pattern, or a calibration of another device.
+    """
 
     code = "invalid_lidar"
 
@@ -148,13 +155,19 @@ class NetworkError(Error, OSError):
 
 
 def with_code(error: OSError) -> OSError:
-    """Sets the `code` of a file's error, "file_not_found" or "file_unreadable", and returns the error."""
+    """Sets the `code` of a file's error, and returns the error.
+
+    The code is "file_not_found" or "file_unreadable".
+    """
     vars(error)["code"] = "file_not_found" if isinstance(error, FileNotFoundError) else "file_unreadable"
     return error
 
 
 def nearest(what: str, given: object, valid: list[str]) -> str:
-    """Returns the message for an unknown name, with the most similar valid name and a list of all valid names."""
+    """Returns the message for an unknown name.
+
+    The message contains the most similar valid name and a list of all valid names.
+    """
     import difflib
 
     from ._core import names_for_foreign_term

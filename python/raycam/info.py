@@ -16,12 +16,19 @@ __all__ = ["info", "info_cameras"]
 
 
 def info(world: World) -> str:
-    """Returns counts, bounds, objects, lights, cameras with their matrices, video, animations and notices, as text."""
+    """Returns a description of a world as text.
+
+    The text contains counts, bounds, objects, lights, cameras with their matrices, video, animations and
+    notices.
+    """
     return "\n".join(_lines(world))
 
 
 def info_cameras(cameras: Mapping[str, Camera], rigs: Mapping[str, Rig] | None = None) -> str:
-    """Returns K, R, P, C, angles and lens of each camera, and the relative poses of rig cameras, as text."""
+    """Returns a description of cameras as text.
+
+    The text contains K, R, P, C, angles and lens of each camera, and the relative poses of rig cameras.
+    """
     lines = [f"cameras    {len(cameras)}"]
     lines += [line for name, camera in cameras.items() for line in _camera(f"{name!r}", camera)]
     if rigs:
@@ -153,7 +160,10 @@ def _fixed(value: float) -> str:
 
 
 def _vector(values: object) -> str:
-    """Numbers with six significant digits or six decimals, whichever is more, so that large values keep millimetres."""
+    """Returns numbers as text with six significant digits or six decimals, whichever is more.
+
+    Large values therefore keep millimetres.
+    """
     numbers = np.atleast_1d(np.asarray(values, dtype=np.float64)) + 0.0
     return " ".join(f"{value:.{6 + _digits(value)}g}" for value in numbers)
 

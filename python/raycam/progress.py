@@ -63,8 +63,10 @@ def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int,
 
 
 class _Bar:
-    """A bar on a terminal, in one line of stderr. It is drawn without control sequences, which old consoles lack, and
-    leaves the cursor at its start, so that other output overwrites it.
+    """A progress bar on a terminal, in one line of stderr.
+
+    The bar is drawn without control sequences, which old consoles lack. The bar leaves the cursor at its
+    start, so that other output overwrites the bar.
     """
 
     def __init__(self, title: str) -> None:
@@ -81,7 +83,10 @@ class _Bar:
         return (done - self._begun) / max(time.monotonic() - self._start, 1e-9)
 
     def draw(self, done: int, total: int, text: str) -> None:
-        """Draws the bar, followed by a text, if the work is long and the last drawing was some time ago."""
+        """Draws the bar, followed by a text.
+
+        The bar is drawn only if the work is long and the last drawing was some time ago.
+        """
         now = time.monotonic()
         rate = self.rate(done)
         if not SHOWN or not sys.stderr.isatty() or total <= 0:

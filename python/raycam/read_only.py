@@ -72,7 +72,10 @@ class ReadOnlyDict(dict[Key, Item]):
 
 
 def _check_first(name: str) -> Callable[..., Any]:
-    """Returns the method `name` of arrays, which raises the array's error if the array is read-only."""
+    """Returns the method `name` of arrays, with a check for read-only arrays.
+
+    For a read-only array, the method raises the array's error.
+    """
     method = getattr(np.ndarray, name)
 
     def checked(array: Any, *arguments: Any, **keywords: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 import zipfile
 from pathlib import Path
 
@@ -112,6 +113,16 @@ def test_world_files_cannot_be_combined(folder: Path) -> None:
     with pytest.raises(raycam.SettingsError) as found:
         combine_models([folder / "a.obj", folder / "w.toml"])
     assert found.value.code == "conflicting_values"
+
+
+def test_hidden_files_of_macos_archives_are_ignored(folder: Path) -> None:
+    with zipfile.ZipFile(folder / "mac.zip", "w") as archive:
+        for name in ("__MACOSX/._cat.obj", "._cat.obj", "cat.obj"):
+            archive.writestr(name, TRIANGLE if name == "cat.obj" else "\0\5\x16\7")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with raycam.view(folder / "mac.zip", browser=False, block=False, port=0) as viewer:
+            assert viewer.world.counts["objects"] == 1
 
 
 def test_view_opens_folders_archives_and_lists(folder: Path) -> None:

@@ -1,4 +1,7 @@
-"""Optical flow, scene flow and disparity: the positions of one image's surface points in another image."""
+"""Optical flow, scene flow and disparity between two images.
+
+These maps specify the positions of one image's surface points in another image.
+"""
 
 from __future__ import annotations
 
@@ -73,12 +76,13 @@ def disparity(
     of: Literal["left", "right"] = "left",
     threads: int | None = None,
 ) -> Maps:
-    """Returns the disparity of a rectified pair, x_left - x_right in pixels, in the image of one of its cameras.
+    """Returns the disparity of a rectified pair, in the image of one of its cameras.
 
-    The pair is two cameras `left` and `right`, or a rig, of which the first two cameras are used; both may be given
-    as names in the world or as paths. `of` selects the image, "left" or "right". Returns `disparity` float32 [h, w]
-    (NaN for the background), and `occluded` and `outside` bool [h, w] for the other camera, as in `flow`. With focal
-    length f and baseline B, the disparity is f B / depth + (cx_left - cx_right).
+    The disparity is x_left - x_right in pixels. The pair is two cameras `left` and `right`, or a rig, of
+    which the first two cameras are used; both may be given as names in the world or as paths. `of` selects
+    the image, "left" or "right". Returns `disparity` float32 [h, w] (NaN for the background), and `occluded`
+    and `outside` bool [h, w] for the other camera, as in `flow`. With focal length f and baseline B, the
+    disparity is f B / depth + (cx_left - cx_right).
 
     Raises `CameraError` if the cameras are not a rectified pair. Both cameras of
     a rectified pair have the same rotation, focal lengths, skew and principal point row, and no lens. The right

@@ -52,14 +52,20 @@ class Box3D:
 
     @property
     def corners(self) -> Floats:
-        """The corners [8, 3] in the world, metres: corner i is at the far end of axis k if bit k of i is set."""
+        """The box's corners [8, 3] in the world, in metres.
+
+        Corner i is at the far end of axis k if bit k of i is set.
+        """
         signs = (np.arange(8)[:, None] >> np.arange(3) & 1) - 0.5
         return self.center + product(signs * self.size, self.rotation.T)
 
 
 @dataclass(frozen=True)
 class Label:
-    """One object in one image. Boxes are (x, y, width, height) in pixels from the image's top left corner."""
+    """One object in one image.
+
+    Boxes are (x, y, width, height) in pixels from the image's top left corner.
+    """
 
     object: int
     """The object's id in the channel `instance`."""
@@ -106,12 +112,18 @@ class Label:
 
     @property
     def visible_fraction(self) -> float:
-        """The fraction of the amodal mask that is visible; occluders and the image's edge both reduce it."""
+        """The fraction of the amodal mask that is visible.
+
+        Occluders and the image's edge both reduce the fraction.
+        """
         return self.visible_pixels / self.amodal_pixels
 
     @cached_property
     def truncated_fraction(self) -> float:
-        """The fraction of the amodal mask that is outside the image; parts beyond the margin are not counted."""
+        """The fraction of the amodal mask that is outside the image.
+
+        Parts beyond the margin are not counted.
+        """
         return 1.0 - int(np.count_nonzero(self.in_picture(self.amodal_mask))) / self.amodal_pixels
 
     def __repr__(self) -> str:
@@ -165,13 +177,14 @@ def label(
     margin: tuple[int, int] | None = None,
     threads: int | None = None,
 ) -> list[Label]:
-    """Returns a label for each of the `objects` (default: all but shadow catchers) with a nonempty amodal mask.
+    """Returns a label for each of the `objects` with a nonempty amodal mask.
 
-    `world` and `camera` are as in `render`. Masks belong to the exact rays through the pixels' centres. The visible
-    mask comes from the channel `instance`, which is rendered if not given; the amodal mask shows each object alone.
-    Amodal masks extend `margin` columns and rows beyond the image (default: the image's width and height on every
-    side, as in the BOP toolkit). With a rolling shutter, each line has its own time, as in the image; `box3d` belongs
-    to the middle of the exposure.
+    By default, `objects` are all objects except shadow catchers. `world` and `camera` are as in `render`.
+    Masks belong to the exact rays through the pixels' centres. The visible mask comes from the channel
+    `instance`, which is rendered if not given; the amodal mask shows each object alone. Amodal masks extend
+    `margin` columns and rows beyond the image (default: the image's width and height on every side, as in the
+    BOP toolkit). With a rolling shutter, each line has its own time, as in the image; `box3d` belongs to the
+    middle of the exposure.
 
     Raises `SettingsError` for unknown objects, and if `instance` does not have the image's size.
     """

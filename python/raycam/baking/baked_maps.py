@@ -147,7 +147,10 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         return ".png" if is_id or name in (*UNIT_MAPS, "tangent_normal") else ".exr"
 
     def save_map(self, name: str, path: str | os.PathLike[str]) -> None:
-        """Writes one map to a file with the ending that `save` uses; raises `SettingsError` for another ending."""
+        """Writes one map to a file with the ending that `save` uses.
+
+        Raises `SettingsError` for another ending.
+        """
         ending = self.ending(name)
         if Path(path).suffix.lower() != ending:
             raise SettingsError(

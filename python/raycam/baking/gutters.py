@@ -1,4 +1,7 @@
-"""Gutters: values extended beyond a texture's islands, so that mip maps do not mix in the background."""
+"""Gutters: values extended beyond a texture's islands.
+
+With gutters, mip maps do not mix in the background.
+"""
 
 from __future__ import annotations
 

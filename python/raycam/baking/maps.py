@@ -1,4 +1,7 @@
-"""Maps of a surface: occlusion, light, positions, normals, curvature, materials and ids, in textures or at vertices."""
+"""Maps of a surface, in textures or at vertices.
+
+The maps contain occlusion, light, positions, normals, curvature, materials and ids.
+"""
 
 from __future__ import annotations
 
@@ -53,9 +56,10 @@ def bake(
     denoise: bool = False,
     threads: int | None = None,
 ) -> BakedMaps:
-    """Bakes maps of an object, by id or name, into textures of `size` x `size` texels by its texture coordinates.
+    """Bakes maps of an object into textures of `size` x `size` texels.
 
-    Each texel's values belong to the surface point at its centre. All objects of the world occlude.
+    The object is given by id or name. Its texture coordinates determine the texels. Each texel's values
+    belong to the surface point at its centre. All objects of the world occlude.
 
     `BakedMaps` describes the maps: `position`, `normal`, `shading_normal`, `tangent_normal`, `ao`, `bent_normal`,
     `thickness`, `curvature`; `irradiance`, `direct`, `radiance`; `albedo`, `roughness`, `metallic`, `emission`;
@@ -119,8 +123,9 @@ def bake(
 def _with_coordinates(
     mesh: ObjectMesh, atlas: Atlas | None, wide: int, uv_set: int, object: int | str
 ) -> ObjectMesh:
-    """The mesh with the texture coordinates of an atlas or its own; raises `WorldError` if it has no such set of
-    coordinates.
+    """Returns the mesh with the texture coordinates of an atlas, or with its own.
+
+    Raises `WorldError` if the mesh does not have the set `uv_set` of texture coordinates.
     """
     if atlas is not None:
         return mesh_with_atlas(mesh, atlas, wide)

@@ -48,10 +48,10 @@ class SurfacePoints:
 def transfer(
     points: SurfacePoints, source: World, cage: float, materials: list[str], threads: int | None
 ) -> SurfacePoints:
-    """The nearest points of `source` along the shading normals, within `cage` metres outwards or inwards.
+    """Returns the nearest points of `source` along the shading normals.
 
-    Only surfaces that face outwards count: not the other side of a thin wall. `materials` are the names of material
-    maps to look up.
+    These points are at most `cage` metres outwards or inwards. Only surfaces that face outwards count: not
+    the other side of a thin wall. `materials` are the names of material maps to look up.
     """
     normal, skip = points.shading_normal, OVERLAP * cage
     fields = (

@@ -16,10 +16,11 @@ __all__ = ["corner_tangents", "tangent_space_normals"]
 
 
 def corner_tangents(positions: Floats, normals: Floats, uvs: Floats) -> Floats:
-    """The tangents and bitangent signs [f, 3, 4] of corners with positions and normals [f, 3, 3] and `uvs` [f, 3, 2].
+    """Returns the tangents and bitangent signs [f, 3, 4] of corners.
 
-    The result equals the tangents that are computed for a glTF file without tangents, with v down (glTF 2.0, 3.7.2.1).
-    Source: Mikkelsen, Simulation of wrinkled surfaces revisited, 2008.
+    The corners have positions and normals [f, 3, 3], and `uvs` [f, 3, 2]. The result equals the tangents that
+    are computed for a glTF file without tangents, with v down (glTF 2.0, 3.7.2.1). Source: Mikkelsen,
+    Simulation of wrinkled surfaces revisited, 2008.
     """
     rows = np.concatenate([positions, normals, uvs], axis=2).reshape(-1, 8).astype(np.float32)
     vertices, faces = np.unique(rows, axis=0, return_inverse=True)

@@ -1,4 +1,7 @@
-"""Texels of a mesh: the face at each texel's centre, found with exact edge signs in texture space."""
+"""Texels of a mesh: the face at each texel's centre.
+
+The faces are found with exact edge signs in texture space.
+"""
 
 from __future__ import annotations
 
@@ -44,9 +47,10 @@ class Texels:
 
 
 def find_texels(uvs: npt.NDArray[np.float32], size: tuple[int, int]) -> Texels:
-    """Finds the texels of faces with texture coordinates `uvs` [f, 3, 2] (v down) in a texture of `size`.
+    """Finds the texels of faces in a texture of `size`.
 
-    A texel's centre is at (column + 1/2, row + 1/2) / size. Centres outside 0..1 are ignored.
+    The faces have texture coordinates `uvs` [f, 3, 2] (v down). A texel's centre is at (column + 1/2,
+    row + 1/2) / size. Centres outside 0..1 are ignored.
     """
     width, height = size
     corners = np.asarray(uvs, np.float64) * [width, height] - 0.5
@@ -68,7 +72,10 @@ def find_texels(uvs: npt.NDArray[np.float32], size: tuple[int, int]) -> Texels:
 
 
 def _candidates(corners: Floats, size: tuple[int, int]) -> Iterator[tuple[Ints, Ints, Ints]]:
-    """Iterates over faces and the texels of their bounding boxes, as face, column and row, in bounded pieces."""
+    """Iterates over faces and the texels of their bounding boxes, in bounded pieces.
+
+    Each piece consists of faces, columns and rows.
+    """
     low = np.clip(np.ceil(corners.min(axis=1)), 0, size).astype(np.int64)
     high = np.clip(np.floor(corners.max(axis=1)), -1, np.array(size) - 1).astype(np.int64)
     extent = np.maximum(high - low + 1, 0)
@@ -99,7 +106,10 @@ def _count_up(lengths: Ints) -> Ints:
 
 
 def edge_signs(corners: Floats, x: Ints, y: Ints) -> npt.NDArray[np.int8]:
-    """Returns the exact signs [n, 3] of the edge functions of triangles [n, 3, 2] at points (x, y)."""
+    """Returns the exact signs [n, 3] of triangles' edge functions at points (x, y).
+
+    The triangles are `corners` [n, 3, 2].
+    """
     signs = np.empty((len(corners), 3), np.int8)
     point = np.stack([x, y], axis=1).astype(np.float64)
     for i in range(3):

@@ -128,7 +128,10 @@ class BakedObject:
         return found
 
     def _curvature(self, points: SurfacePoints) -> Floats:
-        """The mean curvatures [n], interpolated between the vertices; 0 for points without a surface."""
+        """Returns the mean curvatures [n]; 0 for points without a surface.
+
+        The curvatures are interpolated between the vertices.
+        """
         found = np.zeros(len(points.instance))
         for number in np.unique(points.instance[points.instance >= 0]).tolist():
             if number not in self._curvatures:
@@ -140,7 +143,10 @@ class BakedObject:
 
 
 def _corner_normals(mesh: ObjectMesh, linear: Floats) -> Floats:
-    """The shading normals of the corners [f, 3, 3] in the mesh's frame, for its transform `linear` [3, 3]."""
+    """Returns the shading normals [f, 3, 3] of the corners in the mesh's frame.
+
+    `linear` [3, 3] is the mesh's transform.
+    """
     if mesh.normals is not None:
         return mesh.normals.astype(np.float64)
     normals = face_normals(mesh.corners)

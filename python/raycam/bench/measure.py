@@ -125,10 +125,11 @@ def bench(
     seed: int = 1,
     progress: Callable[[int, int], object] | None = None,
 ) -> BenchReport:
-    """Measures the named scenes (default: all), each with about `triangles` triangles and an image of `size` pixels.
+    """Measures the named scenes (default: all).
 
-    Every figure is the best of `repeat` calls after one warm-up call. `threads` is the number of threads of raycam
-    (None: all). `progress(done, total)` counts the figures. Raises `SettingsError` for unknown names and numbers out of
+    Each scene has about `triangles` triangles and an image of `size` pixels. Every figure is the best of
+    `repeat` calls after one warm-up call. `threads` is the number of threads of raycam (None: all).
+    `progress(done, total)` counts the figures. Raises `SettingsError` for unknown names and numbers out of
     range.
     """
     names = list(SCENES) if scenes is None else list(scenes)

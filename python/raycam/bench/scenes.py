@@ -1,7 +1,7 @@
-"""Generated benchmark scenes: four families with any number of triangles, different for every seed.
+"""Generated benchmark scenes: four families with any number of triangles.
 
-Terrain and rock are smooth and finely tessellated. The scene "town" mixes long thin triangles with tiny triangles. Hair
-is the worst case for bounding boxes.
+The scenes are different for every seed. Terrain and rock are smooth and finely tessellated. The scene "town"
+mixes long thin triangles with tiny triangles. Hair is the worst case for bounding boxes.
 """
 
 from __future__ import annotations
@@ -69,7 +69,10 @@ def _terrain(rng: np.random.Generator, triangles: int) -> BenchScene:
 
 
 def _icosphere(levels: int) -> tuple[Floats, Faces]:
-    """An icosahedron whose triangles are divided into four `levels` times, with vertices on the unit sphere."""
+    """Returns an icosphere with vertices on the unit sphere.
+
+    The triangles of an icosahedron are divided into four `levels` times.
+    """
     g = (1 + 5**0.5) / 2
     corners = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0)]
     vertices = np.array([np.roll(corner, turn) for turn in range(3) for corner in corners])

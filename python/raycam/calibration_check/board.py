@@ -1,4 +1,7 @@
-"""The calibration board of the self-check: its mesh, camera poses that view it, and corner detection."""
+"""The calibration board of the self-check.
+
+The module creates the board's mesh and camera poses that view the board, and detects the board's corners.
+"""
 
 from __future__ import annotations
 
@@ -88,7 +91,10 @@ class Board:
 
     @cached_property
     def world(self) -> World:
-        """The board as triangles: colour edges are geometric edges, so that no texture filter affects them."""
+        """The board as triangles.
+
+        Colour edges are geometric edges, so that no texture filter affects them.
+        """
         cells = np.pad(self._cells, CELLS // 2 if self.kind == "charuco" else 1, constant_values=True)
         rows, columns = cells.shape
         margin, step = (0.5, 1.0 / CELLS) if self.kind == "charuco" else (1.0, 1.0)
@@ -158,9 +164,10 @@ class Board:
         return placed if inside.sum() >= enough else None
 
     def detect(self, picture: npt.NDArray[np.uint8]) -> tuple[npt.NDArray[np.int64], Floats]:
-        """The ids [n] and pixel coordinates [n, 2] of the corners that OpenCV detects in a grey image [h, w].
+        """Returns the ids [n] and pixel coordinates [n, 2] of corners in a grey image [h, w].
 
-        Pixel centres are integers. Corners are refined in the blurred image, in a window without other edges.
+        OpenCV detects the corners. Pixel centres are integers. Corners are refined in the blurred image, in a
+        window without other edges.
         """
         cv2 = opencv()
         if self.kind == "checkerboard":
@@ -182,7 +189,10 @@ class Board:
         return numbers, refined(blurred, places, self._window(numbers, places))
 
     def _window(self, numbers: npt.NDArray[np.int64], places: Floats) -> int:
-        """Half the side of the refinement window in pixels; no edge of a corner ends inside the window."""
+        """Returns half the side of the refinement window in pixels.
+
+        No edge of a corner ends inside the window.
+        """
         grid = np.full((self.rows - 1, self.columns - 1, 2), np.nan)
         grid.reshape(-1, 2)[numbers] = places
         steps = np.concatenate([np.diff(grid, axis=axis).reshape(-1, 2) for axis in (0, 1)])
@@ -208,7 +218,10 @@ def _placed(camera: Camera, rotation: Floats, center: Floats) -> Camera:
 
 
 def _facing(way: Floats) -> Floats:
-    """The axes [3, 3], as columns, of a board that faces a camera on its ray `way`; z points away from the camera."""
+    """Returns the axes [3, 3], as columns, of a board that faces a camera.
+
+    The board is on the camera's ray `way`; z points away from the camera.
+    """
     across = np.cross([0.0, 1.0, 0.0], way)
     if np.linalg.norm(across) < 1e-6:
         across = np.array([1.0, 0.0, 0.0])

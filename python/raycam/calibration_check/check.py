@@ -1,4 +1,4 @@
-"""The self-check: OpenCV calibrates a camera from rendered images of a board and must recover it.
+"""The self-check: OpenCV must recover a camera from rendered images of a board.
 
 The board is rendered through the camera from many positions. OpenCV detects the corners and calibrates, and the
 recovered parameters are compared with the camera's. A second calibration, from the exact projections of the corners,
@@ -227,7 +227,10 @@ def _pixels(camera: Camera, points: Floats) -> Floats:
 
 
 def _reprojection_error(camera: Camera, position: Floats) -> float:
-    """The largest distance between a pixel's centre and the projection of the surface point in that pixel."""
+    """Returns the largest distance between a pixel and its surface point's projection.
+
+    Distances are in pixels from the pixel's centre, along the columns or the rows.
+    """
     rows, columns = np.nonzero(np.isfinite(position[..., 0]))
     if not len(rows):
         return 0.0
@@ -288,9 +291,10 @@ def _calibration_flags(cv2: Any, count: int) -> int:
 
 
 def _ray_difference(true: Camera, k: Floats, lens: Floats, corners: Sequence[Floats]) -> float:
-    """The largest distance in pixels between both cameras' images of a grid of rays over the part with corners.
+    """Returns the largest distance in pixels between two cameras' images of the same rays.
 
-    A calibration cannot separate a rotation of the camera from the poses, so the best rotation is removed first.
+    The rays form a grid over the part of the image with corners. A calibration cannot separate a rotation of
+    the camera from the poses, so the best rotation is removed first.
     """
     every = np.concatenate(corners)
     low, high = every.min(axis=0), every.max(axis=0)

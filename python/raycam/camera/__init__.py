@@ -1,4 +1,7 @@
-"""Cameras: `P = K R [I | -C]` with a lens, in the conventions of OpenCV and of Hartley and Zisserman."""
+"""Cameras: `P = K R [I | -C]` with a lens.
+
+The conventions are those of OpenCV and of Hartley and Zisserman.
+"""
 
 from ._background import Background
 from .camera import Camera, check_camera

@@ -77,7 +77,10 @@ Constructor = TypeVar("Constructor", bound=Callable[..., Any])
 
 
 def either_order(constructor: Constructor) -> Constructor:
-    """Decorator for constructors with the arguments K, pose, size that also accept the order K, size, pose."""
+    """Decorates a constructor that also accepts the argument order K, size, pose.
+
+    The constructor's own arguments are K, pose, size.
+    """
 
     @functools.wraps(constructor)
     def called(*args: Any, **kwargs: Any) -> Any:
@@ -110,7 +113,10 @@ def make(constructor: str, *args: Any) -> _core.Camera:
 
 
 def report_nearest_rotation(given: npt.NDArray[np.float64], made: _core.Camera) -> None:
-    """Warns if the camera's R differs from the given matrix by more than the rounding of float32."""
+    """Warns if the camera's R differs from the given matrix.
+
+    Differences within the rounding of float32 are ignored.
+    """
     off = float(np.abs(np.asarray(made.r) - given).max())
     if off > 1e-7:
         text = f"R differs from a rotation by up to {off:.1e}; the nearest rotation is used"
@@ -158,7 +164,10 @@ def checked_up(up: str) -> Up:
 
 
 def check_keys(keys: Mapping[str, object], allowed: type) -> None:
-    """Raises `CameraError` with the nearest name for a keyword that the constructor does not have."""
+    """Raises `CameraError` for a keyword that the constructor does not have.
+
+    The error contains the nearest name.
+    """
     names = list(allowed.__annotations__)
     for name in keys:
         if name not in names:
@@ -166,7 +175,10 @@ def check_keys(keys: Mapping[str, object], allowed: type) -> None:
 
 
 def read_lens(keys: LensKeys) -> tuple[Lens | None, PixelCenter]:
-    """Checks the lens arguments of a constructor; returns the lens (None for a pinhole) and the pixel centre."""
+    """Checks a constructor's lens arguments; returns the lens and the pixel centre.
+
+    The lens is None for a pinhole.
+    """
     check_keys(keys, LensKeys)
     lens = lens_of(keys.get("distortion"), keys.get("model", "opencv"))
     return lens, keys.get("pixel_center", "integer")

@@ -22,7 +22,9 @@ FITS = ["exact", "cover"]
 @one_line
 @dataclass(frozen=True, eq=False)
 class Background:
-    """The image behind the rendered objects: a photograph that the camera took, or any other image.
+    """The image behind the rendered objects.
+
+    The background is a photograph that the camera took, or any other image.
 
     With `fit="exact"`, a photograph of the camera's size is used pixel by pixel. A photograph with the same aspect
     ratio but another size is resampled. A photograph by another `camera`, for example an undistorted photograph,

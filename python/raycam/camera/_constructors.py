@@ -1,4 +1,7 @@
-"""Constructors of cameras: from a matrix, a pose, a target, or the parameters of OpenCV, OpenGL and COLMAP."""
+"""Constructors of cameras.
+
+Cameras are created from a matrix, a pose, a target, or the parameters of OpenCV, OpenGL and COLMAP.
+"""
 
 from __future__ import annotations
 
@@ -180,11 +183,12 @@ class Constructors(CameraGeometry):
         up: Up = "z",
         **lens: Unpack[LensKeys],
     ) -> Self:
-        """Returns a camera from its pose as a matrix [4, 4] or [3, 4], world_from_camera or camera_from_world.
+        """Returns a camera from its pose as a matrix [4, 4] or [3, 4].
 
-        `axes` are the camera axes of the matrix: "opencv" (x right, y down, z forward), "opengl" (x right, y up, z
-        backward: Blender, NeRF) or "x_forward" (x forward, y left, z up: ROS bodies, Waymo). The positional arguments
-        may be K, pose, size, as in `from_opengl`, or K, size, pose.
+        The matrix is world_from_camera or camera_from_world. `axes` are the camera axes of the matrix:
+        "opencv" (x right, y down, z forward), "opengl" (x right, y up, z backward: Blender, NeRF) or
+        "x_forward" (x forward, y left, z up: ROS bodies, Waymo). The positional arguments may be K, pose,
+        size, as in `from_opengl`, or K, size, pose.
 
         Raises `CameraError` if the size is missing, or if not exactly one matrix is given. Also raises `CameraError`
         if the last row is not 0 0 0 1 (with a hint if the matrix is transposed), or the 3x3 part is not a rotation.
@@ -214,11 +218,11 @@ class Constructors(CameraGeometry):
         up: Up = "z",
         **lens: Unpack[LensKeys],
     ) -> Self:
-        """Returns a camera from the pose matrix [4, 4] or [3, 4] of a body with x forward, y left, z up.
+        """Returns a camera from the pose of a body with x forward, y left, z up.
 
-        These are the axes of ROS bodies and of Waymo's cameras. The matrix maps points in these axes to the world.
-        With the identity, the camera looks along +x of the world, as in `from_pose`. Raises the errors of
-        `from_transform`.
+        These are the axes of ROS bodies and of Waymo's cameras. The pose is a matrix [4, 4] or [3, 4] that
+        maps points in these axes to the world. With the identity, the camera looks along +x of the world, as
+        in `from_pose`. Raises the errors of `from_transform`.
         """
         return cls.from_transform(K, world_from_camera, size, axes="x_forward", up=up, **lens)
 
@@ -272,7 +276,10 @@ class Constructors(CameraGeometry):
         up: Up,
         keys: LensKeys,
     ) -> Self:
-        """Returns a camera from its rotation and translation, between the world and a camera with the given axes."""
+        """Returns a camera from its rotation and translation.
+
+        The pose is between the world and a camera with the given `axes`, in the given `direction`.
+        """
         rotation, translation = pose
         lens, pixel_center = read_lens(keys)
         opencv_from_axes = OPENCV_FROM[one_of("axes", axes, list(OPENCV_FROM), error=CameraError)]
@@ -295,13 +302,14 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "half",
         up: Up = "z",
     ) -> Self:
-        """Returns a camera from a COLMAP camera model (SIMPLE_PINHOLE to EQUIRECTANGULAR) and an image's pose.
+        """Returns a camera from a COLMAP camera model and an image's pose.
 
-        `params` are COLMAP's, with the centre of the first pixel at (0.5, 0.5); `pixel_center="integer"` shifts the
-        principal point accordingly. `R` [3, 3] and `t` [3] are COLMAP's `cam_from_world`. SIMPLE_PINHOLE and PINHOLE
-        become pinholes; SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV become the lens model "opencv", the FISHEYE
-        models "fisheye", and the others lens models of the same name. The property `colmap` returns COLMAP's model
-        and parameters. Raises `CameraError` for unknown names and a wrong number of parameters.
+        The models are SIMPLE_PINHOLE to EQUIRECTANGULAR. `params` are COLMAP's, with the centre of the first
+        pixel at (0.5, 0.5); `pixel_center="integer"` shifts the principal point accordingly. `R` [3, 3] and
+        `t` [3] are COLMAP's `cam_from_world`. SIMPLE_PINHOLE and PINHOLE become pinholes; SIMPLE_RADIAL,
+        RADIAL, OPENCV and FULL_OPENCV become the lens model "opencv", the FISHEYE models "fisheye", and the
+        others lens models of the same name. The property `colmap` returns COLMAP's model and parameters.
+        Raises `CameraError` for unknown names and a wrong number of parameters.
 
         Source: COLMAP, `sensor/models.h`.
         """
@@ -324,11 +332,12 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Self:
-        """Returns a camera with parallel rays and square pixels, whose image is `height` world units high.
+        """Returns a camera with parallel rays, whose image is `height` world units high.
 
-        The orientation is as in `from_pose`, or towards `target` [3]. `location` [3] is the centre of the image
-        plane. Rays start on this plane, so surfaces behind it are not visible, and depth is measured from it. The
-        last row of `P` is 0 0 0 1. `K` is in pixels per world unit. Raises `CameraError` for invalid values.
+        The pixels are square. The orientation is as in `from_pose`, or towards `target` [3]. `location` [3]
+        is the centre of the image plane. Rays start on this plane, so surfaces behind it are not visible, and
+        depth is measured from it. The last row of `P` is 0 0 0 1. `K` is in pixels per world unit. Raises
+        `CameraError` for invalid values.
         """
         pose: dict[str, Any] = {"location": vector("location", location)}
         if target is None:
@@ -350,13 +359,14 @@ class Constructors(CameraGeometry):
         pixel_center: PixelCenter = "integer",
         up: Up = "z",
     ) -> Self:
-        """Returns a panorama camera at `location` [3] that covers 360 degrees horizontally and 180 vertically.
+        """Returns a panorama camera at `location` [3].
 
-        Columns are evenly spaced longitudes, rows evenly spaced latitudes. The image centre has the orientation of
-        `from_pose`; the left and right edges show what is behind the camera. In camera axes, longitude is atan2(x, z)
-        and latitude, positive downwards, is atan2(y, hypot(x, z)). Depth is z along the axis, negative behind the
-        camera; the channel `distance` contains the ray length. For a part of a panorama, create a `Camera` with
-        `model="equirectangular"` and a `K` in pixels per radian.
+        The panorama covers 360 degrees horizontally and 180 degrees vertically. Columns are evenly spaced
+        longitudes, rows evenly spaced latitudes. The image centre has the orientation of `from_pose`; the
+        left and right edges show what is behind the camera. In camera axes, longitude is atan2(x, z) and
+        latitude, positive downwards, is atan2(y, hypot(x, z)). Depth is z along the axis, negative behind the
+        camera; the channel `distance` contains the ray length. For a part of a panorama, create a `Camera`
+        with `model="equirectangular"` and a `K` in pixels per radian.
         """
         return cls._panorama("equirectangular", location, (roll, pitch, yaw), size, pixel_center, up)
 

@@ -1,4 +1,7 @@
-"""Copies of a camera with new intrinsics or a new background, and the pixel map between two cameras' images."""
+"""Copies of a camera with new intrinsics or a new background, and pixel maps.
+
+A pixel map connects the pixels of two cameras' images.
+"""
 
 from __future__ import annotations
 
@@ -90,9 +93,10 @@ class Copies(Optics):
         return self._with_same_photo(self.from_dict(table, up=self.up))
 
     def cropped(self, x: int, y: int, width: int, height: int) -> Self:
-        """Returns the camera for a part of the image: `width` x `height` pixels from column `x` and row `y`.
+        """Returns the camera for a part of the image.
 
-        The part may extend beyond the image. Raises `CameraError` for numbers that are not whole.
+        The part has `width` x `height` pixels from column `x` and row `y`. The part may extend beyond the
+        image. Raises `CameraError` for numbers that are not whole.
         """
         left, top = (
             real(name, value, what="a column or row", error=CameraError)
@@ -106,7 +110,10 @@ class Copies(Optics):
         return self._with_intrinsics(product(shift, self.K), new)
 
     def resized(self, size: Size) -> Self:
-        """Returns the same view with another image size (width, height): K is scaled, the edges stay the same."""
+        """Returns the camera with the same view and another image size (width, height).
+
+        K is scaled, and the edges of the view stay the same.
+        """
         new = size_of(size, error=CameraError)
         x, y = new[0] / self.size[0], new[1] / self.size[1]
         corner = self.corner
@@ -152,10 +159,11 @@ class Copies(Optics):
         return self.pinhole().replace(K=K, size=new)
 
     def pixel_map(self, source: Self) -> npt.NDArray[np.float32]:
-        """Returns, for each pixel of this camera, the pixel of `source` with the same ray: float32 [h, w, 2].
+        """Returns, for each pixel of this camera, the pixel of `source` with the same ray.
 
-        The map is in OpenCV's convention, for `cv2.remap(image, map[..., 0], map[..., 1], ...)`; NaN for rays outside
-        the view of `source`. Raises `CameraError` unless both cameras have the same centre.
+        The map is float32 [h, w, 2] in OpenCV's convention, for
+        `cv2.remap(image, map[..., 0], map[..., 1], ...)`. The map is NaN for rays outside the view of
+        `source`. Raises `CameraError` unless both cameras have the same centre.
         """
         refuse_other_types(source)
         if self.is_parallel or source.is_parallel or not np.allclose(self.C, source.C, rtol=0, atol=1e-9):
@@ -178,10 +186,11 @@ class Copies(Optics):
         return Background(image, None if camera is None else self._of(camera, self._up), fit)
 
     def with_background(self, background: Background | str | os.PathLike[str] | None) -> Self:
-        """Returns the same camera with a background: the path of a photo that the camera took, or a `Background`.
+        """Returns the same camera with a background.
 
-        None removes the background. Raises `CameraError` for an array, and for a `Background` with an `orientation`
-        other than "auto"; pass these to `raycam.render(..., background=background)` instead.
+        The background is the path of a photo that the camera took, or a `Background`. None removes the
+        background. Raises `CameraError` for an array, and for a `Background` with an `orientation` other than
+        "auto"; pass these to `raycam.render(..., background=background)` instead.
         """
         if background is None:
             return self._of(self._core.with_background(None, False, None), self._up)
@@ -214,7 +223,11 @@ def _require_k(table: dict[str, Any]) -> None:
 
 
 def _rectangles(camera: Optics) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Two ranges of x and y on the plane z = 1: the largest inside the image border, and the smallest around it."""
+    """Returns two rectangles on the plane z = 1, as ranges of x and y.
+
+    The first is the largest rectangle inside the image border, the second the smallest rectangle around the
+    border.
+    """
     width, height = camera.size
     first = camera.corner + 0.5
     u, v = np.arange(width) + first, np.arange(height) + first

@@ -1,4 +1,7 @@
-"""The geometry of a camera: intrinsics, pose and lens, and the maps between points, pixels and rays."""
+"""The geometry of a camera: intrinsics, pose and lens.
+
+These determine the maps between points, pixels and rays.
+"""
 
 from __future__ import annotations
 
@@ -36,14 +39,18 @@ class CameraGeometry(DictSerializable):
 
     @classmethod
     def from_dict(cls, description: dict[str, Any], *, up: Up = "z") -> Self:
-        """Returns the camera that a `[camera]` table of a world file describes, given as a dict (see `to_dict`).
+        """Returns the camera that a `[camera]` table of a world file describes.
 
-        Raises `WorldError` or `CameraError` with the name of the invalid key.
+        The table is given as a dict (see `to_dict`). Raises `WorldError` or `CameraError` with the name of
+        the invalid key.
         """
         return cls._of(_core.Camera.from_dict(description, checked_up(up)), up)
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the camera as a `[camera]` table of a world file, from which `from_dict` restores it exactly."""
+        """Returns the camera as a `[camera]` table of a world file.
+
+        `from_dict` restores the camera exactly from this table.
+        """
         description: dict[str, Any] = json.loads(self._core.to_json())
         return description
 
@@ -88,7 +95,10 @@ class CameraGeometry(DictSerializable):
 
     @property
     def is_parallel(self) -> bool:
-        """True for parallel rays, that is, for an orthographic camera or a matrix with its centre at infinity."""
+        """True for a camera with parallel rays.
+
+        Such a camera is orthographic, or has a matrix with its centre at infinity.
+        """
         return self._core.center != "point"
 
     @property
@@ -98,7 +108,10 @@ class CameraGeometry(DictSerializable):
 
     @property
     def pose(self) -> Floats:
-        """The pose world_from_camera [4, 4]; the camera axes are x right, y down, z forward. See `raycam.Sensor`."""
+        """The pose world_from_camera [4, 4].
+
+        The camera axes are x right, y down, z forward. See `raycam.Sensor`.
+        """
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = self.R.T, self.location
         return _fixed(pose, "camera.at_pose(R, C)")
@@ -166,14 +179,15 @@ class CameraGeometry(DictSerializable):
         return _fixed(angles, "raycam.Camera.from_pose(location, roll, pitch, yaw, ...)")
 
     def project(self, points: npt.ArrayLike) -> tuple[Floats, Bools]:
-        """Returns the pixels [n, 2] of world points [n, 3], and True [n] for points in front of the camera.
+        """Returns the pixels [n, 2] of world points [n, 3], and whether each point is in front.
 
-        A single point [3] returns a pixel [2] and a bool. For a point behind the camera (depth < 0), the pixel is the
-        intersection of the image plane with the line through point and centre; at depth 0 it is not finite. With a
-        lens, the bool is True if the lens projects the point (a fisheye also projects some points behind it), and the
-        pixel is NaN otherwise. For a camera with its centre at infinity, all points count as in front. With a rolling
-        shutter, the pixel is on the line that shows the point at the middle of that line's exposure; NaN if there is
-        no such line.
+        The second array [n] is True for points in front of the camera. A single point [3] returns a pixel [2]
+        and a bool. For a point behind the camera (depth < 0), the pixel is the intersection of the image
+        plane with the line through point and centre; at depth 0 it is not finite. With a lens, the bool is
+        True if the lens projects the point (a fisheye also projects some points behind it), and the pixel is
+        NaN otherwise. For a camera with its centre at infinity, all points count as in front. With a rolling
+        shutter, the pixel is on the line that shows the point at the middle of that line's exposure; NaN if
+        there is no such line.
         """
         array = floats("points", points, ("n", 3), (3,))
         pixels, in_front = self._core.project(array.reshape(-1, 3))
@@ -193,9 +207,10 @@ class CameraGeometry(DictSerializable):
         return origins.reshape(shape), directions.reshape(shape)
 
     def valid(self, pixels: npt.ArrayLike | None = None) -> Bools:
-        """Returns True [n] for pixels [n, 2] with a ray: all pixels, or with a lens those inside its valid region.
+        """Returns True [n] for pixels [n, 2] with a ray.
 
-        A single pixel [2] returns a bool. Without `pixels`, all pixel centres are tested: [height, width].
+        All pixels have a ray; with a lens, only the pixels inside the lens's valid region. A single pixel [2]
+        returns a bool. Without `pixels`, all pixel centres are tested: [height, width].
         """
         return np.isfinite(self.rays(pixels)[1][..., 0])
 
@@ -214,7 +229,10 @@ class CameraGeometry(DictSerializable):
 
 
 def _fixed(values: npt.ArrayLike, change: str) -> Floats:
-    """Returns the read-only array of a property; its error names the call that returns a changed camera."""
+    """Returns the read-only array of a property.
+
+    Assignments raise an error that names the call that returns a changed camera.
+    """
     return read_only_array(values, f"cameras are read-only; {change} returns a changed camera", CameraError)
 
 

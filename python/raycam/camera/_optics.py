@@ -20,7 +20,10 @@ Readout = Literal["down", "up", "right", "left"]
 
 
 class Optics(CameraGeometry):
-    """Base class of `Camera` with its optics; ground truth uses the middle of the aperture and of the exposure."""
+    """Base class of `Camera` with its optics.
+
+    Ground truth uses the middle of the aperture and of the exposure.
+    """
 
     __slots__ = ()
 
@@ -47,14 +50,18 @@ class Optics(CameraGeometry):
 
     @property
     def shutter(self) -> dict[str, Any] | None:
-        """The shutter's `exposure`, `readout`, `direction` and `track` of poses; None without a shutter."""
+        """The shutter's settings; None without a shutter.
+
+        The settings are `exposure`, `readout`, `direction` and the `track` of poses.
+        """
         return self._table("shutter", "camera.moving(...) or camera.exposing(...)")
 
     @property
     def times(self) -> Floats:
-        """The middle of each line's exposure, float64 [lines], in seconds relative to the world's time.
+        """The middle of each line's exposure, in seconds relative to the world's time.
 
-        The world's time is the middle of the whole exposure. [0.0] without a rolling shutter.
+        The times are float64 [lines]. The world's time is the middle of the whole exposure. [0.0] without a
+        rolling shutter.
         """
         shutter = self.shutter
         if shutter is None or not shutter["readout"]:
@@ -75,13 +82,14 @@ class Optics(CameraGeometry):
         blades: int = 0,
         rotation: float = 0.0,
     ) -> Self:
-        """Returns the camera with depth of field: a thin lens of a `radius`, or `focal_length` / (2 `f_number`).
+        """Returns the camera with depth of field.
 
-        Lengths are in world units (50 mm is 0.05). Surfaces at the depth `focus` are sharp; for lens models other
-        than "opencv" and "fov", `focus` is the distance from the camera's centre. The aperture is round, or a polygon
-        with `blades` sides, rotated by `rotation` degrees from the camera's x towards its y. Only the colour is
-        blurred, with more than one sample per pixel; all other channels belong to the ray through the middle of the
-        aperture.
+        The lens is a thin lens with the given `radius`, or with the radius `focal_length` / (2 `f_number`).
+        Lengths are in world units (50 mm is 0.05). Surfaces at the depth `focus` are sharp; for lens models
+        other than "opencv" and "fov", `focus` is the distance from the camera's centre. The aperture is
+        round, or a polygon with `blades` sides, rotated by `rotation` degrees from the camera's x towards its
+        y. Only the colour is blurred, with more than one sample per pixel; all other channels belong to the
+        ray through the middle of the aperture.
 
         Raises `CameraError` or `WorldError` for invalid numbers, and for parallel rays.
         """
@@ -135,10 +143,11 @@ class Optics(CameraGeometry):
         return self.still()._changed(shutter=shutter)
 
     def exposing(self, exposure: float, *, readout: float = 0.0, direction: Readout = "down") -> Self:
-        """Returns the camera at rest with an open shutter: moving objects are blurred, or skewed by the `readout`.
+        """Returns the camera at rest with an open shutter.
 
-        Times and lines are as in `moving`. The world moves during the exposure: the time of `World.at` is the middle,
-        (readout + exposure) / 2. `World.camera_at` adds the camera's motion in the video.
+        Moving objects are blurred, or skewed by the `readout`. Times and lines are as in `moving`. The world
+        moves during the exposure: the time of `World.at` is the middle, (readout + exposure) / 2.
+        `World.camera_at` adds the camera's motion in the video.
         """
         shutter = {"exposure": number("exposure", exposure), "readout": number("readout", readout)}
         return self.still()._changed(shutter={**shutter, "direction": direction})

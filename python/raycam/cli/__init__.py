@@ -1,7 +1,7 @@
-"""The command line: one file per command; `options/` contains the options that several commands share.
+"""The command line: one file per command.
 
-Start-up time is part of every command's time, so a module that only one command needs is imported in that command's
-function.
+The folder `options/` contains the options that several commands share. Start-up time is part of every
+command's time, so a module that only one command needs is imported in that command's function.
 """
 
 from __future__ import annotations
@@ -170,7 +170,10 @@ def _is_dashed_name(word: str) -> bool:
 
 
 def _open_closed_streams() -> None:
-    """Opens /dev/null for standard streams that the shell closed, so that no other file gets their descriptors."""
+    """Opens /dev/null for standard streams that the shell closed.
+
+    Otherwise, other files would get the streams' descriptors.
+    """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
             with contextlib.suppress(OSError):
@@ -187,7 +190,10 @@ def _open_closed_streams() -> None:
 
 
 def _write_utf8() -> None:
-    """Sets the encoding of pipes and files to UTF-8 on Windows, whose default encoding lacks many characters."""
+    """Sets the encoding of pipes and files to UTF-8 on Windows.
+
+    The default encoding of Windows lacks many characters.
+    """
     if os.name == "nt":
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper) and not stream.isatty():
@@ -195,9 +201,9 @@ def _write_utf8() -> None:
 
 
 def _join_values(words: Sequence[str]) -> list[str]:
-    """Joins "--frames -4:" to "--frames=-4:", because argparse reads "-4:" and "-1,0,2" as options.
+    """Joins "--frames -4:" to "--frames=-4:", and splits "--pixel 320,240".
 
-    Splits "--pixel 320,240".
+    The words are joined because argparse reads "-4:" and "-1,0,2" as options.
     """
     joined: list[str] = []
     for word in words:
@@ -255,7 +261,10 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"raycam: error: {message} (see {self.prog} --help)\n")
 
     def _dash_remedy(self) -> str:
-        """Returns the correct spelling of the first file name that begins with a dash; empty if there is none."""
+        """Returns the correct spelling of the first file name that begins with a dash.
+
+        The result is empty if no file name begins with a dash.
+        """
         takes_text = {
             name
             for action in self._actions

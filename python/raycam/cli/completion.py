@@ -1,4 +1,7 @@
-"""The command `raycam completion`: shell scripts that complete commands, options and their values."""
+"""The command `raycam completion`: shell scripts that complete the command line.
+
+The scripts complete commands, options and their values.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ def _actions(command: argparse.ArgumentParser) -> list[argparse.Action]:
 
 
 def _values(name: str, action: argparse.Action) -> list[str]:
-    """The values of an option or argument of the command `name` with a closed set of values; else empty."""
+    """Returns the values of an option or argument with a closed set of values; else empty.
+
+    `name` is the command.
+    """
     if action.choices:
         return [str(choice) for choice in action.choices]
     lists = _lists()

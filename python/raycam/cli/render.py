@@ -302,7 +302,10 @@ def _by_job(
     save: Callable[[Frame], object],
     settings: Mapping[str, Any],
 ) -> Frame | None:
-    """Renders the image in tiles and saves it; returns None if other shards still have tiles to render."""
+    """Renders the image in tiles and saves the image.
+
+    Returns None if other shards still have tiles to render.
+    """
     from ..jobs import tiled_picture
     from ..progress import frames_bar
 

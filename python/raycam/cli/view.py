@@ -276,7 +276,10 @@ def _start(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _end_on_signals() -> None:
-    """Ends the view on SIGTERM and SIGHUP as on Ctrl-C: pages are notified, and dropped files are removed."""
+    """Ends the view on SIGTERM and SIGHUP as on Ctrl-C.
+
+    Pages are notified, and dropped files are removed.
+    """
 
     def stop(number: int, frame: object) -> None:
         raise SystemExit(128 + number)
@@ -288,7 +291,10 @@ def _end_on_signals() -> None:
 
 
 def _photographed(cameras: Mapping[str, Camera], options: argparse.Namespace) -> dict[str, str]:
-    """The photographs' names by the names of `--cameras`. Raises `SettingsError` without cameras."""
+    """Returns the photographs' names by the names of `--cameras`.
+
+    Raises `SettingsError` without cameras.
+    """
     if not cameras:
         raise SettingsError(
             f"--photos {options.photos}: requires --cameras with the cameras of the photographs",

@@ -75,7 +75,10 @@ def connect(address: str, threads: int | None = None, tell: Callable[[Notice], o
 
 
 def _local(address: str, count: int) -> Any:
-    """Starts a cluster of processes on this machine; raises `SettingsError` if the main script lacks a guard."""
+    """Starts a cluster of processes on this machine.
+
+    Raises `SettingsError` if the main script lacks a guard.
+    """
     import dask
     import distributed
 
@@ -158,9 +161,10 @@ class DaskPool:
         return None if alone else 1
 
     def open(self, package: JobPackage, path: str) -> None:
-        """Waits for a worker, probes all workers, and sends the package to those without access to it.
+        """Waits for a worker, probes all workers, and sends out the package.
 
-        Raises `NetworkError` if the scheduler stops while waiting.
+        Only workers without access to the package receive the package. Raises `NetworkError` if the scheduler
+        stops while waiting.
         """
         from .worker_registry import WorkerRegistry
 
@@ -248,7 +252,10 @@ class DaskPool:
                 )
 
     def _report_waiting(self) -> None:
-        """Reports at growing intervals that no worker is available, and finally that a worker has joined."""
+        """Reports at growing intervals that no worker is available.
+
+        The last notice reports that a worker has joined.
+        """
         if self._workers:
             if self._next_report > SILENCE_TIMEOUT:
                 self._tell(Notice("a worker is available: rendering continues", "waiting_for_workers"))

@@ -18,12 +18,18 @@ MAX_PACKAGES = 4  # packages on the disk of a worker, which may serve many jobs
 
 
 def dask_setup(worker: object) -> None:
-    """Preload of the workers of `local:N`: they ignore Ctrl-C, which reaches all processes of a terminal."""
+    """Makes the workers of `local:N` ignore Ctrl-C.
+
+    Ctrl-C reaches all processes of a terminal. This function is a preload of these workers.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def render_frame(task: FrameTask) -> FrameResult:
-    """Renders a frame as `worker.render_frame` does; `WorkerUnfit.worker` gets the address of this worker."""
+    """Renders a frame as `worker.render_frame` does.
+
+    `WorkerUnfit.worker` gets the address of this worker.
+    """
     try:
         return worker.render_frame(task)
     except WorkerUnfit as fault:
@@ -32,7 +38,10 @@ def render_frame(task: FrameTask) -> FrameResult:
 
 
 def has_package(task: FrameTask) -> bool:
-    """True if this worker has or finds the package of a job; raises `WorkerUnfit` for a package of another version."""
+    """Returns True if this worker has or finds the package of a job.
+
+    Raises `WorkerUnfit` for a package of another version.
+    """
     try:
         worker.load_package(task)
     except PackageNotFound:
@@ -41,7 +50,10 @@ def has_package(task: FrameTask) -> bool:
 
 
 def keep_package(job: str, data: bytes) -> None:
-    """Stores a package in a file, for `worker.load_package` after the memory cache has dropped the package."""
+    """Stores a package in a file.
+
+    `worker.load_package` reads this file after the memory cache has dropped the package.
+    """
     folder = Path(get_worker().local_directory) / "raycam"
     folder.mkdir(exist_ok=True)
     atomic_files.write(folder / job, data)

@@ -1,7 +1,8 @@
-"""Pools of workers that render the frames of a job: this process, other processes, or a cluster.
+"""Pools of workers that render the frames of a job.
 
-All pools give the same frames, byte for byte: a frame is a function of the job's package and its number. Workers return
-the bytes to the process that called `Job.run`, and only that process writes final files.
+The workers are this process, other processes, or a cluster. All pools give the same frames, byte for byte: a
+frame is a function of the job's package and its number. Workers return the bytes to the process that called
+`Job.run`, and only that process writes final files.
 """
 
 from __future__ import annotations
@@ -61,7 +62,10 @@ def make_pool(
 
 
 class InProcessPool:
-    """Renders in this process, one frame after the other on all `threads`, while the previous frame is encoded."""
+    """Renders in this process, one frame after the other on all `threads`.
+
+    While a frame is rendered, the previous frame is encoded.
+    """
 
     apart = False
     notices: tuple[Notice, ...] = ()
@@ -91,7 +95,10 @@ class InProcessPool:
             raise PoolLost("stopped")
 
     def slots(self) -> int:
-        """The number of frames that may be queued: 3, because one frame is rendered, one is encoded, and one waits."""
+        """Returns the number of frames that may be queued: 3.
+
+        One frame is rendered, one is encoded, and one waits.
+        """
         return 3
 
     def close(self) -> None:
@@ -102,7 +109,10 @@ class InProcessPool:
 
 
 class ExecutorPool:
-    """Renders on a `concurrent.futures.Executor`, or on executors from a function, called again after each failure."""
+    """Renders on a `concurrent.futures.Executor`, or on executors from a function.
+
+    The function is called again after each failure.
+    """
 
     apart = True
     notices: tuple[Notice, ...] = ()
@@ -152,6 +162,9 @@ class ExecutorPool:
         return self._slots
 
     def close(self) -> None:
-        """Shuts down an executor that this pool created; an executor passed by the caller stays open."""
+        """Shuts down an executor that this pool created.
+
+        An executor passed by the caller stays open.
+        """
         if self._make is not None:
             self._executor.shutdown(wait=False, cancel_futures=True)

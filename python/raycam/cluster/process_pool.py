@@ -41,9 +41,10 @@ class FrameError(Exception):
 
 
 class ProcessPool:
-    """Renders in `count` processes on this machine with `threads` each (default: the cores divided among them).
+    """Renders in `count` processes on this machine with `threads` each.
 
-    Fewer processes are started if memory is insufficient.
+    By default, the cores are divided among the processes. Fewer processes are started if memory is
+    insufficient.
     """
 
     apart = True
@@ -72,7 +73,10 @@ class ProcessPool:
         return future
 
     def slots(self) -> int:
-        """Two frames per worker, so that no worker waits; starts more workers if they fit into memory."""
+        """Returns two frames per worker, so that no worker waits.
+
+        Starts more workers if they fit into memory.
+        """
         while len(self._servants) < self._count and (not self._servants or self._has_room()):
             thread = threading.Thread(target=self._serve, name="raycam-worker", daemon=True)
             self._servants.append(thread)
@@ -103,7 +107,10 @@ class ProcessPool:
             thread.join()
 
     def _has_room(self) -> bool:
-        """True if another worker fits into memory, assuming that each worker grows to the largest worker's size."""
+        """Returns True if another worker fits into memory.
+
+        The estimate assumes that each worker grows to the largest worker's size.
+        """
         sizes = [memory_limits.peak_bytes(pid) for pid in self.pids()]
         expected = max([self._expected, *sizes])
         growing = sum(expected - size for size in sizes) + expected * (len(self._servants) - len(sizes))

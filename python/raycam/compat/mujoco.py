@@ -1,7 +1,8 @@
-"""Replacement for `mujoco.Renderer` without OpenGL; after `install()`, MuJoCo programs use it.
+"""Replacement for `mujoco.Renderer` without OpenGL.
 
-Depth and ids are exact for the ray through each pixel's centre. Colours are computed with MuJoCo's own light model and
-resemble MuJoCo's images; `MujocoScene.render` describes the differences.
+After `install()`, MuJoCo programs use this replacement. Depth and ids are exact for the ray through each
+pixel's centre. Colours are computed with MuJoCo's own light model and resemble MuJoCo's images;
+`MujocoScene.render` describes the differences.
 """
 
 from __future__ import annotations
@@ -69,7 +70,10 @@ class Renderer:
 
     @property
     def scene(self) -> Any:
-        """The `raycam` scene of `from_mujoco`; `scene.flags` has the indices of `mjtRndFlag`, as in `mjvScene`."""
+        """The `raycam` scene of `from_mujoco`.
+
+        `scene.flags` has the indices of `mjtRndFlag`, as in `mjvScene`.
+        """
         if self._scene is None:
             self._build(None, self._groups)
         return self._scene
@@ -94,10 +98,10 @@ class Renderer:
         return self._size[0]
 
     def update_scene(self, data: Any, camera: Any = -1, scene_option: Any = None) -> None:
-        """Updates the poses from `data`; `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`.
+        """Updates the poses from `data`, and selects the camera.
 
-        Of `scene_option`, `geomgroup`, `sitegroup`, `tendongroup` and the flag `mjVIS_TENDON` are used; the other
-        options are ignored.
+        `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`. Of `scene_option`, `geomgroup`,
+        `sitegroup`, `tendongroup` and the flag `mjVIS_TENDON` are used; the other options are ignored.
         """
         groups = self._groups if scene_option is None else _shown_groups(scene_option)
         if self._scene is None or groups != self._groups:
@@ -150,7 +154,10 @@ class Renderer:
         return Camera.from_opengl(k, pose, self._size, pixel_center="half")
 
     def render(self, *, out: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
-        """Returns the image, written into `out` if given; raises `SettingsError` if `out` has a wrong shape."""
+        """Returns the image, written into `out` if given.
+
+        Raises `SettingsError` if `out` has a wrong shape.
+        """
         camera = self.camera or self._view
         if self._scene is None or camera is None:
             raise SettingsError("no scene to render; call update_scene before render", code="missing_value")

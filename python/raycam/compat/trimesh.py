@@ -28,7 +28,10 @@ MERGE_TOLERANCE = 1e-8
 
 
 def __getattr__(name: str) -> Any:
-    """Raises `AttributeError` with an alternative: only trimesh's names for rays and nearest points are supported."""
+    """Raises `AttributeError` with an alternative.
+
+    Only trimesh's names for rays and nearest points are supported.
+    """
     raise AttributeError(
         f"{name} of trimesh is not in raycam.compat.trimesh, which supports only rays and nearest points; "
         "keep meshes in trimesh, or load them with raycam.load(path)"
@@ -126,9 +129,10 @@ class RayMeshIntersector:
 
 
 def closest_point(mesh: Any, points: npt.ArrayLike) -> tuple[Floats, Floats, Ids]:
-    """Returns the closest points of a mesh to `points` [n, 3]: positions [n, 3], distances [n], triangles int64 [n].
+    """Returns the closest points of a mesh to `points` [n, 3].
 
-    If several triangles are at the same distance, the triangle that faces the point most directly is returned, as in
+    The arrays are positions [n, 3], distances [n], and triangles int64 [n]. If several triangles are at the
+    same distance, the triangle that faces the point most directly is returned, as in
     `trimesh.proximity.closest_point`.
     """
     queries = _points(points)
@@ -184,7 +188,10 @@ def _choose_facing(
 
 
 def _triangles_around(corners: Floats, triangles: Ids) -> tuple[Ids, Ids]:
-    """All pairs of an index into `triangles` and a triangle that equals this triangle or shares a vertex with it."""
+    """Returns all pairs of an index into `triangles` and a nearby triangle.
+
+    The nearby triangle equals the indexed triangle, or shares a vertex with that triangle.
+    """
     _, vertex = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     vertex = vertex.reshape(-1, 3)
     by_vertex = np.argsort(vertex.ravel(), kind="stable")
@@ -200,8 +207,9 @@ def _triangles_around(corners: Floats, triangles: Ids) -> tuple[Ids, Ids]:
 
 
 def signed_distance(mesh: Any, points: npt.ArrayLike) -> Floats:
-    """Returns distances [n] of `points` [n, 3] from a mesh, **positive inside**, as in
-    `trimesh.proximity.signed_distance`.
+    """Returns distances [n] of `points` [n, 3] from a mesh, **positive inside**.
+
+    The sign is the same as in `trimesh.proximity.signed_distance`.
     """
     distance = _world_for(mesh).signed_distance(_points(points))
     return np.where(np.abs(distance) <= MERGE_TOLERANCE, np.abs(distance), -distance)
@@ -211,11 +219,11 @@ _originals: dict[str, Any] = {}
 
 
 def install(nearest: bool = False) -> None:
-    """Makes trimesh use raycam for the rays of every mesh created from now on, including copies and submeshes.
+    """Makes trimesh use raycam for the rays of every mesh created from now on.
 
-    `trimesh.ray.ray_pyembree` is replaced by this module. Meshes created with `use_embree=False` keep trimesh's NumPy
-    engine. With `nearest`, `trimesh.proximity.closest_point` and `signed_distance`, which `mesh.nearest` calls, are
-    also replaced.
+    These meshes include copies and submeshes. `trimesh.ray.ray_pyembree` is replaced by this module. Meshes
+    created with `use_embree=False` keep trimesh's NumPy engine. With `nearest`,
+    `trimesh.proximity.closest_point` and `signed_distance`, which `mesh.nearest` calls, are also replaced.
     """
     ray = importlib.import_module("trimesh.ray")
     if not _originals:

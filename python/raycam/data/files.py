@@ -43,17 +43,26 @@ def spot() -> World:
 
 
 def camera() -> Camera:
-    """Returns the camera of `camera.yaml`: 640 x 480 pixels, with the lens model "opencv", pointed at Spot."""
+    """Returns the camera of `camera.yaml`.
+
+    The camera has 640 x 480 pixels and the lens model "opencv", and is pointed at Spot.
+    """
     return next(iter(load_cameras(path("camera.yaml")).values()))
 
 
 def fisheye() -> Camera:
-    """Returns the camera of `fisheye.yaml`: 640 x 480 pixels, with the lens model "fisheye", pointed at Spot."""
+    """Returns the camera of `fisheye.yaml`.
+
+    The camera has 640 x 480 pixels and the lens model "fisheye", and is pointed at Spot.
+    """
     return next(iter(load_cameras(path("fisheye.yaml")).values()))
 
 
 def sky() -> Path:
-    """Returns the path of `sky.hdr`, 256 x 128 pixels: a clear afternoon over level ground, for environment lights."""
+    """Returns the path of `sky.hdr`, an image for environment lights.
+
+    The image has 256 x 128 pixels and shows a clear afternoon over level ground.
+    """
     return path("sky.hdr")
 
 

@@ -1,4 +1,6 @@
-"""Data sets: images of a world with their ground truth, in the formats that training and evaluation tools read.
+"""Data sets: images of a world with their ground truth.
+
+The files have the formats that training and evaluation tools read.
 
 raycam.dataset.write(world, "apples", "coco", cameras=cameras)
 """

@@ -1,4 +1,7 @@
-"""BOP: objects and their poses in millimetres. Source: the BOP toolkit's docs/bop_datasets_format.md."""
+"""BOP: objects and their poses in millimetres.
+
+Source: the BOP toolkit's docs/bop_datasets_format.md.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +58,10 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes colour, depth and masks of an image, and its rows of scene_camera, scene_gt and scene_gt_info."""
+    """Makes colour, depth and masks of an image, and the image's rows of the JSON files.
+
+    The rows belong to scene_camera, scene_gt and scene_gt_info.
+    """
     world, number = in_world(plan, number)
     shot = scene(plan, world).shot(number)
     own = models(shot.plan)
@@ -103,9 +109,10 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def box(pixels: Region | None) -> list[int]:
-    """Returns a box for scene_gt_info.json: its corner and the distance between its first and last pixel centres.
+    """Returns a box for scene_gt_info.json.
 
-    An empty box is four times -1.
+    The box consists of its corner and the distance between its first and last pixel centres. An empty box is
+    four times -1.
 
     Source: `calc_2d_bbox` of the BOP toolkit's bop_toolkit_lib/misc.py, and its scripts/calc_gt_info.py.
     """
@@ -116,7 +123,10 @@ def box(pixels: Region | None) -> list[int]:
 
 
 def annotation(item: Label, model: int) -> Record:
-    """Returns an object of scene_gt_coco.json without ids: the visible mask, and the amodal bounds within the image."""
+    """Returns an object of scene_gt_coco.json without ids.
+
+    The object contains the visible mask, and the amodal bounds within the image.
+    """
     x, y, width, height = item.amodal_box
     left, top = max(x, 0), max(y, 0)
     right, bottom = min(x + width, item.size[0]), min(y + height, item.size[1])
@@ -134,7 +144,10 @@ def annotation(item: Label, model: int) -> Record:
 
 
 def pose(shot: Shot, item: Label, model: int) -> Record:
-    """Returns the pose model_to_camera: the rotation of the object's box, and the origin of its mesh."""
+    """Returns the pose model_to_camera.
+
+    The pose consists of the rotation of the object's box, and the origin of the object's mesh.
+    """
     camera, origin = shot.camera, shot.world.objects[item.object].matrix[:3, 3]
     return {
         "cam_R_m2c": product(camera.R, item.box3d.rotation).ravel().tolist(),
@@ -149,7 +162,10 @@ def base_of(plan: Plan, world: int) -> str:
 
 
 def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
-    """Makes the JSON files of the scenes, one scene for each world, and the models with their JSON files."""
+    """Makes the JSON files of the scenes, and the models with their JSON files.
+
+    The data set contains one scene for each world.
+    """
     catalogue = ModelCatalogue(plan, records())
     warn_all(catalogue.notices)
     views = len(plan.shots) // len(catalogue.ids)
@@ -223,7 +239,10 @@ def coco_rows(
 
 
 def camera_json(camera: Camera) -> Record:
-    """Returns camera.json, which describes the first camera; scene_camera.json contains the cameras of all images."""
+    """Returns camera.json, which describes the first camera.
+
+    The file scene_camera.json contains the cameras of all images.
+    """
     k = k_with_integer_centers(camera)
     width, height = camera.size
     return {

@@ -1,4 +1,7 @@
-"""The models of a BOP data set: the distinct shapes of its objects, as meshes in millimetres."""
+"""The models of a BOP data set, as meshes in millimetres.
+
+The models are the distinct shapes of the data set's objects.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,10 @@ class Shape:
 
 
 def own_id(given: Mapping[str, int], name: str, category: str | None) -> int | None:
-    """Returns the id that `given` or a numeric category assigns to an object; it distinguishes equal shapes."""
+    """Returns the id that `given` or a numeric category assigns to an object, or None.
+
+    Such an id distinguishes equal shapes.
+    """
     for key in (name, category):
         if key is not None and key in given:
             return given[key]
@@ -130,9 +136,10 @@ class Model:
 
 
 class ModelCatalogue:
-    """The models of all worlds of a data set, with ids that do not depend on the order of objects.
+    """The models of all worlds of a data set.
 
-    Objects of the same shape share a model, unless different ids are assigned to them.
+    The models' ids do not depend on the order of objects. Objects of the same shape share a model, unless
+    different ids are assigned to them.
 
     A model's id is the first of these that exists: the id of its category or object in the option `model_ids`; its
     category, if that is a whole number; an unused id from 1, in the order of category and size.
@@ -274,17 +281,21 @@ def measure_shape(plan: Plan, number: int) -> Shape:
 
 
 def model_mesh(plan: Plan, number: int) -> tuple[Floats, Any]:
-    """Returns the distinct vertices of an object in model space, in millimetres, and its triangles."""
+    """Returns an object's distinct vertices and its triangles.
+
+    The vertices are in model space, in millimetres.
+    """
     corners = plan.world.triangles(number).reshape(-1, 3)
     vertices, triangles = np.unique(corners, axis=0, return_inverse=True)
     return to_model_space(plan, number, vertices), triangles.reshape(-1, 3)
 
 
 def diameter(vertices: Floats) -> float:
-    """Returns the largest distance between two vertices; vertices too near to the centre are skipped.
+    """Returns the largest distance between two vertices.
 
-    The result is exact unless more than `MAX_EXACT_VERTICES` candidates remain, for example on a finely tessellated
-    sphere. It is then the largest extent along 4096 directions.
+    Vertices too near to the centre are skipped. The result is exact unless more than `MAX_EXACT_VERTICES`
+    candidates remain, for example on a finely tessellated sphere. It is then the largest extent along 4096
+    directions.
     """
     center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     radius = lengths(vertices - center)

@@ -1,4 +1,7 @@
-"""COCO: boxes, masks as run lengths or polygons, keypoints. Source: cocodataset.org, "Data format"."""
+"""COCO: boxes, masks as run lengths or polygons, and keypoints.
+
+Source: cocodataset.org, "Data format".
+"""
 
 from __future__ import annotations
 
@@ -134,7 +137,10 @@ def annotation(shot: Shot, item: Label) -> Record:
 
 
 def segmentation(item: Label, kind: str) -> Any:
-    """Returns the visible mask as compressed run lengths of the whole image, or as polygons around its pixels."""
+    """Returns the visible mask as compressed run lengths or as polygons.
+
+    The run lengths cover the whole image; the polygons surround the mask's pixels.
+    """
     if kind == "rle":
         mask = item.in_picture(item.visible_mask)
         return {"size": list(mask.shape), "counts": _core.mask_runs(mask)}
@@ -150,7 +156,10 @@ def polygons(mask: Bools) -> list[list[list[int]]]:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Writes the annotation file in pieces, so that memory does not grow with the number of images."""
+    """Writes the annotation file in pieces.
+
+    Memory therefore does not grow with the number of images.
+    """
     yield "annotations/instances.json", parts(plan, records)
 
 

@@ -47,19 +47,28 @@ def check(plan: Plan) -> None:
 
 
 def model(camera: Camera) -> str:
-    """Returns a camera's line in cameras.txt, without the id; the centre of the first pixel is (0.5, 0.5)."""
+    """Returns a camera's line in cameras.txt, without the id.
+
+    The centre of the first pixel is (0.5, 0.5).
+    """
     name, numbers = camera.colmap
     width, height = camera.size
     return f"{name} {width} {height} {matrix_text(numbers)}"
 
 
 def image_name(plan: Plan, number: int) -> str:
-    """Returns the source image's name, with _ instead of spaces, which separate fields in COLMAP's text files."""
+    """Returns the source image's name, with _ instead of spaces.
+
+    Spaces separate fields in COLMAP's text files.
+    """
     return "_".join(plan.picture_name(number).split()) + ".png"
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image, and its part of the points: random pixels that show a surface, with their base colours."""
+    """Makes an image, and the image's part of the points.
+
+    The points are random pixels that show a surface, with their base colours.
+    """
     shot = plan.shot(number)
     frame = shot.render(["color", "albedo", "position"])
     rows, columns = np.nonzero(in_front(shot.camera, frame["position"]))
@@ -84,7 +93,10 @@ def in_front(camera: Camera, points: Floats) -> npt.NDArray[np.bool_]:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the model files; a point is observed in every view in which it is visible and has not moved."""
+    """Makes the model files.
+
+    A point is observed in every view in which the point is visible and has not moved.
+    """
     known: dict[tuple[str, str], int] = {}
     ids = []
     for view in plan.shots:  # cameras are distinguished by intrinsics, and by their mount on a rig
@@ -103,7 +115,10 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def images(plan: Plan, ids: Sequence[int], points: Floats, tracks: Tracks) -> Iterator[bytes]:
-    """Iterates over the lines of images.txt, and adds the observations to `tracks`; `ids` are the camera ids."""
+    """Iterates over the lines of images.txt, and adds the observations to `tracks`.
+
+    `ids` are the camera ids.
+    """
     yield b"# Image list: IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME; POINTS2D[] as (X, Y, POINT3D_ID)\n"
     for number, view in enumerate(plan.shots):
         world, camera = plan.shot(number).world, view.camera

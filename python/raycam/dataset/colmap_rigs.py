@@ -1,4 +1,6 @@
-"""COLMAP's `rigs.txt` and `frames.txt`: rigs, and the images that belong to each pose of a rig.
+"""COLMAP's `rigs.txt` and `frames.txt`.
+
+The files contain rigs, and the images that belong to each pose of a rig.
 
 Source: COLMAP's documentation, "Rig Support" and "Output Format".
 """

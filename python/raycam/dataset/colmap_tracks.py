@@ -1,4 +1,7 @@
-"""Tracks of a COLMAP model on disk, which are written image by image and read point by point."""
+"""Tracks of a COLMAP model on disk.
+
+The tracks are written image by image and read point by point.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ Ints = npt.NDArray[np.integer]
 
 
 class Tracks:
-    """The observations of points in images, one bit for each, in a file because their number is unbounded."""
+    """The observations of points in images, one bit for each observation.
+
+    The observations are in a file because their number is unbounded.
+    """
 
     def __init__(self, points: int, file: IO[bytes]) -> None:
         self._points = points
@@ -35,7 +41,10 @@ class Tracks:
         self._pictures += 1
 
     def __iter__(self) -> Iterator[tuple[Ints, Ints]]:
-        """Iterates over the points: the images that show the point, and its index in each image, both from 0."""
+        """Iterates over the points.
+
+        An item contains the images that show the point, and the point's index in each image, both from 0.
+        """
         step = max(1, CELLS // (8 * self._pictures))
         before = np.zeros((self._pictures, 1), np.int32)
         for first in range(0, self._width, step):

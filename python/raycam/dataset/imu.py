@@ -19,9 +19,12 @@ LEAST_POSES = 4
 
 @dataclass(frozen=True)
 class BodyMotion:
-    """A smooth motion through poses: cubic splines (not-a-knot) of the position and of the quaternion.
+    """A smooth motion through poses.
 
-    Source: de Boor, A Practical Guide to Splines, chapter IV. The quaternion is normalised after the interpolation.
+    The position and the quaternion are cubic splines (not-a-knot). The quaternion is normalised after the
+    interpolation.
+
+    Source: de Boor, A Practical Guide to Splines, chapter IV.
     """
 
     times: Floats
@@ -33,9 +36,10 @@ class BodyMotion:
 
     @classmethod
     def of(cls, times: Floats, quaternions: Floats, positions: Floats) -> BodyMotion:
-        """Returns the motion through quaternions [n, 4] (x, y, z, w; world_from_body) and positions [n, 3].
+        """Returns the motion through quaternions [n, 4] and positions [n, 3].
 
-        Raises `SettingsError` for fewer than four poses, and for times that do not ascend.
+        The quaternions are x, y, z, w, and world_from_body. Raises `SettingsError` for fewer than four poses,
+        and for times that do not ascend.
         """
         if len(times) < LEAST_POSES or (np.diff(times) <= 0.0).any():
             raise SettingsError(
@@ -50,8 +54,9 @@ class BodyMotion:
         return cls(times, values, _curvatures(times, values))
 
     def at(self, moments: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Returns quaternions [m, 4], positions, accelerations and angular velocities [m, 3] at `moments` [m].
+        """Returns the body's pose, accelerations and angular velocities at `moments` [m].
 
+        The arrays are quaternions [m, 4], and positions, accelerations and angular velocities [m, 3].
         Accelerations are in the world's axes, in m/s²; angular velocities in the body's axes, in rad/s.
         """
         after = np.clip(np.searchsorted(self.times, moments, side="right"), 1, len(self.times) - 1)
@@ -72,15 +77,19 @@ class BodyMotion:
 
 
 def specific_force(quaternions: Floats, accelerations: Floats, up: str) -> Floats:
-    """Returns an accelerometer's measurements [m, 3] in the body's axes: acceleration minus gravity, in m/s²."""
+    """Returns an accelerometer's measurements [m, 3] in the body's axes, in m/s².
+
+    A measurement is the acceleration minus gravity.
+    """
     lifted = accelerations.copy()
     lifted[:, 2 if up == "z" else 1] += GRAVITY
     return _turned_back(quaternions, lifted)
 
 
 def _curvatures(times: Floats, values: Floats) -> Floats:
-    """Returns the second derivatives [n, k] of the cubic splines through `values`, whose third derivatives are
-    continuous at the second and the last but one point.
+    """Returns the second derivatives [n, k] of the cubic splines through `values`.
+
+    The splines' third derivatives are continuous at the second and the last but one point.
     """
     h = np.diff(times)
     slopes = np.diff(values, axis=0) / h[:, None]
@@ -113,7 +122,10 @@ def _conjugate_product(first: Floats, second: Floats) -> Floats:
 
 
 def _turned_back(quaternions: Floats, vectors: Floats) -> Floats:
-    """Returns vectors [m, 3] of the world in the axes of bodies with quaternions world_from_body [m, 4]."""
+    """Returns vectors [m, 3] of the world in the axes of bodies.
+
+    The bodies have quaternions world_from_body [m, 4].
+    """
     v, w = -quaternions[:, :3], quaternions[:, 3:]
     doubled = 2.0 * np.cross(v, vectors)
     found: Floats = vectors + w * doubled + np.cross(v, doubled)

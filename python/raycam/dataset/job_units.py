@@ -84,7 +84,10 @@ def job_package(format: str, plan: Plan) -> JobPackage:
 
 
 def unit_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
-    """Returns the frame maker of the kind "dataset", which makes the files of a unit and its record."""
+    """Returns the frame maker of the kind "dataset".
+
+    The frame maker makes the files of a unit and the unit's record.
+    """
     return _maker(FORMATS[settings["format"]], _plan(world, settings, threads))
 
 

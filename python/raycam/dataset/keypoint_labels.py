@@ -1,4 +1,7 @@
-"""Labels of objects with keypoints, including categories whose keypoints belong to several objects."""
+"""Labels of objects with keypoints.
+
+The keypoints of a category may also belong to several objects.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +18,10 @@ __all__ = ["join_object_labels", "keypoint_triples", "owner_names"]
 def join_object_labels(
     shot: Shot, labels: list[Label], points: Mapping[str, Mapping[str, Any]]
 ) -> list[Label]:
-    """Returns the labels; if the keypoints of a category have "objects", its labels are joined into one label.
+    """Returns the labels, joined for each category whose keypoints belong to several objects.
 
-    `points` are the keypoints by category.
+    If the keypoints of a category have "objects", the category's labels are joined into one label. `points`
+    are the keypoints by category.
     """
     found: list[Label] = []
     parts: dict[str, list[Label]] = {}
@@ -31,15 +35,19 @@ def join_object_labels(
 
 
 def owner_names(owners: str | list[str]) -> list[str]:
-    """Returns the objects of a keypoint: first the object with which it moves, then others that do not occlude it."""
+    """Returns the objects of a keypoint.
+
+    The keypoint moves with the first object; the other objects do not occlude the keypoint.
+    """
     return [owners] if isinstance(owners, str) else list(owners)
 
 
 def keypoint_triples(shot: Shot, item: Label, points: Mapping[str, Any]) -> list[tuple[float, float, int]]:
-    """Returns x and y in pixels from the image's corner, and the visibility, of each keypoint of a labelled object.
+    """Returns x, y and the visibility of each keypoint of a labelled object.
 
-    The visibility is 2, or 1 if something occludes the point; (0, 0, 0) outside the image. `points` has the keys
-    "points" [n, 3] and optionally "objects" and "triangles".
+    Positions are in pixels from the image's corner. The visibility is 2, or 1 if something occludes the
+    point; (0, 0, 0) outside the image. `points` has the keys "points" [n, 3] and optionally "objects" and
+    "triangles".
     """
     places = points["points"]
     ids = {each.name: each.id for each in shot.objects}

@@ -89,7 +89,11 @@ def left_camera(plan: Plan, number: int) -> Shot:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes `object/training/`: colour, depth, labels, calibration; and `scene_flow/training/`: flow and disparity."""
+    """Makes an image's files in `object/training/` and `scene_flow/training/`.
+
+    `object/training/` contains colour, depth, labels and calibration; `scene_flow/training/` contains flow
+    and disparity.
+    """
     shot = left_camera(plan, number)
     frame = shot.render(["color", "depth", "instance"])
     picture = frame.to_png()
@@ -143,7 +147,10 @@ def shifted_camera(camera: Camera, baseline: float) -> Camera:
 
 
 def line(shot: Shot, item: Label) -> str:
-    """Returns one line of label_2, with a bounding box that is rotated only about the camera's y axis."""
+    """Returns one line of label_2.
+
+    The line's bounding box is rotated only about the camera's y axis.
+    """
     height, width, length, location, turn = upright_box(
         shot.camera, item.box3d.corners, item.box3d.rotation, shot.world.up
     )
@@ -166,10 +173,11 @@ def line(shot: Shot, item: Label) -> str:
 def upright_box(
     camera: Camera, corners: Floats, rotation: Floats, up: str
 ) -> tuple[float, float, float, Floats, float]:
-    """Returns height, width, length, the centre of the bottom in camera axes, and the rotation about y in radians.
+    """Returns an object's box, rotated only about the camera's y axis.
 
-    The object's forward axis is x of its mesh (z if y is up). If the camera's y axis is not parallel to the object's,
-    the box is the smallest such box around the object's own box.
+    The result is height, width, length, the centre of the bottom in camera axes, and the rotation about y in
+    radians. The object's forward axis is x of its mesh (z if y is up). If the camera's y axis is not parallel
+    to the object's, the box is the smallest such box around the object's own box.
     """
     forward = product(camera.R, rotation[:, 0] if up == "z" else rotation[:, 2])
     turn = math.atan2(-forward[2], forward[0])
@@ -188,9 +196,10 @@ def wrapped(angle: float) -> float:
 
 
 def calibration(camera: Camera, other: Camera | None) -> str:
-    """Returns an image's calibration file, in the axes of the left colour camera, without a laser scanner.
+    """Returns an image's calibration file, in the axes of the left colour camera.
 
-    P2 = K [I | 0] is the left camera, P3 = K_right [I | -B] the right one, whose principal point may differ.
+    The file describes no laser scanner. P2 = K [I | 0] is the left camera, P3 = K_right [I | -B] the right
+    one, whose principal point may differ.
     """
     k = k_with_integer_centers(camera)
     left = np.column_stack([k, np.zeros(3)])

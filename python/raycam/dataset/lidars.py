@@ -18,9 +18,10 @@ __all__ = ["lidars_of", "other_sensors", "pose_of", "scan_lidar", "world_sensors
 
 
 def other_sensors(rigs: Sequence[object], number: int, times: Sequence[float | None]) -> dict[str, Sensor]:
-    """Returns the sensors of a rig that are not cameras, by name; lidars move to the rig's next pose.
+    """Returns the sensors of a rig that are not cameras, by name.
 
-    `rigs` are the poses of one rig at `times`. After the last pose, the rig continues its previous motion.
+    Lidars move to the rig's next pose. `rigs` are the poses of one rig at `times`. After the last pose, the
+    rig continues its previous motion.
     """
     rig = rigs[number]
     assert isinstance(rig, Rig)
@@ -42,7 +43,10 @@ def other_sensors(rigs: Sequence[object], number: int, times: Sequence[float | N
 
 
 def world_sensors(world: World, times: Sequence[float | None], number: int) -> dict[str, Sensor]:
-    """Returns the world's sensors at the time of a view by name; returns none if an earlier view has the same time."""
+    """Returns the world's sensors at the time of a view by name.
+
+    Returns no sensors if an earlier view has the same time.
+    """
     time = times[number]
     if not world.has_sensors or time in times[:number]:
         return {}

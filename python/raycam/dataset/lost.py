@@ -1,4 +1,7 @@
-"""Values that a format's integers cannot represent: counted per image, and reported in one notice per kind."""
+"""Values that a format's integers cannot represent.
+
+The values are counted per image, and reported in one notice per kind.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ KEY = "lost"
 
 
 def check_depth_scale(scale: Any) -> None:
-    """Raises `SettingsError` unless `scale` is None or a number of millimetres per unit, more than 0."""
+    """Raises `SettingsError` for an invalid depth scale.
+
+    A valid `scale` is None or a number of millimetres per unit, more than 0.
+    """
     if scale is not None and not (isinstance(scale, int | float) and scale > 0):
         raise SettingsError(
             f"depth_scale is {scale!r}, expected millimetres per unit, more than 0", code="out_of_range"
@@ -49,16 +55,20 @@ def depth_units(
 
 
 def lost(kind: Literal["depth", "disparity", "flow"], what: str, pixels: Bools, of: Bools) -> Record:
-    """Returns the part of a record that counts lost pixels among the pixels with a value; empty if no pixel is lost.
+    """Returns the part of a record that counts lost pixels among the pixels with a value.
 
-    `what` describes the values that the format cannot represent, for example "depth beyond 65.535 m".
+    The part is empty if no pixel is lost. `what` describes the values that the format cannot represent, for
+    example "depth beyond 65.535 m".
     """
     count = int(np.count_nonzero(pixels))
     return {KEY: {what: [kind, count, int(np.count_nonzero(of))]}} if count else {}
 
 
 def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> list[Notice]:
-    """Returns one notice for each kind of value, with the fraction of pixels and the number of images."""
+    """Returns one notice for each kind of value.
+
+    A notice contains the fraction of pixels and the number of images.
+    """
     totals: dict[tuple[str, str], list[int]] = {}
     for record in records:
         for what, (kind, count, of) in record.get(KEY, {}).items():

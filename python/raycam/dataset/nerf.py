@@ -1,4 +1,7 @@
-"""NeRF and nerfstudio: `transforms.json`. Source: nerfstudio's documentation, "Data conventions"."""
+"""Writes `transforms.json`, the format of NeRF and nerfstudio.
+
+Source: nerfstudio's documentation, "Data conventions".
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,10 @@ MODELS = {
 
 
 def check(plan: Plan) -> None:
-    """Raises `CameraError` for cameras that nerfstudio does not support, and for different models."""
+    """Raises `CameraError` for cameras that nerfstudio does not support.
+
+    All cameras must also have the same lens model, because `transforms.json` contains only one.
+    """
     check_depth_scale(plan.options["depth_scale"])
     for number, view in enumerate(plan.shots):
         camera = view.camera
@@ -61,7 +67,10 @@ def check(plan: Plan) -> None:
 
 
 def check_whole_panorama(camera: Camera, number: int) -> None:
-    """Raises `CameraError` unless a panorama shows all directions, because nerfstudio stores only its size."""
+    """Raises `CameraError` unless a panorama shows all directions.
+
+    The format cannot represent a partial panorama, because nerfstudio stores only a panorama's size.
+    """
     width, height = camera.size
     whole = (
         Camera.equirectangular([0, 0, 0], size=camera.size, pixel_center=camera.pixel_center)

@@ -143,7 +143,10 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def scan_bytes(scan: Scan) -> bytes:
-    """Returns x, y, z, intensity and ring, float32 [n, 5], as seen from the pose at the frame's start."""
+    """Returns the points of a scan as bytes: float32 [n, 5], little endian.
+
+    The columns are x, y, z, intensity and ring. Positions are as seen from the pose at the frame's start.
+    """
     columns = [scan.deskewed(0.0), scan["intensity"], scan["ring"]]
     return np.column_stack(columns).astype("<f4").tobytes()
 
@@ -278,7 +281,10 @@ def samples(plan: Plan, keys: list[int], scene: str) -> Iterator[dict[str, Any]]
 def sample_data(
     plan: Plan, records: Callable[[], Iterator[Record]], keys: list[int]
 ) -> Iterator[dict[str, Any]]:
-    """Yields the files; a sweep belongs to the next key frame, or otherwise to the last key frame."""
+    """Yields the rows of the table of files, one for each channel of each frame.
+
+    A sweep belongs to the next key frame. Sweeps after the last key frame belong to the last key frame.
+    """
     every, total = int(plan.options["key_every"]), units(plan)
     for number, record in enumerate(records()):
         key = min(-(-number // every) * every, keys[-1])
@@ -317,7 +323,10 @@ def instances(records: Callable[[], Iterator[Record]]) -> Iterator[dict[str, Any
 
 
 def sample_annotations(plan: Plan, records: Callable[[], Iterator[Record]]) -> Iterator[dict[str, Any]]:
-    """Yields the boxes, linked with the box of the same object in the key frames before and after."""
+    """Yields the rows of the table of boxes.
+
+    Each box is linked with the boxes of the same object in the key frames before and after.
+    """
     frames: dict[int, list[int]] = {}
     for number, record in enumerate(records()):
         for box in record["boxes"]:

@@ -1,4 +1,7 @@
-"""A data set for each world of a recipe, in a folder with the world's number, for formats that store only one world."""
+"""Writes one data set for each world of a recipe, for formats that store only one world.
+
+The folder of each data set is named after the world's number, with six digits.
+"""
 
 from __future__ import annotations
 

@@ -215,7 +215,10 @@ class Plan:
 
     @cached_property
     def labelled(self) -> list[int]:
-        """The ids of the objects with a category; if no object has a category, the ids of all objects."""
+        """The ids of the objects with a category.
+
+        If no object has a category, these are the ids of all objects. Shadow catchers are always omitted.
+        """
         return self.labelled_of(self.objects)
 
     def labelled_of(self, objects: Sequence[Object]) -> list[int]:
@@ -275,9 +278,10 @@ class Shot:
         return self.plan.category_ids[self.objects[number].category or "object"]
 
     def render(self, channels: Sequence[str], camera: Camera | None = None, index: int = 0) -> Frame:
-        """Renders channels of the view, or of another camera at the same time, with the settings of the plan.
+        """Renders channels of the view with the settings of the plan.
 
-        `index` is the camera's number at this time; each number has independent noise.
+        If `camera` is given, the image shows the view's world at the same time through that camera. `index`
+        is the camera's number at this time; each number has independent noise.
         """
         rendering = {"threads": self.plan.threads, **self.plan.rendering}
         rendering = with_camera_seed(rendering, index)
@@ -314,7 +318,10 @@ class Shot:
 
 
 def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: str) -> dict[str, Any]:
-    """Returns the given options, completed with the defaults in `known`; raises `SettingsError` for unknown options."""
+    """Returns the given options, completed with the defaults in `known`.
+
+    Raises `SettingsError` for unknown options.
+    """
     for name in options:
         if name not in known:
             if not known:

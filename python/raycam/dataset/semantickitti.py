@@ -1,6 +1,7 @@
-"""SemanticKITTI: scans of a lidar with labels of points, in the layout of KITTI's odometry benchmark.
+"""Writes SemanticKITTI: lidar scans with point labels in the layout of KITTI's odometry.
 
-Source: semantic-kitti.org, "Dataset"; `semantic-kitti-api`; the development kit of KITTI's odometry benchmark.
+Source: semantic-kitti.org, "Dataset"; `semantic-kitti-api`; the development kit of KITTI's odometry
+benchmark.
 """
 
 from __future__ import annotations
@@ -28,7 +29,10 @@ UNLABELLED = 0
 
 
 def check(plan: Plan) -> None:
-    """Raises an error unless all views are of rigs with the lidar, and the first camera is a pinhole."""
+    """Raises an error for views that SemanticKITTI does not support and for invalid options.
+
+    All views must belong to rigs that have the lidar. The first camera must be a pinhole camera without skew.
+    """
     if len(plan.rigs) == 0 or sum(len(frame) for frame in plan.rigs) != len(plan.shots):
         raise SettingsError(
             'semantickitti requires a rig with a lidar: cameras=raycam.Rig({"camera": camera, "top": lidar})',
@@ -57,7 +61,11 @@ def check(plan: Plan) -> None:
 
 
 def chosen_lidar(plan: Plan, number: int) -> Lidar:
-    """Returns a view's lidar; raises `SettingsError` without a lidar, or for several without the option `lidar`."""
+    """Returns the lidar of a view's rig.
+
+    Raises `SettingsError` if the rig has no lidar, if the option `lidar` is an unknown name, or if the rig
+    has several lidars and the option is missing.
+    """
     lidars, name = lidars_of(plan.shots[number]), plan.options["lidar"]
     if name is None and len(lidars) == 1:
         return next(iter(lidars.values()))
@@ -74,7 +82,10 @@ def chosen_lidar(plan: Plan, number: int) -> Lidar:
 
 
 def label_ids(plan: Plan) -> dict[str, int]:
-    """Returns the label of each category; raises `SettingsError` for unknown categories and ids beyond 16 bits."""
+    """Returns the label of each category.
+
+    Raises `SettingsError` for unknown categories and for ids that do not fit into 16 bits.
+    """
     given = plan.options["labels"] or {}
     for name in given:
         if name not in plan.category_ids:
@@ -111,7 +122,10 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def labels(shot: Shot, instance: npt.NDArray[np.int32]) -> npt.NDArray[np.uint32]:
-    """Returns the labels [n] of points: category in the low 16 bits, 1 + the object's number in the high bits."""
+    """Returns the labels [n] of points.
+
+    The low 16 bits contain the category's label. The high bits contain 1 + the object's number.
+    """
     ids, plan = label_ids(shot.plan), shot.plan
     known = set(plan.labelled_of(shot.objects))
     semantic = [ids[item.category or "object"] if item.id in known else UNLABELLED for item in shot.objects]
@@ -128,7 +142,10 @@ def world_from_camera(camera: Camera) -> Floats:
 
 
 def calibration(camera: Camera, lidar: Lidar) -> str:
-    """Returns calib.txt: the projections P0 to P3, all of the first camera, and Tr, camera_from_lidar."""
+    """Returns the text of calib.txt.
+
+    P0 to P3 are all the projection of the first camera. Tr is the transform camera_from_lidar.
+    """
     projection = np.column_stack([k_with_integer_centers(camera), np.zeros(3)])
     pose = pose_of(lidar)
     turn = product(camera.R, pose[:3, :3])
@@ -143,7 +160,10 @@ def units(plan: Plan) -> int:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes calib.txt, poses.txt (relative to the first camera), times.txt and the names of the labels."""
+    """Makes calib.txt, poses.txt, times.txt and the names of the labels.
+
+    The poses are relative to the pose of the first camera.
+    """
     base = f"sequences/{plan.options['sequence']}"
     first = next(records())
     start = np.array(first["pose"])

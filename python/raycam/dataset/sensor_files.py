@@ -11,9 +11,10 @@ __all__ = ["sensor_files"]
 
 
 def sensor_files(plan: Plan, unit: int, units: int, *, with_lidars: bool = True) -> dict[str, bytes]:
-    """Returns the NPZ files of the sensors that belong to a unit of work, by name; lidars only if `with_lidars`.
+    """Returns the NPZ files of the sensors that belong to a unit of work, by file name.
 
-    Views are assigned to units evenly, because some formats have units of several views.
+    Lidars are included only if `with_lidars` is True. Views are assigned to units evenly, because some
+    formats have units of several views.
     """
     files = {}
     for number, view in enumerate(plan.shots):

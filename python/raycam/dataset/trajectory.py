@@ -16,7 +16,9 @@ IDENTITY = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 
 
 def load_rigs(rig: object, path: str | os.PathLike[str]) -> tuple[Mapping[str, Rig], Cameras]:
-    """Returns the rig with its body at each pose of a trajectory (tum, euroc, kitti-poses, ...), and the trajectory.
+    """Returns the rig with its body at each pose of a trajectory, and the trajectory.
+
+    The file is a trajectory in a format such as tum, euroc or kitti-poses.
 
     Raises `SettingsError` if `rig` is not a rig, and the errors of `load_cameras`.
     """
@@ -32,5 +34,8 @@ def load_rigs(rig: object, path: str | os.PathLike[str]) -> tuple[Mapping[str, R
 
 
 def times_of(cameras: Cameras) -> list[float] | None:
-    """Returns the times of cameras or poses in seconds; None if the time of one or more is missing."""
+    """Returns the times of cameras or poses in seconds.
+
+    The result is None if the time of one or more cameras is missing.
+    """
     return [cameras.times[name] for name in cameras] if len(cameras.times) == len(cameras) else None

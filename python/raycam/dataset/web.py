@@ -1,4 +1,7 @@
-"""WebDataset: shards as tar files, which are read sequentially. Source: webdataset.github.io."""
+"""Writes WebDataset: shards as tar files, which are read sequentially.
+
+Source: webdataset.github.io.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,10 @@ def units(plan: Plan) -> int:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes one tar file: for each view `key.png`, `key.json` and `key.NAME.npy` for each channel."""
+    """Makes one tar file of several views.
+
+    For each view, the file contains `key.png`, `key.json`, and one `key.NAME.npy` for each channel.
+    """
     size = plan.options["shard_size"]
     views = range(number * size, min((number + 1) * size, len(plan.shots)))
     return {f"shard-{number:06d}.tar": tar(plan, views)}, {"samples": len(views)}

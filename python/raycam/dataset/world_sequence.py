@@ -142,7 +142,10 @@ class WorldSequence:
         return world
 
     def check_camera_counts(self) -> None:
-        """Does nothing, because a camera that is missing in a world raises an error when its view is rendered."""
+        """Does nothing, because missing cameras are detected later.
+
+        A camera that is missing in a world raises an error when its view is rendered.
+        """
 
     def background(self, number: int, camera: str) -> Background | None:
         """None: cameras have their own backgrounds."""

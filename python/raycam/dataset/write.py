@@ -301,7 +301,10 @@ def _records(job: Job, end: int, first: int = 0) -> Iterator[Record]:
 
 
 def _write_index(job: Job, kind: Format, plan: Plan, format: str, licence: str) -> bool:
-    """Writes the index files if all units are finished; returns False if units of other shards are missing."""
+    """Writes the index files if all units are finished, and returns True.
+
+    Returns False if units of other shards are missing.
+    """
     total = kind.units(plan)
 
     def records(first: int = 0, end: int | None = None) -> Iterator[Record]:
@@ -418,7 +421,10 @@ UNITS = ((1e17, "nanoseconds"), (1e14, "microseconds"), (1e11, "milliseconds"), 
 
 
 def late_times(plan: Plan) -> list[Notice]:
-    """Returns a notice if times are before or after the world's video or animations, when nothing moves."""
+    """Returns a notice if times are before or after the world's video or animations.
+
+    Nothing in the world moves at such times.
+    """
     video = plan.world.video
     ends = [animation.duration for animation in plan.world.animations]
     ends.extend([video.frames / video.fps] if video is not None else [])
@@ -439,7 +445,10 @@ def late_times(plan: Plan) -> list[Notice]:
 
 
 def unposed_cameras(plan: Plan) -> list[Notice]:
-    """Returns a notice if all cameras are at the origin, inside the world, as in files without poses."""
+    """Returns a notice if all cameras are at the origin and inside the world.
+
+    Cameras from files without poses are all at the origin.
+    """
     if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
         return []
     message = f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"

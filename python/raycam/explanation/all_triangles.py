@@ -1,4 +1,7 @@
-"""All triangles of a world tested against one ray in blocks: counts, and details of a few triangles."""
+"""Tests all triangles of a world against one ray, in blocks.
+
+The results are counts, and the details of a few triangles.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ BLOCK = 1 << 15
 
 @dataclass(frozen=True)
 class TriangleTests:
-    """The results of testing a ray against all triangles: how many pass each test, and the details of a few."""
+    """The results of testing a ray against all triangles.
+
+    The results contain counts for each test, and the details of a few triangles.
+    """
 
     triangles: int
     without_area: int
@@ -41,7 +47,10 @@ class TriangleTests:
 def intersect_all_triangles(
     world_corners: Floats, points: Callable[[Floats], Floats], C: Floats, r: Floats
 ) -> TriangleTests:
-    """Tests triangles [n, 3, 3] against the ray C + t r, both [3]; `points` converts corners to the ray's units."""
+    """Tests triangles [n, 3, 3] against the ray C + t r, with `C` and `r` [3].
+
+    `points` converts the triangles' corners to the ray's units.
+    """
     counts = np.zeros(4, dtype=np.int64)
     hits, misses = _Smallest(HITS_SHOWN), _Smallest(max(MISSES_SHOWN, MISSES_SHOWN_WITHOUT_A_HIT))
     for start in range(0, len(world_corners), BLOCK):
@@ -70,7 +79,11 @@ def intersect_all_triangles(
 
 
 def _narrowness(corners: Floats, t: Floats, missed: Bools, C: Floats, r: Floats) -> Floats:
-    """The distance between the ray and the centre of each triangle of `missed` in its plane, relative to its size."""
+    """Returns the distances between the ray and the centres of missed triangles.
+
+    Each distance is measured in the triangle's plane and is relative to the triangle's size. `missed` selects
+    the triangles.
+    """
     corners = corners[missed]
     middle = (corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3
     f = C + t[missed, None] * r

@@ -1,7 +1,7 @@
-"""Explanation of one pixel: every step of the lecture with its numbers, its light, and the search tree.
+"""Explains one pixel: every step of the lecture with its numbers, light and search tree.
 
 The numbers of the flat image come from :mod:`raycam.reference`: its functions are run for one ray over all
-triangles. ``str(explanation)`` prints the steps, and :mod:`raycam.explanation.figure` draws them.
+triangles. ``str(explanation)`` prints the steps, and :mod:`raycam.explanation.figure` draws the steps.
 """
 
 from __future__ import annotations
@@ -58,18 +58,25 @@ class Explanation(PixelSteps):
         return self.svg()
 
     def lighting(self, samples: int = 256) -> Lighting:
-        """Returns the light of the pixel: each light's shadow ray, cosine, diffuse and specular term, and their sum.
+        """Returns the light of the pixel: the terms of each light, and their sum.
 
-        Suns, point lights and spots without an extent are closed forms; other lights are means of `samples` samples.
+        Each light has a shadow ray, a cosine, a diffuse term and a specular term. Suns, point lights and
+        spots without an extent are closed forms; other lights are means of `samples` samples.
         """
         return lighting(self, samples)
 
     def light_path(self, seed: int = 0, max_bounces: int = 5) -> LightPath:
-        """Returns a light path through the pixel with at most `max_bounces` points; each `seed` gives another path."""
+        """Returns a light path through the pixel with at most `max_bounces` points.
+
+        Each `seed` gives another path.
+        """
         return light_path(self, seed, max_bounces)
 
     def tree(self) -> TreeSearch:
-        """Returns the search for the closest triangle in a tree of boxes: the boxes that the ray enters, and counts."""
+        """Returns the search for the closest triangle in a tree of boxes.
+
+        The result contains the boxes that the ray enters, and counts.
+        """
         return tree_search(self)
 
     def svg(self, of: Subject = "ray") -> str:
@@ -199,7 +206,10 @@ FIGURES = (".svg", ".html", ".png", ".pdf")
 
 
 def _converter(suffix: str) -> Callable[..., bytes]:
-    """CairoSVG's function for a file extension; raises `SettingsError` if CairoSVG is not installed."""
+    """Returns CairoSVG's function for a file extension.
+
+    Raises `SettingsError` if CairoSVG is not installed.
+    """
     try:
         import cairosvg
     except (ImportError, OSError) as error:  # OSError: the library cairo is missing
@@ -252,7 +262,11 @@ def candidate(
     r: Floats,
     t: float,
 ) -> Candidate:
-    """The details of a triangle: its ids (instance, triangle), its colour, and where the ray meets its plane."""
+    """Returns the details of a triangle.
+
+    The details include the ids of instance and triangle, the colour, and where the ray meets the triangle's
+    plane.
+    """
     f = C + t * r
     found = reference.crossings(corners, n, f, reference.edge_tolerance(corners, n, C, r, f))
     v1, v2, v3 = reference.edge_vectors(corners)

@@ -1,8 +1,9 @@
-"""Figure of an explanation: the image with the marked pixel, ray and triangle in 3D, and the inside test.
+"""Draws the figure of an explanation.
 
-The figure shows the same subjects as the lecture's figures, with the same colours and marks, and requires no browser.
-The 3D drawing is scaled to the triangle for any distance of the camera; a long ray is shortened with an axis
-break. Directions and all points of the plane are exact.
+The figure contains the image with the marked pixel, the ray and the triangle in 3D, and the inside test. The
+figure shows the same subjects as the lecture's figures, with the same colours and marks, and requires no
+browser. The 3D drawing is scaled to the triangle for any distance of the camera; a long ray is shortened with
+an axis break. Directions and all points of the plane are exact.
 """
 
 from __future__ import annotations
@@ -289,7 +290,10 @@ def axis_break(svg: Svg, at: Floats, along: Floats) -> None:
 
 
 def flat_test(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
-    """Draws the inside test in the triangle's plane, viewed from the camera's side and in the camera's orientation."""
+    """Draws the inside test in the triangle's plane.
+
+    The plane is viewed from the camera's side and in the camera's orientation.
+    """
     front = c.n / float(reference.length(c.n)) * (1 if c.n @ e.r < 0 else -1)
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, -1.0]])
     rays = reference.lines(reference.points_on_lines(e.P, corners), e.C)

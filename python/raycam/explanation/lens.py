@@ -21,7 +21,10 @@ __all__ = ["LensSteps", "at_line", "lens_section", "lens_steps", "world_at_line"
 
 @dataclass(frozen=True)
 class LensSteps:
-    """The steps from a pixel to its ray, in float64. Camera coordinates have x right, y down, z forward."""
+    """The steps from a pixel to its ray, in float64.
+
+    Camera coordinates have x right, y down and z forward.
+    """
 
     model: str
     """The name of the lens model; "parallel" for parallel rays."""
@@ -63,7 +66,10 @@ def at_line(camera: Camera, column: int, row: int) -> Camera:
 
 
 def world_at_line(world: World, camera: Camera, pixel: Floats) -> World:
-    """The world in the middle of the exposure of the line of `pixel` [2]; unchanged without a rolling shutter."""
+    """Returns the world in the middle of the exposure of the image line at `pixel` [2].
+
+    Without a rolling shutter, the world is returned unchanged.
+    """
     if camera.shutter is None or camera.shutter["readout"] == 0:
         return world
     return world._derived(world._core.at_line(camera._core, pixel.tolist()))
@@ -127,7 +133,10 @@ def lens_section(steps: LensSteps, C: Floats) -> Iterator[str]:
 
 
 def _pinhole(camera: Camera, pixel: Floats, origin: Floats, direction: Floats) -> Camera:
-    """A pinhole with the intrinsics of `camera`, at `origin`, turned so that the pixel has the ray `direction`."""
+    """Returns a pinhole camera at `origin` whose ray through `pixel` has the given `direction`.
+
+    The intrinsics are those of `camera`.
+    """
     wanted = camera.R @ direction
     has = np.linalg.solve(camera.K, np.append(pixel, 1.0))
     has /= np.linalg.norm(has)

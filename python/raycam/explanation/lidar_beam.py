@@ -1,4 +1,8 @@
-"""One pulse of a lidar: the sub-rays of its beam, the surfaces that return light, and the echoes of the waveform."""
+"""Explains one pulse of a lidar.
+
+The explanation contains the sub-rays of the pulse's beam, the surfaces that return light, and the echoes of
+the waveform.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +32,10 @@ MAX_ROWS = 40
 
 
 class BeamExplanation(BeamSteps):
-    """One pulse of a lidar; `str()` lists its surfaces and echoes, `svg()` and `save_figure` draw them.
+    """The explanation of one pulse of a lidar.
 
-    Arrays with [m] have a row for each surface that returns light to a sub-ray, arrays with [e] one for each echo.
+    `str()` lists the surfaces and echoes; `svg()` and `save_figure` draw them. Arrays with [m] have a row for
+    each surface that returns light to a sub-ray, arrays with [e] one for each echo.
     """
 
     def __str__(self) -> str:
@@ -73,7 +78,10 @@ class BeamExplanation(BeamSteps):
         return "\n".join(lines)
 
     def svg(self) -> str:
-        """The figure as SVG: the sub-rays with the surfaces, and below them the waveform with the threshold."""
+        """Returns the figure as SVG.
+
+        The figure shows the sub-rays with the surfaces, and below them the waveform with the threshold.
+        """
         return beam_figure(self)
 
     def _repr_svg_(self) -> str:
@@ -93,11 +101,14 @@ def check_beam_figure(path: str | os.PathLike[str]) -> None:
 
 
 def explain_beam(world: World, lidar: Lidar | str, firing: int, *, frame: int = 0) -> BeamExplanation:
-    """Explains pulse number `firing` of a lidar: its sub-rays, the surfaces that they meet, and the echoes.
+    """Explains pulse number `firing` of a lidar.
 
-    `lidar` is a `Lidar`, or the name of a lidar of the world; `frame` is the number of the frame, as in `raycam.scan`;
-    the explained echoes become the points of this scan. Raises `LidarError` for an unknown lidar, and `SettingsError`
-    for a pulse that the pattern does not contain.
+    The explanation contains the pulse's sub-rays, the surfaces that they meet, and the echoes. `lidar` is a
+    `Lidar`, or the name of a lidar of the world. `frame` is the number of the frame, as in `raycam.scan`; the
+    explained echoes become the points of this scan.
+
+    Raises `LidarError` for an unknown lidar, and `SettingsError` for a pulse that the pattern does not
+    contain.
     """
     if isinstance(lidar, str):
         lidar = lidar_named(world, lidar)
@@ -142,7 +153,10 @@ def explain_beam(world: World, lidar: Lidar | str, firing: int, *, frame: int = 
 
 
 def _upwards(direction: Floats) -> Any:
-    """The unit vector perpendicular to a direction that is nearest to z, or x for the direction z."""
+    """Returns the unit vector nearest to z that is perpendicular to a direction.
+
+    For the direction z, the result is x.
+    """
     above = np.eye(3)[2] - direction[2] * direction
     length = np.linalg.norm(above)
     return above / length if length > 1e-9 else np.eye(3)[0]

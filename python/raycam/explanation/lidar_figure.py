@@ -1,4 +1,7 @@
-"""The figure of a lidar's beam: its sub-rays with the surfaces, and the waveform with echoes and threshold."""
+"""Draws the figure of a lidar's beam.
+
+The figure shows the beam's sub-rays with the surfaces, and the waveform with echoes and threshold.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ POINTS = 900
 
 
 def beam_figure(e: BeamSteps) -> str:
-    """Returns the figure as SVG text. Distances run to the right; heights across the beam are enlarged."""
+    """Returns the figure as SVG text.
+
+    Distances run to the right; heights across the beam are enlarged.
+    """
     svg = Svg(WIDTH, HEIGHT)
     svg.rectangle(0, 0, WIDTH, HEIGHT, "#ffffff")
     svg.text((MARGIN, 34), f"Pulse {e.firing} of {e.lidar.title}, ring {e.ring}", 19, INK, bold=True)
@@ -45,8 +51,9 @@ def _across(reach: float, distance: float) -> float:
 
 
 def _beam(svg: Svg, e: BeamSteps, reach: float, colors: dict[str, str]) -> None:
-    """Draws the sub-rays from the sensor to the surfaces; sub-rays via mirrors and glass are drawn along the beam's
-    axis.
+    """Draws the sub-rays from the sensor to the surfaces.
+
+    Sub-rays via mirrors and glass are drawn along the beam's axis.
     """
     top, bottom = BEAM
     middle = (top + bottom) / 2
@@ -110,7 +117,10 @@ def _waveform(svg: Svg, e: BeamSteps, reach: float) -> None:
 
 
 def _around(e: BeamSteps) -> list[np.ndarray[tuple[int], np.dtype[np.float64]]]:
-    """Distances around each echo at which the waveform is drawn, which is narrow compared with the figure."""
+    """Returns the distances around each echo at which the waveform is drawn.
+
+    Other distances are not drawn, because a pulse is narrow compared with the figure.
+    """
     steps = np.linspace(-4.0, 4.0, 41) * e.sigma
     return [np.maximum(length + steps, 0.0) for length in e.echo_length.tolist()]
 

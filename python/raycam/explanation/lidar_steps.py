@@ -62,12 +62,18 @@ class BeamSteps:
 
     @property
     def threshold(self) -> float | None:
-        """The energy of an echo that is detected with probability 1/2; None if `range_10` is unknown."""
+        """The energy of an echo that is detected with probability 1/2.
+
+        The value is None if `range_10` is unknown.
+        """
         reach = self.lidar.settings["range_10"]
         return None if reach is None else 0.1 / reach**2
 
     def waveform(self, distances: npt.ArrayLike) -> Floats:
-        """Returns the sum of the pulses that the surfaces return, at distances [n] in metres; a pulse has height E."""
+        """Returns the sum of the pulses that the surfaces return, at distances [n] in metres.
+
+        The height of a pulse is its energy E.
+        """
         at = np.asarray(distances, np.float64)
         apart = (at[:, None] - self.length) / max(self.sigma, 1e-9)
         total: Floats = (self.energy * np.exp(-0.5 * apart**2)).sum(axis=1)

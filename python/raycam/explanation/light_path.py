@@ -1,4 +1,7 @@
-"""One light path from the camera: its bounces, the light gathered at each, and its contribution to the pixel."""
+"""Traces one light path from the camera.
+
+The path contains its bounces, the light gathered at each bounce, and the path's contribution to the pixel.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,10 @@ class Bounce:
 
 @dataclass(frozen=True)
 class LightPath:
-    """One path. The mean of `radiance` over many seeds is the value of the pixel with `integrator="path"`."""
+    """One light path.
+
+    The mean of `radiance` over many seeds is the value of the pixel with `integrator="path"`.
+    """
 
     origin: Floats
     """The start of the ray, [3]."""
@@ -60,10 +66,11 @@ class LightPath:
 
 
 def light_path(explanation: PixelSteps, seed: int = 0, max_bounces: int = 5) -> LightPath:
-    """Returns a path from an explained pixel with at most `max_bounces` points; `seed` selects its directions.
+    """Returns a path from an explained pixel with at most `max_bounces` points.
 
-    Directions are sampled proportionally to the cosine with the normal (Lambert); a weight is then reflectance times
-    π. The path ends at mirrors and glass, which have no such distribution.
+    `seed` selects the path's directions. Directions are sampled proportionally to the cosine with the normal
+    (Lambert); a weight is then reflectance times π. The path ends at mirrors and glass, which have no such
+    distribution.
     """
     world = lit_world(explanation.world, explanation.camera)
     dark = only_light(world, None)
@@ -105,7 +112,10 @@ def _far(world: World) -> float:
 
 
 def _cosine_direction(normal: Floats, random: np.random.Generator) -> Floats:
-    """A direction [3] with the density cosine / π about a normal: a uniform point on a tangent sphere."""
+    """Returns a random direction [3] with the density cosine / π about a normal.
+
+    The direction leads to a uniform point on a sphere that touches the surface.
+    """
     z = random.uniform(-1, 1)
     angle = random.uniform(0, 2 * np.pi)
     ring = np.sqrt(1 - z * z)

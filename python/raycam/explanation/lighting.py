@@ -1,6 +1,7 @@
-"""The light of one pixel: each light's shadow ray, cosine, diffuse and specular term, and their sum.
+"""Computes the light of one pixel.
 
-The terms of point lights and directional lights are closed forms. The sum is compared with the image.
+Each light has a shadow ray, a cosine, a diffuse term and a specular term, which are added up. The terms of
+point lights and directional lights are closed forms. The sum is compared with the image.
 """
 
 from __future__ import annotations
@@ -81,7 +82,10 @@ class LightTerm:
 
 @dataclass(frozen=True)
 class Lighting:
-    """The direct light of one pixel's centre ray, without indirect light. Radiances in W/(m² sr)."""
+    """The direct light of one pixel's centre ray, without indirect light.
+
+    Radiances are in W/(m² sr).
+    """
 
     surface: Surface | None
     """The visible point; None for a miss."""
@@ -101,7 +105,10 @@ class Lighting:
 
 
 def lighting(explanation: PixelSteps, samples: int = 256) -> Lighting:
-    """Returns the direct light of an explained pixel; lights with an extent use `samples` samples."""
+    """Returns the direct light of an explained pixel.
+
+    Lights with an extent use `samples` samples.
+    """
     world = lit_world(explanation.world, explanation.camera)
     origin, direction = ray_of(explanation)
     surface = surface_at(world, origin, direction)
@@ -155,7 +162,10 @@ def surface_at(world: World, origin: Floats, direction: Floats) -> Surface | Non
 
 
 def material_of(world: World, instance: int, triangle: int) -> dict[str, Any]:
-    """Returns a triangle's material: `model`, its `values`, and the core's description of all materials."""
+    """Returns a triangle's material: `model` and `values`.
+
+    The result also contains the fields that all materials have, whatever their model.
+    """
     found: dict[str, Any] = json.loads(world._core.material(instance, triangle))
     model = found.pop("model")
     name, values = (model, {}) if isinstance(model, str) else next(iter(model.items()))
@@ -216,7 +226,10 @@ def _term(
 
 
 def _delta(light: dict[str, Any], point: Floats) -> tuple[Floats, float, Floats] | None:
-    """Direction, distance, and irradiance at normal incidence of a directional or point light; otherwise None."""
+    """Returns the direction, distance and irradiance of a directional or point light.
+
+    The irradiance is at normal incidence. The result is None for other lights.
+    """
     kind = light["type"]
     if kind == "sun" and not light.get("angular_diameter"):
         way = -np.asarray(light["direction"], np.float64)
@@ -243,7 +256,10 @@ def _rgb(value: Any) -> Floats:
 
 
 def _blocker(world: World, surface: Surface, to_light: Floats, distance: float) -> tuple[str | None, float]:
-    """The name and distance of the first object between point and light; else None and the light's distance."""
+    """Returns the name and distance of the first object between a point and a light.
+
+    Without such an object, the result is None and the light's distance.
+    """
     size = float(np.abs(surface.point).max()) + 1.0
     start = surface.point + 1e-6 * size * surface.normal
     hit = world.cast_rays(start, to_light, t_max=distance, fields=("t", "instance"), threads=1)

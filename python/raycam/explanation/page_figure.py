@@ -1,4 +1,7 @@
-"""The data of an explanation's figures in pages, which the client's modules in `figure/` draw."""
+"""Returns the data of an explanation's figures in pages.
+
+The client's modules in `figure/` draw the figures.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +31,11 @@ DIGITS = 3
 
 
 def page_figure(e: PixelSteps) -> dict[str, Any]:
-    """The ray, the image corners and the triangles around the hit, as JSON for `figure/pixel.js`.
+    """Returns the ray, image corners and triangles around the hit as JSON.
 
-    Points are in the explanation's units. `rays` are origins and directions at the image corners: top left, top right,
-    bottom right, bottom left. `triangle` is None if the ray does not hit the plane of any triangle.
+    The data is for `figure/pixel.js`. Points are in the explanation's units. `rays` are origins and
+    directions at the image corners: top left, top right, bottom right, bottom left. `triangle` is None if the
+    ray does not hit the plane of any triangle.
     """
     shown = e.winner or next(iter(e.candidates), None)
     end = shown.f if shown and np.isfinite(shown.f).all() else e.C
@@ -46,9 +50,10 @@ def page_figure(e: PixelSteps) -> dict[str, Any]:
 
 
 def lines_figure(e: PixelSteps, lines: Sequence[Line], marks: Sequence[Mark]) -> dict[str, Any]:
-    """Lines and marks in the world and in the picture, as JSON for `figure/lines.js`. Points are in metres.
+    """Returns lines and marks in the world and in the image as JSON.
 
-    Pixels are counted from the picture's top left corner; parts of a line outside the picture are omitted.
+    The data is for `figure/lines.js`. Points are in metres. Pixels are counted from the image's top left
+    corner; parts of a line outside the image are omitted.
     """
     start, end = focus(e)
     radius = RADIUS * max(float(np.linalg.norm(end - start)), 1e-300)
@@ -111,7 +116,10 @@ def _srgb8(colors: Floats) -> list[list[int]]:
 
 
 def _around(e: PixelSteps, point: Floats) -> tuple[Floats, Floats]:
-    """The triangles [n, 3, 3] whose centres are closest to a point, and their linear colours [n, 3]."""
+    """Returns the triangles [n, 3, 3] nearest to a point, and their linear colours [n, 3].
+
+    The distance to a triangle is the distance to the triangle's centre.
+    """
     triangles = e.units.points(np.asarray(e.world.triangles(), dtype=np.float64))
     distances = reference.length(triangles.mean(axis=1) - point)
     order = np.argsort(distances, kind="stable")[:TRIANGLES]
@@ -119,10 +127,11 @@ def _around(e: PixelSteps, point: Floats) -> tuple[Floats, Floats]:
 
 
 def _coarse(e: PixelSteps, center: Floats, radius: float) -> tuple[Floats, Floats]:
-    """At most `MAX_COARSE_TRIANGLES` triangles [n, 3, 3] near a point, and their linear colours [n, 3].
+    """Returns at most `MAX_COARSE_TRIANGLES` triangles near a point.
 
-    The vertices in a cell of a grid become its first vertex (J. Rossignac and P. Borrel, "Multi-resolution 3D
-    approximations for rendering complex scenes", 1993); triangles without area and repeated triangles are dropped.
+    The result contains the triangles [n, 3, 3] and their linear colours [n, 3]. The vertices in a cell of a
+    grid become the cell's first vertex (J. Rossignac and P. Borrel, "Multi-resolution 3D approximations for
+    rendering complex scenes", 1993); triangles without area and repeated triangles are dropped.
     """
     every = np.asarray(e.world.triangles(), dtype=np.float64)
     near = (every.min(axis=1) <= center + radius).all(axis=1) & (every.max(axis=1) >= center - radius).all(

@@ -1,4 +1,7 @@
-"""The light along one ray, computed by `raycam.render` with a one-pixel pinhole camera that is 1e-5 radians wide."""
+"""Computes the light along one ray with `raycam.render`.
+
+The camera is a pinhole camera with one pixel, which is 1e-5 radians wide.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ class Estimate:
 
 
 def radiance(world: World, origin: Floats, direction: Floats, samples: int, *, seed: int = 0) -> Estimate:
-    """The radiance at `origin` [3] from `direction` [3]: emission and direct light, from `samples` samples."""
+    """Returns the radiance at `origin` [3] from `direction` [3], from `samples` samples.
+
+    The radiance consists of emission and direct light.
+    """
     with collected():  # notices about a single pixel do not apply to the image
         frame = render(
             world,
@@ -66,12 +72,18 @@ def emitted(world: World, origin: Floats, direction: Floats) -> Floats:
 
 
 def lit_world(world: World, camera: Camera) -> World:
-    """Returns the world with the lights that `render` uses: its own, or the studio's for a world without lights."""
+    """Returns the world with the lights that `render` uses.
+
+    These are the world's own lights. A world without lights gets the studio's lights.
+    """
     return world.in_studio(camera) if is_unlit(world, camera, {"integrator": "direct"}) else world
 
 
 def only_light(world: World, number: int | None) -> World:
-    """Returns a copy of the world with only one of its lights, or without lights; bodies of lamps still occlude."""
+    """Returns a copy of the world with only one of its lights, or without lights.
+
+    The bodies of removed lamps still occlude.
+    """
     made = world.copy()
     made.add_light(DARK)
     for other, light in reversed(list(enumerate(world.lights))):
@@ -83,7 +95,10 @@ def only_light(world: World, number: int | None) -> World:
 
 
 def facing_light(dark: World, point: Floats, towards: Floats, distance: float) -> World:
-    """Returns a copy of a world with one point light, which has an irradiance of 1 at `point` from `towards` [3]."""
+    """Returns a copy of a world with one additional point light.
+
+    The light comes from the direction `towards` [3] and has an irradiance of 1 at `point`.
+    """
     made = dark.copy()
     made.add_light(
         {"type": "point", "position": (point + distance * towards).tolist(), "intensity": [distance**2] * 3}

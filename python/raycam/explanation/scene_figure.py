@@ -1,4 +1,7 @@
-"""Figures of the light and of the search tree: lines drawn over the image and over a side view."""
+"""Draws the figures of the light and of the search tree.
+
+The figures consist of lines drawn over the image and over a side view.
+"""
 
 from __future__ import annotations
 
@@ -105,7 +108,10 @@ def tree_lines(explanation: PixelSteps, search: TreeSearch) -> list[Line]:
 
 
 def path_marks(path: LightPath) -> list[Mark]:
-    """Returns the numbers of the path's bounces as marks. The segment towards the sky is shortened."""
+    """Returns the numbers of the path's bounces as marks.
+
+    The segment towards the sky is shortened.
+    """
     points, far = path.points, FAR * float(np.linalg.norm(path.points[1] - path.points[0]))
     marks = []
     for i, bounce in enumerate(path.bounces):
@@ -116,7 +122,10 @@ def path_marks(path: LightPath) -> list[Mark]:
 
 
 def focus(e: PixelSteps) -> tuple[Floats, Floats]:
-    """Returns start and end [3] of the ray in the world, metres; a ray that misses is as long as the world's size."""
+    """Returns the start and end [3] of the ray in the world, in metres.
+
+    A ray without a hit is as long as the world's size.
+    """
     start, direction = ray_of(e)
     reach = e.distance if np.isfinite(e.distance) else _size(e.world)
     return start, start + reach * direction
@@ -208,7 +217,10 @@ def _drawn(
 
 
 def projected(points: Floats, camera: Camera) -> Floats:
-    """The pixels [n, 2] of points [n, 3], from the picture's top left corner; NaN outside the picture."""
+    """Returns the pixels [n, 2] of points [n, 3], from the image's top left corner.
+
+    Points outside the image have the pixel NaN.
+    """
     pixels, in_front = camera.project(points)
     apart = np.linalg.norm(points - camera.rays(np.zeros(2) + camera.corner)[0], axis=1)
     in_front = in_front & (apart > 1e-9 * (1 + np.abs(points).max()))  # the camera's centre has no pixel
@@ -234,7 +246,10 @@ def _runs(points: Floats) -> list[Floats]:
 
 
 def _plain(points: Floats) -> Floats:
-    """Points [n, 2] of a line, or only the two ends if the line is straight within a hundredth of a pixel."""
+    """Returns the points [n, 2] of a line, or only the two ends if the line is straight.
+
+    A line is straight if all points are within a hundredth of a pixel of the line between the ends.
+    """
     way = points[-1] - points[0]
     away = points[1:-1] - points[0]
     aside = np.abs(way[0] * away[:, 1] - way[1] * away[:, 0])

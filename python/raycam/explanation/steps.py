@@ -16,7 +16,10 @@ __all__ = ["Candidate", "PixelSteps"]
 
 @dataclass(frozen=True)
 class PlaneHit:
-    """One triangle's plane and the ray: step 3. Points and vectors are [3], in the explanation's units."""
+    """One triangle's plane and the ray: step 3.
+
+    Points and vectors are [3], in the explanation's units.
+    """
 
     instance: int
     """The id of the object."""
@@ -116,7 +119,10 @@ class RaySteps:
 
 @dataclass(frozen=True)
 class PixelSteps(RaySteps):
-    """The numbers by which the lecture's procedure finds the colour of one pixel: the fields of an `Explanation`."""
+    """The numbers by which the lecture's procedure finds the colour of one pixel.
+
+    These numbers are the fields of an `Explanation`.
+    """
 
     triangles: int
     """The number of triangles in the world; the sum of the next four numbers and `inside`."""

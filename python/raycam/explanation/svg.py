@@ -134,7 +134,10 @@ class Svg:
         italic: bool = False,
         halo: bool = False,
     ) -> None:
-        """A line of text whose baseline starts at p, or is aligned by `anchor`; `halo` adds a white outline."""
+        """Draws a line of text whose baseline starts at `p`, or is aligned by `anchor`.
+
+        `halo` adds a white outline.
+        """
         style = ' font-weight="bold"' if bold else ""
         style += ' font-style="italic"' if italic else ""
         letters = (
@@ -158,9 +161,10 @@ class Svg:
         )
 
     def labels(self, labels: Sequence[Label], strokes: Sequence[tuple[Point, Point]], box: Point) -> None:
-        """Places every label so that it overlaps as little as possible with `strokes` and earlier labels.
+        """Places every label with as little overlap as possible.
 
-        `box` is (x, y, width, height), within which labels should stay.
+        The labels avoid `strokes` and earlier labels. `box` is (x, y, width, height), within which labels
+        should stay.
         """
         ink: list[tuple[float, float]] = [
             (p[0] + (q[0] - p[0]) * i / steps, p[1] + (q[1] - p[1]) * i / steps)

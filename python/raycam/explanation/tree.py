@@ -1,8 +1,9 @@
-"""The search for the closest triangle in a tree of boxes: which boxes the ray enters, and how many triangles it tests.
+"""Searches for the closest triangle in a tree of boxes.
 
-The tree is the simplest kind: each box is split into halves at the median along its longest side, with at most four
-triangles in a leaf. raycam's own tree has wider nodes and better splits, but works in the same way. Only boxes that
-the ray enters are built.
+The search shows which boxes the ray enters, and how many triangles are tested. The tree is the simplest kind:
+each box is split into halves at the median along its longest side, with at most four triangles in a leaf.
+raycam's own tree has wider nodes and better splits, but works in the same way. Only boxes that the ray enters
+are built.
 """
 
 from __future__ import annotations
@@ -119,7 +120,11 @@ def tree_search(explanation: PixelSteps) -> TreeSearch:
 
 
 def _extents(world_corners: Floats, points: Callable[[Floats], Floats]) -> Floats:
-    """The smallest and largest coordinates of triangles [n, 3, 3] and the middles between them, [3, axis, n]."""
+    """Returns the smallest, largest and middle coordinates of triangles, [3, axis, n].
+
+    The triangles are [n, 3, 3]; `points` converts their corners. The middle of a triangle is the mean of its
+    corners.
+    """
     made = np.empty((3, 3, len(world_corners)))
     for start in range(0, len(world_corners), BLOCK):
         a, b, c = points(world_corners[start : start + BLOCK]).transpose(1, 2, 0)
@@ -131,7 +136,10 @@ def _extents(world_corners: Floats, points: Callable[[Floats], Floats]) -> Float
 
 
 def entered(low: Floats, high: Floats, C: Floats, r: Floats) -> tuple[float, float]:
-    """The ray parameters where f(t) = C + t r enters and leaves a box: enter > leave if the ray misses the box."""
+    """Returns the ray parameters where f(t) = C + t r enters and leaves a box.
+
+    If the ray misses the box, the first parameter (enter) is larger than the second parameter (leave).
+    """
     enter, leave = 0.0, np.inf
     for axis in range(3):
         if r[axis] == 0:

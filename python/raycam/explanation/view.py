@@ -34,7 +34,10 @@ def unit(vector: Floats) -> Floats:
 
 
 def choose_viewpoint(points: Floats, front: Floats, d: Floats, right: Floats, up: Floats, box: Box) -> Floats:
-    """Returns the viewing direction, on the camera's side, that shows plane and ray well and fills the box best."""
+    """Returns the best viewing direction on the camera's side.
+
+    The view shows the plane and the ray well, and fills the box as well as possible.
+    """
     reach = points - points.mean(axis=0)
     reach /= reference.length(reach).max()
 
@@ -58,7 +61,10 @@ def choose_viewpoint(points: Floats, front: Floats, d: Floats, right: Floats, up
 
 
 def view(points: Floats, eye: Floats, up: Floats, box: Box) -> Callable[[Floats], Floats]:
-    """A projection from space to the page that shows all `points` from the direction `eye`, by a raycam camera."""
+    """Returns a projection from space to the page, by a raycam camera.
+
+    The projection shows all `points` from the direction `eye`.
+    """
     center = (points.min(axis=0) + points.max(axis=0)) / 2
     radius = float(reference.length(points - center).max())
     size = (int(box.width), int(box.height))
@@ -107,7 +113,10 @@ Extent = tuple[Floats, Floats, Floats, Floats]
 
 
 def extent(points: Floats, origin: Floats, edge: Floats, front: Floats) -> Extent:
-    """The axes of the plane along and across `edge`, and the minimum and maximum of the points along them."""
+    """Returns the axes of the plane along and across `edge`, and the extent of the points.
+
+    The extent is the minimum and maximum of the points along both axes.
+    """
     i = unit(edge)
     j = reference.cross(front, i)
     flat = np.column_stack([(points - origin) @ i, (points - origin) @ j])

@@ -45,11 +45,11 @@ class WorldCollector:
         uvs: Array | None = None,
         materials: list[tuple[int | None, Array]] | None = None,
     ) -> tuple[int, Array] | None:
-        """Adds a mesh; returns its index and the offset [3] subtracted from its vertices; None for an empty mesh.
+        """Adds a mesh; returns the mesh's index and the offset [3] subtracted from its vertices.
 
-        The offset is the mesh's centre, so that float32 positions keep their precision, or 0 if the vertices are
-        already float32 values. Arrays per vertex have the length of `vertices`. `materials` are pairs of a material
-        and the indices [k] of its faces.
+        The result is None for an empty mesh. The offset is the mesh's centre, so that float32 positions keep
+        their precision, or 0 if the vertices are already float32 values. Arrays per vertex have the length of
+        `vertices`. `materials` are pairs of a material and the indices [k] of its faces.
         """
         vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.asarray(faces).reshape(-1, 3)
@@ -90,7 +90,10 @@ class WorldCollector:
         self.glb.add("nodes", name=name, mesh=index, matrix=placed.T.ravel().tolist())
 
     def texture(self, image: Any) -> dict[str, int] | None:
-        """Returns a glTF reference to an image of PIL or Open3D, or an array; None if there is no such image."""
+        """Returns a glTF reference to an image of PIL or Open3D, or to an array.
+
+        The result is None if `image` is None, or if the image is not supported, with a notice.
+        """
         if image is None:
             return None
         if id(image) not in self.images:
@@ -124,7 +127,10 @@ def build_world(collector: WorldCollector, name: str, up: Up, camera: tuple[str,
 
 
 def default_material(collector: WorldCollector, colors: Array | None) -> int:
-    """Adds the default material, matte and two-sided: white for a mesh with colours, else light grey."""
+    """Adds the default material, which is matte and two-sided.
+
+    The material is white for a mesh with colours, and otherwise light grey.
+    """
     factor = [1.0, 1.0, 1.0, 1.0] if colors is not None else [0.8, 0.8, 0.8, 1.0]
     faint = colors is not None and colors.shape[1] == 4 and (colors[:, 3] < 1).any()
     return collector.glb.add(

@@ -47,10 +47,10 @@ class NewtonScene:
         """Notices about parts of the model that are approximated or not shown."""
 
     def update(self, state: Any) -> None:
-        """Moves the objects to the poses in `state.body_q` of a `newton.State`, or of the model itself.
+        """Moves the objects to the poses in `state.body_q`.
 
-        No mesh is rebuilt. Raises `WorldError` if the state has fewer bodies than the shapes refer to, and for poses
-        that are not finite.
+        `state` is a `newton.State`, or the model itself. No mesh is rebuilt. Raises `WorldError` if the state
+        has fewer bodies than the shapes refer to, and for poses that are not finite.
         """
         poses = _matrices(_array(state.body_q)) if state.body_q is not None else np.zeros((0, 4, 4))
         used = self._bodies[self.shapes].max(initial=-1)
@@ -141,7 +141,11 @@ def _optional(model: Any, name: str, count: int) -> Any:
 
 
 def _matrices(poses: Any) -> Floats:
-    """Transforms [n, 4, 4] of positions and quaternions [n, 7], x y z and x y z w; raises `WorldError`."""
+    """Returns the transforms [n, 4, 4] of positions and quaternions [n, 7].
+
+    Each row contains the position x y z and the quaternion x y z w. Raises `WorldError` for values that are
+    not finite.
+    """
     values = np.asarray(poses, np.float64).reshape(-1, 7)
     if not np.isfinite(values).all():
         raise WorldError("poses of bodies and shapes must be finite numbers", code="out_of_range")
@@ -184,7 +188,10 @@ def _geometry(kind: int, size: Floats, source: Any) -> tuple[dict[str, Any] | No
 
 
 def _height_field(field: Any) -> dict[str, Any]:
-    """The surface of a `newton.Heightfield`: rows along y, columns along x; each cell has Newton's diagonal."""
+    """Returns the surface of a `newton.Heightfield`.
+
+    Rows are along y, columns along x. Each cell is split along the same diagonal as in Newton.
+    """
     heights = field.min_z + np.asarray(field.data, np.float64) * (field.max_z - field.min_z)
     rows, columns = heights.shape
     x, y = np.meshgrid(np.linspace(-field.hx, field.hx, columns), np.linspace(-field.hy, field.hy, rows))

@@ -1,4 +1,7 @@
-"""Worlds from Open3D meshes, which are recognised by their attributes, without importing Open3D."""
+"""Creates worlds from Open3D meshes without importing Open3D.
+
+The meshes are recognised by their attributes.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +19,12 @@ __all__ = ["from_open3d"]
 
 
 def from_open3d(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
-    """Creates a world from an Open3D `TriangleMesh` (legacy or tensor), `TriangleMeshModel`, or several of them.
+    """Creates a world from one or several Open3D meshes.
 
-    Triangles, vertex colours (sRGB, as Open3D shows them), texture coordinates with one image for each material
-    index, and the materials of models and tensor meshes are imported. `smooth` shades with the mesh's vertex normals.
-    Positions are rounded to 2^-24 of the mesh's size, unless they are float32 values.
+    A mesh is a `TriangleMesh` (legacy or tensor) or a `TriangleMeshModel`. Triangles, vertex colours (sRGB,
+    as Open3D shows them), texture coordinates with one image for each material index, and the materials of
+    models and tensor meshes are imported. `smooth` shades with the mesh's vertex normals. Positions are
+    rounded to 2^-24 of the mesh's size, unless they are float32 values.
 
     Raises the errors of `from_trimesh`.
     """
@@ -103,7 +107,10 @@ COLORS = {"base_color": (1.0, 1.0, 1.0, 1.0), "emissive_color": (0.0, 0.0, 0.0, 
 
 
 def _record(material: Any) -> Any:
-    """A substitute for the `MaterialRecord` of a tensor mesh's `Material`, because a real record needs a display."""
+    """Returns a substitute for the `MaterialRecord` of a tensor mesh's `Material`.
+
+    The substitute is necessary, because a real record needs a display.
+    """
     maps, scalars, vectors = (
         dict(table)
         for table in (material.texture_maps, material.scalar_properties, material.vector_properties)
@@ -118,7 +125,10 @@ def _record(material: Any) -> Any:
 
 
 def _open3d_material(collector: WorldCollector, record: Any) -> int:
-    """Adds a `MaterialRecord`; its separate images of roughness and metalness are packed into one image, as in glTF."""
+    """Adds a `MaterialRecord` as a glTF material.
+
+    The record's separate images of roughness and metalness are packed into one image, as in glTF.
+    """
 
     def image(name: str) -> dict[str, int] | None:
         found = getattr(record, name, None)

@@ -1,4 +1,7 @@
-"""Worlds from trimesh meshes, which are recognised by their attributes, without importing trimesh."""
+"""Creates worlds from trimesh meshes without importing trimesh.
+
+The meshes are recognised by their attributes.
+"""
 
 from __future__ import annotations
 
@@ -80,7 +83,10 @@ def _trimesh(collector: WorldCollector, name: str, mesh: Any, smooth: bool) -> t
 
 
 def _trimesh_material(collector: WorldCollector, material: Any, *, textured: bool) -> int | None:
-    """Adds trimesh's PBR material, which equals glTF's material; trimesh converts simple materials to PBR materials."""
+    """Adds trimesh's PBR material, which equals glTF's material.
+
+    Simple materials are first converted to PBR materials by trimesh.
+    """
     if material is None:
         return None
     if not hasattr(material, "baseColorFactor"):

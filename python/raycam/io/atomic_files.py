@@ -91,9 +91,10 @@ def _temporary_stem_and_ending(target: str) -> tuple[str, str]:
 
 
 def _remove_stale_temp_files(target: str) -> None:
-    """Removes the temporary files of a target that no running process has locked, as far as the disk permits.
+    """Removes the temporary files of a target that no running process has locked.
 
-    Without file locks it is unknown whether a process still writes a file, so all files are kept.
+    Files that cannot be removed are kept. Without file locks, a process may still be writing a file, so all
+    files are kept.
     """
     folder = os.path.dirname(target)
     stem, ending = _temporary_stem_and_ending(target)
@@ -114,7 +115,10 @@ def _remove_stale_temp_files(target: str) -> None:
 
 
 def _lock_if_supported(file: int) -> bool:
-    """Locks an open file. Returns True also on file systems without locks, where no process removes the file."""
+    """Locks an open file, and returns True if the lock was acquired.
+
+    Returns True also on file systems without locks, where no process removes the file.
+    """
     try:
         return try_lock(file)
     except LocksUnsupportedError:
@@ -183,7 +187,10 @@ def _temporary_folder() -> str:
 
 
 def _keep_mode(target: str, temporary: str) -> None:
-    """Gives a temporary file the permissions of the file that it replaces, if the file system has permissions."""
+    """Gives a temporary file the permissions of the replaced file.
+
+    The permissions are unchanged if the file system does not support permissions.
+    """
     if os.path.exists(target):
         mode = os.stat(target).st_mode & 0o7777
         if os.stat(temporary).st_mode & 0o7777 != mode:
@@ -192,7 +199,10 @@ def _keep_mode(target: str, temporary: str) -> None:
 
 
 def _move(temporary: str, found: _Destination) -> None:
-    """Renames a temporary file to its destination, or copies it into a destination that cannot be replaced."""
+    """Renames a temporary file to its destination.
+
+    If the destination cannot be replaced, the contents are copied into the destination.
+    """
     if found.is_replaceable:
         try:
             os.replace(temporary, found.path)
@@ -260,7 +270,10 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
 
 
 def _check_destination(target: str, size: int = 0) -> _Destination:
-    """The checks of `check_writable` that create nothing; returns the file that the path leads to."""
+    """Runs the checks of `check_writable` that create nothing.
+
+    Returns the file that the path leads to.
+    """
     if not os.path.basename(target) or os.path.isdir(target):
         raise with_code(IsADirectoryError(errno.EISDIR, "this is a folder; expected a file name", target))
     found = _find_destination(target)
@@ -288,7 +301,10 @@ def _check_destination(target: str, size: int = 0) -> _Destination:
 
 
 def _check_not_protected(target: str, found: _Destination) -> None:
-    """Raises `PermissionError` for an existing file without write permission, also for root, and `OSError` (EROFS)."""
+    """Raises `PermissionError` for an existing file without write permission, also for root.
+
+    Raises `OSError` (EROFS) for a file on a read-only file system.
+    """
     if not os.stat(found.path).st_mode & 0o222:
         raise with_code(
             PermissionError(

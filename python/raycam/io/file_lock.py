@@ -24,10 +24,10 @@ class LocksUnsupportedError(OSError):
 
 @contextlib.contextmanager
 def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
-    """Holds the lock file `path` of `folder` while the block lasts; the lock of a dead process is free.
+    """Holds the lock file `path` of `folder` while the block lasts.
 
-    Waits up to `patience` seconds for the lock, because `lock_holder` holds it briefly. A file system
-    without locks gives a notice.
+    The lock of a dead process is free. The function waits up to `patience` seconds for the lock, because
+    `lock_holder` holds the lock briefly. A file system without locks gives a notice.
 
     Raises `JobError` with the name of the process that holds the lock.
     """
@@ -66,7 +66,10 @@ def _wait_for_lock(file: int, folder: Path, patience: float) -> None:
 
 
 def lock_holder(path: Path) -> str | None:
-    """The name of the process that holds a lock now; None if the lock is free, or if the file system has no locks."""
+    """Returns the name of the process that holds a lock now.
+
+    The result is None if the lock is free, or if the file system has no locks.
+    """
     try:
         file = os.open(path, os.O_RDWR)
     except OSError:
@@ -80,9 +83,10 @@ def lock_holder(path: Path) -> str | None:
 
 
 def try_lock(file: int) -> bool:
-    """Locks an open file until it is closed or the process ends; returns False if another process holds the lock.
+    """Locks an open file until the file is closed or the process ends.
 
-    Raises `LocksUnsupportedError` if the file system has no locks, which is common for Lustre, NFS and SMB shares.
+    Returns True if the file is locked, and False if another process holds the lock. Raises
+    `LocksUnsupportedError` if the file system has no locks, which is common for Lustre, NFS and SMB shares.
     """
     try:
         import fcntl

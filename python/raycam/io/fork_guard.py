@@ -1,4 +1,7 @@
-"""Forks wait while worlds are built, so that the child process has no incomplete world and no locked mutex."""
+"""Delays forks while worlds are built.
+
+Otherwise, the child process could have an incomplete world or a locked mutex.
+"""
 
 from __future__ import annotations
 

@@ -20,7 +20,10 @@ _ACCESSOR_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 
 
 class GlbBuilder:
-    """A glTF document under construction; methods return the index of the added item (glTF 2.0, chapter 5)."""
+    """A glTF document under construction.
+
+    The methods return the index of the added item (glTF 2.0, chapter 5).
+    """
 
     def __init__(self) -> None:
         self._lists: dict[str, list[dict[str, Any]]] = {}
@@ -61,7 +64,10 @@ class GlbBuilder:
         return self.add("accessors", bufferView=view, componentType=5125, count=array.size, type="SCALAR")
 
     def texture(self, pixels: npt.NDArray[np.uint8], name: str = "") -> int:
-        """Adds a texture of an image [height, width, channels] with 1 to 4 channels; row 0 is the top."""
+        """Adds a texture of an image [height, width, channels].
+
+        The image has 1 to 4 channels; row 0 is the top.
+        """
         pixels = np.ascontiguousarray(pixels if pixels.ndim == 3 else pixels[..., None], dtype=np.uint8)
         view = self.view(bytes(_core.encode_png(pixels)))
         image = self.add("images", bufferView=view, mimeType="image/png", name=name or None)
@@ -76,9 +82,10 @@ class GlbBuilder:
 
 
 def pack_glb(document: dict[str, Any], binary: bytes) -> bytes:
-    """Returns a GLB file with a JSON document and its only buffer, if that has any bytes (glTF 2.0, chapter 4).
+    """Returns a GLB file with a JSON document and its only buffer.
 
-    Sets `buffers` of the document. Raises `FormatError` if the file would exceed 4 GiB.
+    The buffer is omitted if `binary` is empty (glTF 2.0, chapter 4). Sets `buffers` of the document unless
+    the buffer is omitted. Raises `FormatError` if the file would exceed 4 GiB.
     """
     if binary:
         document["buffers"] = [{"byteLength": len(binary)}]

@@ -17,7 +17,10 @@ padding.
 def html_table(
     title: str, head: Sequence[str], rows: Iterable[Sequence[object]], notes: Sequence[str] = ()
 ) -> str:
-    """Returns HTML with a bold title, a table of at most `MAX_ROWS` rows, and lines below; all text is escaped."""
+    """Returns HTML with a bold title, a table of at most `MAX_ROWS` rows, and lines below.
+
+    All text is escaped.
+    """
     from html import escape  # imported here: `import raycam` does not wait for it
 
     every = list(rows)

@@ -21,7 +21,10 @@ OUTPUT_BYTES = 2000
 
 
 def apply_rlimits(memory: int, seconds: float, size: int) -> None:
-    """Limits the address space, processor time and file size of this process, on systems that support such limits."""
+    """Limits the address space, processor time and file size of this process.
+
+    The limits apply on systems that support such limits.
+    """
     try:
         import resource
     except ImportError:  # Windows
@@ -73,7 +76,10 @@ def run_limited(
 
 
 def describe_status(status: int) -> str:
-    """Returns an exit status as text: "status 1", or "signal SIGKILL" for a process that a signal ended."""
+    """Returns an exit status as text.
+
+    The text is "status 1", for example, or "signal SIGKILL" for a process that a signal ended.
+    """
     import signal
 
     return f"signal {signal.Signals(-status).name}" if status < 0 else f"status {status}"

@@ -1,4 +1,7 @@
-"""Memory limits of this process, from the machine and its control groups, and parsing of sizes."""
+"""Determines memory limits of this process, and parses sizes.
+
+The limits are those of the machine and of the process's control groups.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +24,12 @@ PROC = Path("/proc")
 
 
 def available_bytes(share: float = 1.0) -> int:
-    """Bytes that this process and its children may still allocate until `share` of a limit is used; may be negative.
+    """Returns the bytes that this process and its children may still allocate.
 
-    The limits are the machine's memory and those of the process's control groups and their parents (Linux, versions 1
-    and 2, as set by containers and batch systems); the lowest limit counts. Used memory includes all processes under
-    the same limit, but not file caches, which the kernel can drop.
+    The result is the number of bytes until `share` of a limit is used. The result is negative if more is
+    already used. The limits are the machine's memory and those of the process's control groups and their
+    parents (Linux, versions 1 and 2, as set by containers and batch systems). The lowest limit counts. Used
+    memory includes all processes under the same limit, but not file caches, which the kernel can drop.
     """
     return min(int(share * limit) - used for limit, used in limits())
 
@@ -40,10 +44,11 @@ def peak_bytes(pid: int) -> int:
 
 
 def parse_size(name: str, size: int | str | None) -> int | None:
-    """Parses the size called `name` in bytes: a whole number, or a string such as "512 MiB", "2GB", "1.5 GiB".
+    """Parses the size called `name`, and returns the number of bytes.
 
-    K, M, G and T are powers of 1024 with `iB` and of 1000 with `B`. Raises `SettingsError` for an invalid size, or a
-    size below one byte.
+    `size` is a whole number, or a string such as "512 MiB", "2GB", "1.5 GiB". The result is None if `size` is
+    None. K, M, G and T are powers of 1024 with `iB` and of 1000 with `B`. Raises `SettingsError` for an
+    invalid size, or a size below one byte.
     """
     if size is None:
         return None
@@ -64,7 +69,10 @@ def parse_size(name: str, size: int | str | None) -> int | None:
 
 
 def limits() -> list[tuple[int, int]]:
-    """Pairs (limit, used) in bytes of the machine and of every limited control group of this process."""
+    """Returns the memory limits that apply to this process, as pairs (limit, used) in bytes.
+
+    The limits are those of the machine and of every limited control group of this process.
+    """
     if sys.platform == "win32":
         return [windows_memory.limit_and_used()]
     total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
@@ -90,7 +98,10 @@ def limits() -> list[tuple[int, int]]:
 
 
 def mac_available(vm_stat: str) -> int:
-    """Bytes available on macOS without swapping, from the text of `vm_stat`: free, speculative and inactive pages."""
+    """Returns the bytes available on macOS without swapping, from the text of `vm_stat`.
+
+    These are the free, speculative and inactive pages.
+    """
     page = _number_in(vm_stat, r"page size of (\d+) bytes")
     return page * sum(_number_in(vm_stat, rf"Pages {kind}:\s+(\d+)") for kind in MAC_AVAILABLE)
 

@@ -1,4 +1,7 @@
-"""NumPy's .npz files with bytes that depend only on the arrays. Source: PKWARE's APPNOTE.TXT, `numpy.lib.format`."""
+"""Writes NumPy's .npz files with bytes that depend only on the arrays.
+
+Source: PKWARE's APPNOTE.TXT, `numpy.lib.format`.
+"""
 
 from __future__ import annotations
 

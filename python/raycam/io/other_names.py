@@ -1,4 +1,7 @@
-"""Errors for missing attributes that other libraries have: the message names raycam's counterpart."""
+"""Creates errors for missing attributes that other libraries have.
+
+The message names raycam's counterpart.
+"""
 
 from __future__ import annotations
 

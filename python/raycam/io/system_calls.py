@@ -24,7 +24,10 @@ BINARY: int = getattr(os, "O_BINARY", 0)
 
 
 def read_at(file: int, count: int, place: int) -> bytes:
-    """Reads up to `count` bytes of an open file from the offset `place`; on Windows this moves the file's position."""
+    """Reads up to `count` bytes of an open file from the offset `place`.
+
+    On Windows, the call moves the file's position.
+    """
     if hasattr(os, "pread"):
         return os.pread(file, count, place)
     os.lseek(file, place, os.SEEK_SET)
@@ -43,7 +46,10 @@ def write_at(file: int, data: bytes, place: int) -> int:
 
 
 def sync_file(file: int) -> None:
-    """Syncs an open file to the disk, on macOS also through the disk's own cache. Raises `OSError` from the disk."""
+    """Syncs an open file to the disk.
+
+    On macOS, the disk's own cache is also written to the disk. Raises `OSError` from the disk.
+    """
     if sys.platform == "darwin":
         import fcntl
 
@@ -82,7 +88,10 @@ def sync_folder(path: str | os.PathLike[str]) -> None:
 
 
 def lower_own_priority() -> None:
-    """Lowers the priority of this process, and of the threads and processes that it starts from now on."""
+    """Lowers the priority of this process.
+
+    The new priority also applies to threads and processes that this process starts from now on.
+    """
     if hasattr(os, "nice"):
         os.nice(19)
         return

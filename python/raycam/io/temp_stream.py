@@ -16,13 +16,17 @@ READ_BYTES = 1 << 20
 
 
 class TempStreamError(OSError):
-    """The job's disk failed while writing a stream, which does not count as a failure of the frame."""
+    """A failure of the job's disk while a stream is written.
+
+    This error does not count as a failure of the frame.
+    """
 
 
 class TempStream:
-    """Bytes in an unnamed temporary file of a folder, which disappears with the process that holds it.
+    """Bytes in an unnamed temporary file of a folder.
 
-    Raises `TempStreamError` for errors of the disk.
+    The file disappears when the process that holds the file ends. Raises `TempStreamError` for errors of the
+    disk.
     """
 
     def __init__(self, folder: str, pieces: Iterable[Piece] = ()) -> None:

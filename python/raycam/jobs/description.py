@@ -1,4 +1,7 @@
-"""The description of a job in `.raycam/job.json`, and the differences between two jobs as text."""
+"""Reads the description of a job, and compares two jobs.
+
+The description is in `.raycam/job.json`. The differences between two jobs are returned as text.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,10 @@ MAX_REPORTED = 8  # differences between two worlds
 
 
 def read_description(path: Path) -> dict[str, Any] | None:
-    """Reads a `job.json`; returns None if the file does not exist. Raises `JobError` for a damaged file."""
+    """Reads a `job.json`, and returns None if the file does not exist.
+
+    Raises `JobError` for a damaged file.
+    """
     try:
         text = path.read_text(encoding="utf-8")
     except (FileNotFoundError, NotADirectoryError):
@@ -40,7 +46,10 @@ def read_description(path: Path) -> dict[str, Any] | None:
 
 
 def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: JobPackage) -> str:
-    """Returns the message that a folder contains another job, described by `there`; `stored` is its package file."""
+    """Returns the message that a folder contains another job.
+
+    `there` describes the other job; `stored` is the other job's package file.
+    """
     lines = list(differences(there, {"job": there["job"], **asked.describe()}))
     if there.get("world") != asked.describe()["world"]:
         try:
@@ -55,9 +64,10 @@ def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: J
 
 
 def world_differences(there: World, asked: World) -> list[str]:
-    """Returns the differences of two worlds by object, light, camera and setting, at most `MAX_REPORTED`.
+    """Returns the differences of two worlds by object, light, camera and setting.
 
-    Meshes and materials, which have no short text, are only reported as different.
+    At most `MAX_REPORTED` differences are listed; a final line counts the others. Meshes and materials, which
+    have no short text, are only reported as different.
     """
     found = list(differences(_parts(there), _parts(asked)))
     if [one.triangles for one in there.objects] == [one.triangles for one in asked.objects]:

@@ -122,9 +122,10 @@ class Job:
         return self._package
 
     def release_package(self) -> None:
-        """Removes a package of more than `MAX_KEPT_PACKAGE_BYTES` from the folder once all frames are finished.
+        """Removes a large package from the folder once all frames are finished.
 
-        The call that created the job can still resume it, and writes the package again if a frame must be repeated.
+        A package is large if it has more than `MAX_KEPT_PACKAGE_BYTES`. The call that created the job can
+        still resume the job, and writes the package again if a frame must be repeated.
         """
         path = self._state / "package"
         with contextlib.suppress(FileNotFoundError):
@@ -146,7 +147,10 @@ class Job:
         return Status(len(self._offsets), done, dict(sorted(self._failed.items())), damaged)
 
     def running_processes(self) -> list[str]:
-        """Returns the processes on this machine that are running the job; empty if no process is running it."""
+        """Returns the processes on this machine that are running the job.
+
+        The list is empty if no process is running the job.
+        """
         who = (lock_holder(path) for path in sorted(self._state.glob("lock*")))
         return [one for one in who if one is not None]
 
@@ -198,7 +202,10 @@ class Job:
         return wrong | self._results.check_assembled()
 
     def mark_assembled(self, names: Iterable[str]) -> None:
-        """Records files that were assembled from all frames, by their names relative to the folder, for `verify`."""
+        """Records files that were assembled from all frames, for `verify`.
+
+        `names` are the files' names relative to the folder.
+        """
         with self._scratch("-join") as scratch:
             self._results.mark_assembled(names, scratch)
 
@@ -268,10 +275,11 @@ class Job:
 
     @contextlib.contextmanager
     def assembling(self) -> Iterator[bool]:
-        """Context for assembling a file from all frames; on entry, the job reads the progress of all shards.
+        """Returns a context for assembling a file from all frames.
 
-        If several shards end at the same time, one shard enters and the other shards wait. Yields False if another
-        shard has assembled the file and removed the job.
+        On entry, the job reads the progress of all shards. If several shards end at the same time, one shard
+        enters and the other shards wait. Yields False if another shard has assembled the file and removed the
+        job, and otherwise True.
         """
         with contextlib.ExitStack() as held:
             with contextlib.suppress(FileNotFoundError):
@@ -294,8 +302,9 @@ class Job:
     # Internals ------------------------------------------------------------------------------------------------
 
     def _create(self, package: JobPackage) -> None:
-        """Writes the missing files of the job; `job.json` is written last, so it exists only next to a complete
-        package.
+        """Writes the missing files of the job.
+
+        `job.json` is written last, so the file exists only next to a complete package.
         """
         path, description = self._state / "package", self._state / "job.json"
         # This folder exists while a process creates the job, or after the process was killed.
@@ -326,7 +335,10 @@ class Job:
                 atomic_files.sync_folder(self.folder)
 
     def _write_package(self, package: JobPackage, scratch: Path) -> None:
-        """Writes the package, after removing the mark of its removal, so that a missing package is detected."""
+        """Writes the package, after removing the mark of its removal.
+
+        Without the mark, a missing package is detected.
+        """
         (self._state / RELEASED).unlink(missing_ok=True)
         atomic_files.write(self._state / "package", package.to_bytes(), scratch)
 
@@ -356,7 +368,10 @@ class Job:
                 journal.erase_line(path, place)
 
     def _entries(self) -> Iterator[tuple[int, JournalEntry | None]]:
-        """Iterates over the entries of the journals with their positions, oldest first; None for a damaged line."""
+        """Yields the entries of the journals with their positions, oldest first.
+
+        The entry of a damaged line is None.
+        """
         for number, path in enumerate(self._journals):
             for place, entry in journal.read(path):
                 if entry is not None and not 0 <= entry.frame < len(self._offsets):
@@ -414,7 +429,10 @@ class Job:
         shutil.rmtree(path, ignore_errors=True)
 
     def _remove(self) -> None:
-        """Removes the results, then the state. If killed in between, a job with fewer finished frames remains."""
+        """Removes the results, then the state.
+
+        If the process is killed in between, a job with fewer finished frames remains.
+        """
         done = (frame for frame in range(len(self._offsets)) if self.has(frame))
         self._results.remove(name for frame in done for name in self._entry(frame).files)
         with contextlib.suppress(JobError):
@@ -430,7 +448,10 @@ class Job:
                 path.unlink()
 
     def _remove_locks(self) -> None:
-        """Removes the closed locks of a removed job, and its folders if nothing else is in them (Windows)."""
+        """Removes the closed locks of a removed job, and its folders if nothing else is in them.
+
+        On systems other than Windows, this method does nothing.
+        """
         if os.name != "nt":
             return
         # Another process may still hold a lock; the last process removes the files.

@@ -71,7 +71,10 @@ class JobPackage:
 
     @staticmethod
     def check_backgrounds(settings: Mapping[str, Any]) -> None:
-        """Raises `JobError` if the cameras' background photos differ from those of the package, and `OSError`."""
+        """Raises `JobError` if the cameras' background photos differ from the package's photos.
+
+        Raises `OSError` if a photo cannot be read.
+        """
         for path, known in settings.get("backgrounds", {}).items():
             if _hash_of(path) != known:
                 raise JobError(

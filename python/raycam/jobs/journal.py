@@ -89,7 +89,10 @@ def read(path: Path) -> Iterator[tuple[int, JournalEntry | None]]:
 
 
 def read_entry(path: Path, place: int) -> JournalEntry:
-    """The entry at an offset from `read` or `Journal.add`; raises `JobError` if the line has changed."""
+    """Returns the entry at an offset from `read` or `Journal.add`.
+
+    Raises `JobError` if the line has changed.
+    """
     with path.open("rb") as lines:
         lines.seek(place)
         entry = _entry(lines.readline())
@@ -115,7 +118,10 @@ def erase_line(path: Path, place: int) -> None:
 
 
 def _entry(line: bytes) -> JournalEntry | None:
-    """Parses an entry; None for a partial or damaged line, and for the zeros that a power cut may leave."""
+    """Parses an entry; returns None for a partial or damaged line.
+
+    A line of zeros, which a power cut may leave, also returns None.
+    """
     start, _, end = line.rpartition(CHECK)
     if end != _check(start) + b'"}\n':
         return None
@@ -166,7 +172,10 @@ class Journal:
             sync_file(self._file)
 
     def add(self, entry: JournalEntry) -> int:
-        """Appends an entry, syncs it to the disk, and returns its byte offset. On failure, nothing is appended."""
+        """Appends an entry, syncs it to the disk, and returns its byte offset.
+
+        On failure, nothing is appended, and `OSError` is raised.
+        """
         line = entry.line()
         before = os.fstat(self._file).st_size
         try:

@@ -43,7 +43,10 @@ def register(kind: str, factory: FrameMakerFactory) -> None:
 
 
 def frame_maker(kind: str, world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
-    """Returns the function that makes the frames of a package; raises `JobError` for an unknown kind."""
+    """Returns the function that makes the frames of a package.
+
+    Raises `JobError` for an unknown kind.
+    """
     if kind not in KINDS and kind in MODULES:
         importlib.import_module(MODULES[kind])
     if kind not in KINDS:

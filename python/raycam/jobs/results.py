@@ -76,7 +76,10 @@ class ResultStore:
         _compare(path, stamp, found)
 
     def mark_assembled(self, names: Iterable[str], scratch: Path) -> None:
-        """Records the stamps of files assembled from all frames: index files, or a video next to the folder."""
+        """Records the stamps of files that are assembled from all frames.
+
+        These files are index files, or a video next to the folder.
+        """
         stamps = {name: _fingerprint(self._assembled_path(name)) for name in names}
         atomic_files.write(os.path.join(self._folder, STATE, ASSEMBLED), json.dumps(stamps).encode(), scratch)
 
@@ -96,7 +99,11 @@ class ResultStore:
             raise JobError(f"{path}: the result is damaged", code="damaged_job") from None
 
     def check_assembled(self) -> dict[str, str]:
-        """The assembled files that differ from their stamps, with a message each; they are renamed to `.damaged`."""
+        """Returns a message for each assembled file that differs from its stamp.
+
+        The method renames these files to `.damaged`. Missing files and a damaged list of stamps also have a
+        message.
+        """
         wrong = {}
         try:
             joined = self.assembled()

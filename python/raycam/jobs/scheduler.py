@@ -1,4 +1,6 @@
-"""Scheduling of frames on workers that may fail: retries, and speculative copies of stragglers.
+"""Scheduling of frames on workers that may fail.
+
+The scheduler retries frames, and submits speculative copies of stragglers.
 
 A frame is finished when its first result arrives in this process; later results of the same frame are dropped. So
 workers may die, stall and recover, or return a result twice.
@@ -58,15 +60,19 @@ class Pool(Protocol):
         """Notices for the user, so far."""
 
     def threads(self, left: int) -> int | None:
-        """Threads for the next frame if `left` frames, including it, remain to be submitted; None for all threads."""
+        """Returns the number of threads for the next frame; None for all threads.
+
+        `left` is the number of frames that remain to be submitted, including the next frame.
+        """
 
     def open(self, package: JobPackage, path: str) -> None:
         """Prepares for the frames of a job whose package is in the file `path`."""
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:
-        """Starts a frame; for faults of workers, the future raises `WorkerDied`, `WorkerUnfit` or `PoolLost`.
+        """Starts a frame, and returns the future of its result.
 
-        After `WorkerUnfit` the frame is submitted again. A pool without a fit worker eventually raises `PoolLost`.
+        For faults of workers, the future raises `WorkerDied`, `WorkerUnfit` or `PoolLost`. After
+        `WorkerUnfit` the frame is submitted again. A pool without a fit worker eventually raises `PoolLost`.
         """
 
     def slots(self) -> int:
@@ -182,7 +188,10 @@ class _Scheduler:
         future.add_done_callback(self._arrived.put)
 
     def _complete(self, future: Future[FrameResult]) -> FrameResult | FailedFrame | None:
-        """The outcome of a finished future; None if the frame has no outcome yet, or already had an outcome."""
+        """Returns the outcome of the frame of a finished future.
+
+        The result is None if the frame has no outcome yet, or already had an outcome.
+        """
         if future not in self._under_way:  # a future that was reported twice
             return None
         task, started = self._under_way.pop(future)

@@ -1,4 +1,7 @@
-"""A large image as a job of tiles; the assembled image is bit-identical to one that is rendered at once."""
+"""A large image as a job of tiles.
+
+The assembled image is bit-identical to an image that is rendered at once.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,9 @@ def job_package(
     tile: int | None = None,
     **settings: Any,
 ) -> JobPackage:
-    """Returns the job for the image of `raycam.render` with the same arguments, in square tiles of `tile` (256) pixels.
+    """Returns the job that renders the image of `raycam.render` in square tiles.
+
+    The arguments are the same as for `raycam.render`. A tile has `tile` x `tile` pixels (default: 256).
 
     Run the job with `Job(folder, package).run(pool)`, then `assemble` the tiles.
 
@@ -83,7 +88,10 @@ def job_package(
 
 
 def tile_maker(world: World, settings: Mapping[str, Any], threads: int | None) -> FrameMaker:
-    """The frame maker of the kind "image": tile_0000.npz and so on, with the channels of each tile."""
+    """Returns the frame maker of the kind "image".
+
+    The files are tile_0000.npz and so on, with the channels of each tile.
+    """
     camera = world.camera(settings["camera"])
     left, top, width, height = settings["region"]
     tile = settings["tile"]

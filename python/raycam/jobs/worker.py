@@ -69,7 +69,10 @@ class FrameResult(NamedTuple):
 
 
 class WorkerUnfit(Exception):
-    """This worker cannot render frames of the job, but another may; does not count as a failure of the frame."""
+    """This worker cannot render frames of the job, but another worker may.
+
+    The error does not count as a failure of the frame.
+    """
 
     worker: str | None = None
     """The worker's address in its cluster."""
@@ -90,10 +93,12 @@ def render_frame(
     package: bytes | None = None,
     gather: GatherPieces = b"".join,
 ) -> FrameResult:
-    """Renders a frame; the package is loaded for the first frame and cached, or given as `package`.
+    """Renders a frame, and returns its files, notices and render time.
 
-    `gather` combines the pieces of each file that is made in pieces. Raises the errors of the frame, and those of
-    `load_package`.
+    The package is loaded for the first frame and cached, or given as `package`. `gather` combines the pieces
+    of each file that is made in pieces.
+
+    Raises the errors of the frame, and the errors of `load_package`.
     """
     if package is not None:
         cache_package(_read_package(package, "the package of the request", task.job))
@@ -112,7 +117,9 @@ def cache_package(package: JobPackage) -> None:
 
 
 def load_package(task: FrameTask) -> JobPackage:
-    """Returns a task's package, from the cache, the task's path, or `PACKAGE_PATHS`, and caches it.
+    """Returns a task's package, and caches the package.
+
+    The package is read from the cache, the task's path, or `PACKAGE_PATHS`.
 
     Raises `PackageNotFound` if the package is in none of these places, and `WorkerUnfit` if another version of raycam
     created it.

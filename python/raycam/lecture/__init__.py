@@ -1,1 +1,4 @@
-"""The lecture on cameras and ray tracing: its page, its notebooks, and the checks of their exercises."""
+"""The lecture on cameras and ray tracing.
+
+This package contains the lecture's page, its notebooks, and the checks of their exercises.
+"""

@@ -1,7 +1,8 @@
-"""Checks the exercises of the notebook "A ray tracer by hand", with hints for common mistakes.
+"""Checks for the exercises of the notebook "A ray tracer by hand".
 
-Each check takes the student's function, tries it on several cameras, triangles and pixels, compares the results with
-`raycam.reference`, and returns a `Verdict`. A wrong answer does not raise an error: the verdict contains a hint.
+Each check takes the student's function, tries the function on several cameras, triangles and pixels, compares
+the results with `raycam.reference`, and returns a `Verdict`. A wrong answer does not raise an error: the
+verdict contains a hint for common mistakes.
 """
 
 from __future__ import annotations
@@ -79,7 +80,11 @@ def check_center(center: Callable[[Floats], Any]) -> Verdict:
 
 
 def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
-    """Checks `ray(P, u, v)`, a vector of any length from the camera's centre through the pixel (u, v), forward."""
+    """Checks `ray(P, u, v)`, the viewing ray of the pixel (u, v).
+
+    The expected result is a vector of any length that points forward, from the camera's centre through the
+    pixel.
+    """
     for camera in _cameras():
         for u, v in ((0, 0), (24, 18), (40.25, 7.5)):
             P = camera.P
@@ -117,7 +122,10 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
 
 
 def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]) -> Verdict:
-    """Checks `plane_distance(triangle, C, r)`: t of the point C + t r in the plane; NaN for a parallel r."""
+    """Checks `plane_distance(triangle, C, r)`: t of the point C + t r in the triangle's plane.
+
+    If r is parallel to the plane, the expected result is NaN.
+    """
     rng = np.random.default_rng(1)
     for _ in range(8):
         triangle, C, r = rng.normal(size=(3, 3)), rng.normal(size=3), 3 * rng.normal(size=3)
@@ -142,7 +150,10 @@ def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]
 
 
 def check_is_inside(is_inside: Callable[[Floats, Floats], Any]) -> Verdict:
-    """Checks `is_inside(triangle, point)`: whether a point in the triangle's plane is inside the triangle."""
+    """Checks `is_inside(triangle, point)` for points in the triangle's plane.
+
+    The expected result is True if the point is inside the triangle.
+    """
     rng = np.random.default_rng(2)
     wrong: list[tuple[bool, bool, bool]] = []  # (expected, counterclockwise order, within the bounding box)
     for number in range(60):
@@ -181,7 +192,10 @@ def check_is_inside(is_inside: Callable[[Floats, Floats], Any]) -> Verdict:
 
 
 def check_closest(closest: Callable[[Triangles, Floats, Floats], Any]) -> Verdict:
-    """Checks `closest(triangles, C, r)`: the index of the first triangle that the ray hits; -1 for a miss."""
+    """Checks `closest(triangles, C, r)`, the index of the first triangle that a ray hits.
+
+    The expected result for a miss is -1.
+    """
     near, far, behind = ([[-3.0, -2, z], [3, -2, z], [0, 4, z]] for z in (2.0, 4.0, -1.0))
     C, forward, aside = np.zeros(3), np.array([0.0, 0, 1]), np.array([5.0, 0, 1])
     cases = [
@@ -303,7 +317,11 @@ def _exception(error: Exception) -> str:
 
 
 def _numbers(function: Callable[[], Any], shape: tuple[int, ...]) -> tuple[Any, str]:
-    """The function's result as an array; None and a text if the answer is missing or has another shape."""
+    """Returns the function's result as an array, and an empty text.
+
+    If the answer is missing or has another shape, or if the function raises an error, returns None and a
+    text.
+    """
     try:
         given = function()
     except Exception as error:

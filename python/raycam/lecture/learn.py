@@ -14,7 +14,9 @@ WITHOUT_LIVE = (
 
 
 def write_lecture(folder: Path) -> list[Path]:
-    """Writes `live.html`, `lecture.html` and the notebooks; returns their paths, starting with the page to open.
+    """Writes the lecture's pages and notebooks, and returns their paths.
+
+    The pages are `live.html` and `lecture.html`. The first path is the page to open.
 
     Notebooks that exist are kept, because they may contain answers. Without the WebAssembly core, which wheels
     contain, the interactive page `live.html` is omitted, and the lecture's text contains the remedy.

@@ -57,10 +57,10 @@ def beam_rays(
     samples: int,
     turns: Floats,
 ) -> tuple[Floats, Floats, Floats]:
-    """Returns origins and directions [n, k, 3] of the rays of beams along `directions` [n, 3], and weights [k].
+    """Returns the origins and directions [n, k, 3] of the rays of beams, and their weights [k].
 
-    `turns` [n], from 0 to 1, turn the set about each beam's axis against moiré. The beam's horizontal axis is
-    perpendicular to z.
+    The beams are along `directions` [n, 3]. `turns` [n], from 0 to 1, rotate the set of rays about each
+    beam's axis against moiré. The beam's horizontal axis is perpendicular to z.
     """
     places, weights = hexagonal_set(samples)
     if samples == 1:

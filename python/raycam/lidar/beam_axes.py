@@ -22,7 +22,10 @@ __all__ = ["azimuth_errors", "rotate_about_z", "world_axes"]
 def world_axes(
     lidar: Lidar, pattern: Pattern, frame: int, pulses: npt.NDArray[np.int64]
 ) -> tuple[Floats, Floats]:
-    """Returns the starts and the unit directions [n, 3] of the beams of `pulses` in the world, at their times."""
+    """Returns the starts and the unit directions [n, 3] of the beams of `pulses` in the world.
+
+    Each beam is given at the time of its pulse.
+    """
     turns, places = lidar.track.at(pattern.times[pulses])
     errors = azimuth_errors(lidar, pattern, frame)[pulses]
     directions = transform(turns, rotate_about_z(pattern.directions[pulses], errors))
@@ -30,7 +33,10 @@ def world_axes(
 
 
 def azimuth_errors(lidar: Lidar, pattern: Pattern, frame: int) -> Floats:
-    """Returns the error of each pulse's azimuth in radians [n]: one number per column, from the encoder."""
+    """Returns the error of each pulse's azimuth in radians [n].
+
+    The encoder has one error per column.
+    """
     settings = lidar.settings
     sigma = math.radians(settings["azimuth_noise"]) if settings["noise"] else 0.0
     if sigma == 0.0 or not len(pattern):

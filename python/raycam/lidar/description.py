@@ -18,7 +18,7 @@ UNITS = {name: unit for name, (_, _, unit) in SETTINGS.items()} | {
 
 
 def describe_lidar(lidar: Lidar) -> str:
-    """Returns the device's pattern, its settings and the sources of the numbers, with one entry per line."""
+    """Returns the device's pattern, settings and sources of numbers, with one entry per line."""
     pattern = lidar.pattern()
     up = np.degrees(np.arcsin(np.clip(pattern.directions[:, 2], -1.0, 1.0)))
     rows, columns = pattern.shape
@@ -36,7 +36,10 @@ def describe_lidar(lidar: Lidar) -> str:
 
 
 def _text(name: str, value: object) -> str:
-    """Returns a setting's value with its unit; "unknown" if the manufacturer's documents do not confirm it."""
+    """Returns a setting's value with its unit.
+
+    The result is "unknown" if the manufacturer's documents do not confirm the value.
+    """
     if name == "visibility" and value is None:
         return "the world's fog"
     if name == "overlap":

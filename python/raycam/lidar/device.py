@@ -20,7 +20,10 @@ def device_names() -> list[str]:
 
 
 def device_description(name: object) -> dict[str, Any]:
-    """Returns the description of a device; raises `LidarError` with similar names for an unknown device."""
+    """Returns the description of a device.
+
+    Raises `LidarError` with similar names for an unknown device.
+    """
     if not isinstance(name, str) or name not in device_names():
         raise LidarError(
             f"{nearest('lidar', name, device_names())}; to list all devices, run: raycam lidars",

@@ -43,9 +43,11 @@ class Echoes:
 
 
 def find_echoes(found: Contributions, pulse_length: float) -> Echoes:
-    """Returns the local maxima of the sum of energy * g(r - length), g a Gaussian of the pulse's length.
+    """Returns the echoes: the local maxima of the pulses' waveforms.
 
-    `pulse_length` is the pulse's full width at half maximum in metres of distance; 0: each surface is an echo.
+    A waveform is the sum of energy * g(r - length), where g is a Gaussian of the pulse's length.
+    `pulse_length` is the pulse's full width at half maximum in metres of distance; 0: each surface is an
+    echo.
     """
     if len(found.pulse) and (np.diff(found.pulse) > 0).all():
         return _single_echoes(found)
@@ -132,7 +134,10 @@ def _order_by_surface(surface: npt.NDArray[Any], number: npt.NDArray[np.int64]) 
 
 
 def _leaders(number: npt.NDArray[np.int64], ranks: Sequence[npt.NDArray[Any]]) -> npt.NDArray[np.int64]:
-    """Returns the row of each echo number with the largest rank; the next rank decides between equal ranks."""
+    """Returns the row of each echo number with the largest rank.
+
+    The next rank decides between equal ranks.
+    """
     rows = np.arange(len(number))
     if (np.diff(number) < 0).any():
         rows = np.argsort(number, kind="stable")
@@ -144,7 +149,11 @@ def _leaders(number: npt.NDArray[np.int64], ranks: Sequence[npt.NDArray[Any]]) -
 
 
 def _modes(cluster: npt.NDArray[np.int64], length: Floats, weight: Floats, sigma: float) -> Floats:
-    """Returns, for each contribution, the maximum that is reached by climbing its cluster's waveform from there."""
+    """Returns the waveform's maximum for each contribution.
+
+    The maximum is reached by climbing the waveform of the contribution's cluster, starting at the
+    contribution.
+    """
     starts = (
         np.flatnonzero(np.concatenate([[True], np.diff(cluster) != 0])) if len(cluster) else np.zeros(0, int)
     )
@@ -173,9 +182,12 @@ def _modes(cluster: npt.NDArray[np.int64], length: Floats, weight: Floats, sigma
 
 
 def _single_maximum(at: Floats, places: Floats, shares: Floats, sigma: float) -> Floats:
-    """Returns the maxima of sums of Gaussians at `places` [n, m] that have a single maximum, near the starts `at` [n].
+    """Returns the maxima of sums of Gaussians that have a single maximum.
 
-    Newton's method for the zero of the mean shift, with steps of at most half a standard deviation.
+    The Gaussians are at `places` [n, m], and the maxima are near the starts `at` [n].
+
+    The method is Newton's method for the zero of the mean shift, with steps of at most half a standard
+    deviation.
     """
     at = at.copy()
     active = np.arange(len(at))
@@ -190,7 +202,9 @@ def _single_maximum(at: Floats, places: Floats, shares: Floats, sigma: float) ->
 
 
 def _climb(at: Floats, places: Floats, shares: Floats, sigma: float) -> Floats:
-    """Returns the maxima above the starts `at` [n] of sums of Gaussians at `places` [n, m] with `shares` [n, m].
+    """Returns the maxima reached by climbing sums of Gaussians from the starts `at` [n].
+
+    The Gaussians are at `places` [n, m], with the weights `shares` [n, m].
 
     The method is mean shift, which never descends, until a step is below sigma / 1000 and the sum curves downwards;
     then Newton's method. On a slope without a maximum, steps become small, but the sum curves upwards around them.

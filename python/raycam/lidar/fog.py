@@ -48,9 +48,10 @@ class Fog:
 
 
 def find_fog(world: World, visibility: float | None) -> Fog | None:
-    """Returns the fog of a lidar's setting `visibility`, or the world's fog if it is None; None without fog.
+    """Returns the fog of a lidar's setting `visibility`, or the world's fog; None without fog.
 
-    The world's fog has the visibility ln(20) / extinction of its red light.
+    If `visibility` is None, the world's fog applies. The world's fog has the visibility ln(20) / extinction
+    of its red light.
     """
     if visibility is not None:
         return Fog(visibility) if math.isfinite(visibility) else None
@@ -67,7 +68,10 @@ def find_fog(world: World, visibility: float | None) -> Fog | None:
 
 
 def attenuation(visibility: float) -> float:
-    """Returns the attenuation coefficient of fog in 1/m: 5 % of the light remains after the distance `visibility`."""
+    """Returns the attenuation coefficient of fog in 1/m.
+
+    After the distance `visibility`, 5 % of the light remains.
+    """
     return math.log(20.0) / visibility
 
 

@@ -22,9 +22,10 @@ def hesai_pattern(
     columns: int,
     rate: float,
 ) -> Pattern:
-    """Returns one turn of `columns` equal steps; angles in degrees, `fire_times` in seconds after the column's start.
+    """Returns one turn of `columns` equal steps.
 
-    The azimuth runs clockwise as seen from above, from x. Ring numbers are the channels, counted from 0.
+    Angles are in degrees, and `fire_times` in seconds after the column's start. The azimuth runs clockwise as
+    seen from above, from x. Ring numbers are the channels, counted from 0.
     """
     check_count(columns * len(elevations))
     times = np.arange(columns)[:, None] / (columns * rate) + np.asarray(fire_times)[None, :]

@@ -14,10 +14,11 @@ LARGEST = 1000.0
 
 
 def device_intensity(family: str, reflectivity: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
-    """Returns the device's 8-bit number for a reflectivity: 1 is white, larger values are retroreflective.
+    """Returns the device's 8-bit number for a reflectivity.
 
-    Velodyne and Ouster: 100 for white, proportional below it, logarithmic above it up to 255. Other devices: 255 for
-    white.
+    A reflectivity of 1 is white, and larger values are retroreflective. For Velodyne and Ouster, the number
+    is 100 for white, proportional below white, and logarithmic above white up to 255. For other devices, the
+    number for white is 255.
     """
     if family not in ("velodyne", "ouster"):
         linear: npt.NDArray[np.uint8] = np.rint(np.clip(reflectivity, 0.0, 1.0) * 255.0).astype(np.uint8)
@@ -30,7 +31,10 @@ def device_intensity(family: str, reflectivity: npt.NDArray[np.float32]) -> npt.
 
 
 def signal_counts(energy: npt.NDArray[np.float64], gain: float) -> npt.NDArray[np.uint16]:
-    """Returns the counts of returned photons, at most 65535; `energy` is 1 for a white target at 1 m."""
+    """Returns the counts of returned photons, at most 65535.
+
+    `energy` is 1 for a white target at 1 m.
+    """
     counts: npt.NDArray[np.uint16] = np.rint(np.minimum(energy * gain, MAX_COUNT)).astype(np.uint16)
     return counts
 

@@ -52,7 +52,10 @@ SETTINGS: dict[str, tuple[float, float, str]] = {
 
 
 class Lidar:
-    """A lidar, immutable: a device by name, a calibration (`load_lidar`) or any pattern (`Lidar.of`), at a pose.
+    """A lidar at a pose: a device by name, a calibration or any pattern.
+
+    Lidars are immutable. `load_lidar` returns the lidar of a calibration, and `Lidar.of` the lidar of a
+    pattern.
 
         lidar = raycam.Lidar("vlp16", rate=10).placed([0, 0, 1.8], yaw=90)
         scan = raycam.scan(world, lidar)
@@ -213,7 +216,10 @@ class Lidar:
     # Settings ---------------------------------------------------------------------------------------------
 
     def replace(self, **settings: Any) -> Self:
-        """Returns the lidar with new settings (see the class); None restores the device's own setting."""
+        """Returns the lidar with new settings; None restores the device's own setting.
+
+        The class documentation lists the settings.
+        """
         return self._copy(settings=settings)
 
     def _copy(self, *, settings: Mapping[str, Any] | None = None, track: Track | None = None) -> Self:
@@ -271,7 +277,11 @@ class Lidar:
             )
 
     def _check_mode(self, given: Mapping[str, Any], force: bool) -> None:
-        """Chooses an Ouster's mode for a rate, or its rate for a mode; raises `LidarError` if they contradict."""
+        """Chooses an Ouster's mode for a rate, or its rate for a mode.
+
+        Raises `LidarError` for an unknown mode. Unless `force` is True, also raises `LidarError` if the mode
+        and the rate contradict each other, and for an unsupported rate.
+        """
         modes = {mode: float(mode.split("x")[1]) for mode in self._description["modes"]}
         default = self._description.get("mode", "1024x10")
         mode, rate = self._settings.get("mode", default), self._settings.get("rate")
@@ -318,13 +328,18 @@ class Lidar:
 
     @property
     def family(self) -> str:
-        """The kind of pattern: "velodyne", "ouster", "hesai", "risley", "line", "golden",
-        "mirror" or "table"."""
+        """The kind of pattern, such as "velodyne".
+
+        The kinds are "velodyne", "ouster", "hesai", "risley", "line", "golden", "mirror" and "table".
+        """
         return str(self._description["family"])
 
     @property
     def is_generic(self) -> bool:
-        """True if the angles are the model's nominal angles, although individual units differ noticeably from them."""
+        """True if the angles are the model's nominal angles.
+
+        Individual units differ noticeably from the nominal angles.
+        """
         return bool(self._description.get("generic", False))
 
     @property
@@ -421,7 +436,9 @@ class Lidar:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """The metadata of an Ouster in its mode, of JSON types, as in the files of `load_lidar` and ouster-sdk.
+        """The metadata of an Ouster in its mode, of JSON types.
+
+        The metadata have the form of the files of `load_lidar` and ouster-sdk.
 
         Raises `LidarError` for other devices.
         """
@@ -491,7 +508,10 @@ class Lidar:
         return self._at(rotation_of(angles[0], angles[1], angles[2], self._up), place)
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
-        """Returns the lidar at another pose: sensor_from_world [3, 3] and its position [3] in the world."""
+        """Returns the lidar at another pose.
+
+        `R` is sensor_from_world [3, 3], and `C` is the lidar's position [3] in the world.
+        """
         turn = floats("R", R, (3, 3), error=LidarError)
         if not np.abs(product(turn, turn.T) - np.eye(3)).max() < 1e-6 or not np.linalg.det(turn) > 0.0:
             raise LidarError(
@@ -505,10 +525,11 @@ class Lidar:
         return self._copy(track=Track(np.zeros(1), world_from_sensor[None], place[None]))
 
     def moving(self, to: Self | Sequence[tuple[float, Self]]) -> Self:
-        """Returns the lidar moving during its frame: from its own pose to the pose of `to` when the frame ends.
+        """Returns the lidar moving during its frame, from its own pose to the pose of `to`.
 
-        `to` may also be a list of (seconds, lidar) in ascending order; seconds count from the frame's start. Positions
-        are interpolated linearly, rotations along the shortest arc.
+        The lidar reaches the pose of `to` when the frame ends. `to` may also be a list of (seconds, lidar) in
+        ascending order; seconds count from the frame's start. Positions are interpolated linearly, rotations
+        along the shortest arc.
         """
         if isinstance(to, Lidar):
             steps: list[tuple[float, Lidar]] = [(0.0, self), (1.0 / self.rate, to)]
@@ -524,7 +545,10 @@ class Lidar:
         return self._copy(track=Track(times, turns, np.stack([pose.positions[0] for pose in poses])))
 
     def on_track(self, track: Track) -> Self:
-        """Returns the lidar moving along the poses world_from_sensor of a track; times count from the frame's start."""
+        """Returns the lidar moving along the poses world_from_sensor of a track.
+
+        The track's times count from the frame's start.
+        """
         return self._copy(track=track)
 
     def moving_by(self, first: Floats, second: Floats, seconds: float) -> Self:
@@ -551,7 +575,10 @@ class Lidar:
 
     @property
     def pose(self) -> Floats:
-        """The pose world_from_sensor, float64 [4, 4]; for a moving lidar, at the middle of the frame."""
+        """The pose world_from_sensor, float64 [4, 4].
+
+        For a moving lidar, this is the pose at the middle of the frame.
+        """
         turns, places = self._track.at(np.array([0.5 / self.rate]))
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = turns[0], places[0]

@@ -34,9 +34,10 @@ class MeasuredFaces:
 
 
 def measured_faces(world: World, lidar: Lidar, *, threads: int | None = None) -> MeasuredFaces:
-    """Returns the faces of the points of `scan(world, lidar.replace(noise=False))`, in the order of pulses.
+    """Returns the faces on which a scan has points, in the order of pulses.
 
-    Points behind mirrors and glass (`bounces` above 0) and echoes of fog are omitted. Notices are given as by `scan`.
+    The scan is `scan(world, lidar.replace(noise=False))`. Points behind mirrors and glass (`bounces` above 0)
+    and echoes of fog are omitted. Notices are given as by `scan`.
     """
     exact = lidar.replace(noise=False)
     warn_of_device(lidar)

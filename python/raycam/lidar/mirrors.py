@@ -1,7 +1,10 @@
-"""Scanners that deflect the beam b with a moving mirror with unit normal n: its direction is then d = b - 2 (b · n) n.
+"""Scanners that deflect the beam with a moving mirror.
 
-The middle of the scan is the x axis. Source: law of reflection; forms of mirrors: Wehr and Lohr (1999), "Airborne laser
-scanning - an introduction and overview", ISPRS Journal 54, section 4.
+A mirror with the unit normal n deflects the beam b to the direction d = b - 2 (b · n) n. The middle of the
+scan is the x axis.
+
+Source: law of reflection; forms of mirrors: Wehr and Lohr (1999), "Airborne laser scanning - an introduction
+and overview", ISPRS Journal 54, section 4.
 """
 
 from __future__ import annotations
@@ -35,7 +38,10 @@ LIMITS: dict[str, dict[str, tuple[float, float]]] = {
 
 
 def mirror_table(kind: str, numbers: dict[str, Any]) -> dict[str, Any]:
-    """Returns the checked numbers of a mirror; raises `LidarError` for unknown, missing and impossible ones."""
+    """Checks and returns the numbers of a mirror.
+
+    Raises `LidarError` for unknown, missing and impossible numbers.
+    """
     one_of("kind", kind, list(LIMITS), error=LidarError)
     others = {"polygon": ["facets"], "survey": ["elevations", "azimuths", "pause"]}.get(kind, [])
     expected = ["pulse_rate", *LIMITS[kind], *others]
@@ -81,7 +87,10 @@ def _check_grid(name: str, value: Any, low: float, high: float) -> list[float]:
 
 
 def frame_rate(table: dict[str, Any]) -> float:
-    """Returns the default number of frames per second: 10, or one whole grid per frame for a survey."""
+    """Returns the default number of frames per second.
+
+    The default is 10, or one whole grid per frame for a survey.
+    """
     if table["kind"] != "survey":
         return 10.0
     rows, columns = (len(axis) for axis in survey_grid(table))
@@ -89,7 +98,10 @@ def frame_rate(table: dict[str, Any]) -> float:
 
 
 def mirror_pattern(table: dict[str, Any], rate: float, frame: int) -> Pattern:
-    """Returns the pulses of frame number `frame`; the mirror's motion continues from frame to frame."""
+    """Returns the pulses of frame number `frame`.
+
+    The mirror's motion continues from frame to frame.
+    """
     return MIRRORS[table["kind"]](table, rate, frame)
 
 
@@ -101,7 +113,7 @@ def reflect(beam: Floats, normals: Floats) -> Floats:
 
 
 def _clock(table: dict[str, Any], rate: float, frame: int) -> tuple[Floats, Floats]:
-    """Returns the times of the pulses of a frame since its start, and since the start of frame 0."""
+    """Returns the pulses' times since the frame's start, and since the start of frame 0."""
     count = round(table["pulse_rate"] / rate)
     check_count(count)
     pulses = np.arange(count)
@@ -109,9 +121,10 @@ def _clock(table: dict[str, Any], rate: float, frame: int) -> tuple[Floats, Floa
 
 
 def _turned_facets(angles: Floats) -> Floats:
-    """Returns the directions of the beam after a mirror that is turned about z by `angles` [n] from 45 degrees.
+    """Returns the directions of the beam after a mirror that is turned about z.
 
-    A mirror that turns by an angle turns the beam by twice the angle.
+    The mirror is turned by `angles` [n] in radians from 45 degrees. A mirror that turns by an angle turns the
+    beam by twice the angle.
     """
     turns = (0.25 * math.pi + angles).tolist()
     normals = np.stack([cosines(turns), sines(turns), np.zeros(len(turns))], axis=1)
@@ -119,9 +132,10 @@ def _turned_facets(angles: Floats) -> Floats:
 
 
 def _polygon(table: dict[str, Any], rate: float, frame: int) -> Pattern:
-    """A rotating polygon: parallel lines in the x-y plane, all in the same direction, from right to left.
+    """Returns the pattern of a rotating polygon: parallel lines in the x-y plane.
 
-    Only pulses within the field of view are emitted. Each line is a ring; rings are counted from 0 in each frame.
+    All lines have the same direction, from right to left. Only pulses within the field of view are emitted.
+    Each line is a ring; rings are counted from 0 in each frame.
     """
     moments, clock = _clock(table, rate, frame)
     phase = clock * table["line_rate"]
@@ -135,7 +149,10 @@ def _polygon(table: dict[str, Any], rate: float, frame: int) -> Pattern:
 
 
 def _oscillating(table: dict[str, Any], rate: float, frame: int) -> Pattern:
-    """A mirror whose angle is a sine of time: a zigzag in the x-y plane, first to the left; a half period is a ring."""
+    """Returns the pattern of an oscillating mirror: a zigzag in the x-y plane.
+
+    The mirror's angle is a sine of time, and the beam first moves to the left. Each half period is a ring.
+    """
     moments, clock = _clock(table, rate, frame)
     phase = clock * table["frequency"]
     swings = sines((2.0 * math.pi * np.fmod(phase, 1.0)).tolist())
@@ -146,7 +163,10 @@ def _oscillating(table: dict[str, Any], rate: float, frame: int) -> Pattern:
 
 
 def _conical(table: dict[str, Any], rate: float, frame: int) -> Pattern:
-    """A mirror whose normal is tilted from its axis of rotation (Palmer scanner): ovals around the x axis."""
+    """Returns the pattern of a Palmer scanner: ovals around the x axis.
+
+    The mirror's normal is tilted from the mirror's axis of rotation.
+    """
     moments, clock = _clock(table, rate, frame)
     turns = np.fmod(clock * table["frequency"], 1.0)
     angles = (2.0 * math.pi * turns).tolist()
@@ -172,9 +192,10 @@ def survey_grid(table: dict[str, Any]) -> tuple[Floats, Floats]:
 
 
 def _survey(table: dict[str, Any], rate: float, frame: int) -> Pattern:
-    """A scanner on a tripod: a polygon scans a vertical line upwards, while the head turns counterclockwise by a step.
+    """Returns the pattern of a scanner on a tripod: a grid of vertical lines.
 
-    Each frame is the whole grid. Within a line, the azimuth advances with time.
+    A polygon scans a vertical line upwards, while the head turns counterclockwise by a step. Each frame is
+    the whole grid. Within a line, the azimuth advances with time.
     """
     elevations, azimuths = survey_grid(table)
     check_count(len(elevations) * len(azimuths))

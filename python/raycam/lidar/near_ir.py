@@ -31,11 +31,11 @@ def near_infrared(
     pulse: npt.NDArray[np.int64],
     threads: int | None,
 ) -> npt.NDArray[np.float32]:
-    """Returns the red radiance along the axis of the beam of each `pulse` [n], in W/(m² sr), float32 [n].
+    """Returns the red radiance along the axis of the beam of each `pulse` [n], in W/(m² sr).
 
-    It is the light of an image (`raycam.render`), with the world's render settings and `near_ir_samples` paths for each
-    pulse. In a moving world whose pulses have more than 64 different times, it is computed at the nearest of 64 times
-    of the frame.
+    The result is float32 [n]. The radiance is the light of an image (`raycam.render`), with the world's
+    render settings and `near_ir_samples` paths for each pulse. In a moving world whose pulses have more than
+    64 different times, the radiance is computed at the nearest of 64 times of the frame.
     """
     pulses, row = np.unique(pulse, return_inverse=True)
     origins, directions = world_axes(lidar, pattern, frame, pulses)
@@ -50,7 +50,10 @@ def near_infrared(
 def _moments(
     world: World, times: Floats, duration: float
 ) -> list[tuple[float | None, npt.NDArray[np.int64]]]:
-    """Returns times of the world (None: the world's own time), each with the rows of `times` computed at it."""
+    """Returns times of the world, each with the rows of `times` for which the time is used.
+
+    None is the world's own time.
+    """
     if not world_moves(world):
         return [(None, np.arange(len(times)))]
     nearest = times

@@ -19,7 +19,10 @@ __all__ = ["OusterUnit", "ouster_metadata", "ouster_pattern"]
 
 @dataclass(frozen=True)
 class OusterUnit:
-    """The calibration of one unit, in degrees and millimetres, with the names of Ouster's metadata."""
+    """The calibration of one unit, in degrees and millimetres.
+
+    The attributes have the names of Ouster's metadata.
+    """
 
     beam_altitude_angles: tuple[float, ...]
     """The elevation of each row in degrees."""
@@ -34,7 +37,10 @@ class OusterUnit:
 
 
 def ouster_pattern(unit: OusterUnit, columns: int, rate: float) -> Pattern:
-    """Returns one turn in sensor axes. The device adds its constant n to distances, which count from the axis."""
+    """Returns one turn in sensor axes.
+
+    The device adds its constant n to distances, which count from the axis.
+    """
     rows = len(unit.beam_altitude_angles)
     check_count(rows * columns)
     encoder = [2.0 * math.pi * (1.0 - column / columns) for column in range(columns)]
@@ -65,7 +71,10 @@ def ouster_pattern(unit: OusterUnit, columns: int, rate: float) -> Pattern:
 def ouster_metadata(
     unit: OusterUnit, name: str, mode: str, rate: float, shifts: Sequence[int]
 ) -> dict[str, Any]:
-    """Returns the metadata of a unit in a mode, in the nested form of firmware 2.2 and later, without an IMU."""
+    """Returns the metadata of a unit in a mode.
+
+    The metadata have the nested form of firmware 2.2 and later, without an IMU.
+    """
     columns, rows = int(mode.split("x")[0]), len(unit.beam_altitude_angles)
     beam = list(unit.beam_to_lidar_transform)
     return {

@@ -92,7 +92,10 @@ class Contributions:
 
 
 def rows(array: npt.NDArray[Any], chosen: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Returns the rows `chosen` of an array; optimised for repeated values and for rows of several numbers."""
+    """Returns the rows `chosen` of an array.
+
+    The function is optimised for repeated values and for rows of several numbers.
+    """
     if len(array) and not array.strides[0]:  # the same value in all rows
         return np.broadcast_to(array[0], (len(chosen), *array.shape[1:]))
     return array.take(chosen, axis=0)
@@ -100,8 +103,9 @@ def rows(array: npt.NDArray[Any], chosen: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 @dataclass
 class _Rays:
-    """The rays after a given number of interfaces; `weight` is the share of the pulse's energy, `index` the medium's
-    refractive index.
+    """The rays after a given number of interfaces.
+
+    `weight` is the share of the pulse's energy, `index` the medium's refractive index.
     """
 
     origins: Floats
@@ -241,7 +245,10 @@ def _returned(
     deflected: npt.NDArray[np.bool_],
     moves: bool,
 ) -> tuple[Contributions, Floats]:
-    """Returns the contributions of hits on surfaces that scatter light, and the cosines of incidence of all hits."""
+    """Returns the scattering hits' contributions, and the cosines of incidence of all hits.
+
+    Scattering hits are hits on surfaces that scatter light.
+    """
     dot = -(rays.directions * hits["normal"]).sum(axis=1)
     cosine = np.clip(np.abs(dot), 0.0, 1.0)
     solid = surfaces.column(hits["surface"], "kind") == "solid" if len(cosine) else np.zeros(0, bool)
@@ -341,7 +348,10 @@ def _at_interface(
     at: npt.NDArray[Any],
     follow: Any,
 ) -> list[tuple[_Rays, npt.NDArray[Any]]]:
-    """Returns the reflected and the refracted branch of the rays `at` smooth surfaces, each with its rows of `at`."""
+    """Returns the reflected and the refracted branch of the rays `at` smooth surfaces.
+
+    Each branch is returned with its rows of `at`.
+    """
     material, c = hits["surface"][at], cosine[at]
     kind = surfaces.column(material, "kind")
     ior, thin = surfaces.column(material, "ior").astype(float), surfaces.column(material, "thin")

@@ -81,7 +81,10 @@ def _risley(description: dict[str, Any], rate: float, frame: int) -> Pattern:
 
 
 def _golden(description: dict[str, Any], rate: float, frame: int) -> Pattern:
-    """Covers the field of view evenly: golden-ratio steps in azimuth, equal steps of the elevation's sine."""
+    """Returns a pattern that covers the field of view evenly.
+
+    The azimuth advances in golden-ratio steps, the elevation's sine in equal steps.
+    """
     table = description["golden"]
     count = round(table["pulse_rate"] / rate)
     check_count(count)

@@ -67,7 +67,10 @@ class Track:
 
 
 def _arc(first: Floats, last: Floats) -> tuple[Floats, float]:
-    """Returns the axis and the angle of the rotation from `first` to `last`, in world coordinates."""
+    """Returns the axis and the angle in radians of the rotation from `first` to `last`.
+
+    The axis is in world coordinates.
+    """
     step = product(last, first.T)
     axis = np.array([step[2, 1] - step[1, 2], step[0, 2] - step[2, 0], step[1, 0] - step[0, 1]])
     sine = math.sqrt(sum(float(x) ** 2 for x in axis)) / 2.0

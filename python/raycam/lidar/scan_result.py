@@ -156,8 +156,10 @@ class Scan(Mapping[str, Array]):
         return picture
 
     def _firings(self) -> Firings:
-        """Returns the data that the device's packets require; raises `LidarError` for devices that are not
-        Velodyne's."""
+        """Returns the data that the device's packets require.
+
+        Raises `LidarError` for devices that are not Velodyne's.
+        """
         lidar = self._lidar
         return Firings(
             lidar.name,
@@ -169,7 +171,10 @@ class Scan(Mapping[str, Array]):
         )
 
     def _scan_angles(self) -> npt.NDArray[np.float32]:
-        """Returns the angle of each beam from straight down in degrees, positive on the sensor's right side."""
+        """Returns the angle of each beam from straight down in degrees.
+
+        Angles are positive on the sensor's right side.
+        """
         vertical = "xyz".index(self._up)
         turns, _ = self._lidar.track.at(self["time"])
         ways = transform(turns, self._pattern.directions[self["pulse"]])
@@ -226,7 +231,10 @@ def _rows_from_top(pattern: Pattern) -> npt.NDArray[np.int64]:
 
 
 def _pixel_shifts(lidar: Lidar, pattern: Pattern) -> list[int]:
-    """Returns the columns by which Ouster shifts each row to the right; raises `LidarError` for other devices."""
+    """Returns the columns by which Ouster shifts each row to the right.
+
+    Raises `LidarError` for other devices.
+    """
     if lidar.family != "ouster":
         raise LidarError(f"{lidar.name}: staggered=False requires an Ouster device", code="wrong_device")
     return lidar.pixel_shifts(pattern.shape[1])

@@ -260,7 +260,10 @@ def trace_pulses(
 def _with_fog(
     found: Contributions, lidar: Lidar, fog: Fog, pulses: npt.NDArray[np.int64], drift: Floats
 ) -> Contributions:
-    """Returns the contributions with the fog's own echo of each pulse, unless it is far too weak to be detected."""
+    """Returns the contributions with the fog's own echo of each pulse.
+
+    The fog's echo is omitted if it is far too weak to be detected.
+    """
     settings = lidar.settings
     reach = settings["range_10"]
     signal = (
@@ -277,7 +280,11 @@ def _with_fog(
 
 
 def _along_axis(found: Contributions, count: int) -> Columns:
-    """Returns the first surface on the axis of each pulse: its length [n] and position [n, 3] in the world."""
+    """Returns the length and position of the first surface on the axis of each pulse.
+
+    The length is [n], and the position in the world is [n, 3]. Without a surface, the length is infinite and
+    the position is NaN.
+    """
     length, position = np.full(count, np.inf), np.full((count, 3), np.nan)
     axis = np.flatnonzero(found.ray == 0)
     first = axis[np.unique(found.pulse[axis], return_index=True)[1]]
@@ -287,7 +294,11 @@ def _along_axis(found: Contributions, count: int) -> Columns:
 
 
 def _nearest_on_axis(found: Contributions, pulse: npt.NDArray[np.int64], length: Floats) -> Columns:
-    """Returns the surface on the axis of each echo's pulse that is nearest to the echo: its length and position."""
+    """Returns the surface on the axis of each echo's pulse that is nearest to the echo.
+
+    The surface is given by its length and position. Without a surface, the length is infinite and the
+    position is NaN.
+    """
     axis = np.flatnonzero(found.ray == 0)  # hits are sorted by pulse and length
     result: Columns = {"length": np.full(len(pulse), np.inf), "position": np.full((len(pulse), 3), np.nan)}
     if not len(axis) or not len(pulse):

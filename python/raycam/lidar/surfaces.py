@@ -261,9 +261,10 @@ def retroreflectance(
 
 
 def _tabulated_sheeting(table: SurfaceTable, surface: npt.NDArray[Any], cosine: Floats) -> Floats | None:
-    """Returns pi R_A(theta) / cos(theta) [n] of retroreflectors with a table of R_A, 0 for others; None without any.
+    """Returns pi R_A(theta) / cos(theta) [n] of retroreflectors with a table of R_A.
 
-    R_A is linear between the table's angles, constant below the first, and decreases as cos^4 above the last.
+    Other surfaces have the value 0. Without any table, the result is None. R_A is linear between the table's
+    angles, constant below the first angle, and decreases as cos^4 above the last angle.
     """
     if not table.has_tables:
         return None

@@ -75,10 +75,11 @@ def velodyne_pattern(lasers: Sequence[Laser], offsets: Sequence[float], cycle: f
 
 
 def _decode(lasers: Sequence[Laser], cos_a: Floats, sin_a: Floats, distance: float | None) -> Floats:
-    """Returns the position [columns, lasers, 3] that the driver computes for a measured distance.
+    """Returns the position [columns, lasers, 3] that the driver computes for a distance.
 
-    None: the distance that the constant correction turns into 0. Positions are linear in the distance, also with
-    two-point corrections, whose signs are taken from `FAR`: so each beam is a line.
+    `distance` is the measured distance; None is the distance that the constant correction turns into 0.
+    Positions are linear in the distance, also with two-point corrections, whose signs are taken from `FAR`:
+    so each beam is a line.
     """
     column = {name: np.array([asdict(laser)[name] for laser in lasers], dtype=float) for name in _NUMBERS}
     cos_v = cosines(column["vert_correction"].tolist())

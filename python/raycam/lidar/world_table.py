@@ -74,7 +74,11 @@ def _written(name: str, contents: bytes) -> Iterator[Path]:
 
 
 def _along(lidar: Lidar, name: str, contents: bytes, time: float | None) -> Lidar:
-    """Returns the lidar on a body that moves along a trajectory, during the frame that starts at `time`."""
+    """Returns the lidar on a body that moves along a trajectory.
+
+    The lidar moves during the frame that starts at `time`. If `time` is None, the lidar stays at the first
+    pose.
+    """
     from ..calibration import load_cameras
     from ..camera import Camera
 

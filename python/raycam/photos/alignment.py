@@ -76,7 +76,10 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
 
 
 def _shift(slope: Floats, difference: Floats) -> Floats:
-    """The shift [2] that explains differences [n] by slopes [n, 2]; damped if the slopes are small."""
+    """Returns the shift [2] that explains differences [n] by slopes [n, 2].
+
+    The shift is damped if the slopes are small.
+    """
     moved: Floats = np.zeros(2)
     weight: Floats = np.ones(len(slope))
     for _ in range(ROUNDS):

@@ -64,7 +64,10 @@ class _Lookups:
 
 
 def _look_up(photos: PhotoSet, *lookups: _Lookups) -> list[Single]:
-    """The colours [m, 3] of lookups, NaN where the photograph does not show the point; reads each photograph once."""
+    """Returns the colours [m, 3] of each of the lookups; reads each photograph once.
+
+    The colours are NaN if the photograph does not show the point.
+    """
     for number, photo in photos.photographs():
         for each in lookups:
             each.add(photos, number, photo)
@@ -153,7 +156,10 @@ class _SeamEdges:
         return cls(first, second, ends, np.take_along_axis(equal.argmax(axis=2), ends, axis=1))
 
     def points(self, photos: PhotoSet, faces: _FaceViews) -> tuple[Ids, Callable[[Ints], SurfacePart]]:
-        """Photographs and points for each position on the edges: for the first faces, then for the second faces."""
+        """Returns photographs and points for each position on the edges.
+
+        At each position, the points for the first faces are followed by the points for the second faces.
+        """
         face, points = [], []
         rows = np.arange(len(self.first))
         for place in EDGE_PLACES:
@@ -217,7 +223,11 @@ def _part_of(photos: PhotoSet, face: Ints, points: Floats) -> Callable[[Ints], S
 def _wanted_steps(
     photos: PhotoSet, links: TexelLinks, view: Ids, own: Single, blended: BlendedTexels
 ) -> Floats:
-    """The steps [m, 3] of colour between linked texels, measured in both photographs; 0 if not visible in both."""
+    """Returns the colour steps [m, 3] between linked texels, measured in photographs.
+
+    A step between different photographs is the mean of the steps that the two photographs show. The step is 0
+    if neither shows both texels, and for texels of the same photograph.
+    """
     wanted = np.zeros((len(links.first), 3))
     seam = np.flatnonzero(view[links.first] != view[links.second])
     total, count = np.zeros((len(seam), 3)), np.zeros((len(seam), 1))

@@ -60,7 +60,10 @@ def estimate_gains(survey: Survey) -> Floats:
 def _solve(
     point: Ids, camera: Ids, weight: Floats, values: Floats, points: int, cameras: int
 ) -> tuple[Floats, Floats]:
-    """The weighted least squares solution [cameras, 3] without the points' unknowns, and the residuals [m, 3]."""
+    """Returns the weighted least squares solution [cameras, 3], and the residuals [m, 3].
+
+    The solution does not contain the points' unknowns.
+    """
 
     def sums(number: Ids, array: Floats, count: int) -> Floats:
         return np.stack([np.bincount(number, weights=column, minlength=count) for column in array.T], axis=1)

@@ -103,9 +103,10 @@ def _nearest(
     first: npt.NDArray[np.int64],
     numbers: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.int64]:
-    """Returns the sample [n] nearest to each place, given as weights of the first two corners [n, 2] of a face [n].
+    """Returns the sample [n] nearest to each place on a face.
 
-    Faces, corners and samples are those of `FacePoints.nearest_samples`.
+    A place is given as weights of the first two corners [n, 2] of a face [n]. Faces, corners and samples are
+    the same as for `FacePoints.nearest_samples`.
     """
     found = np.zeros(len(places), np.int64)
     for number in np.unique(numbers[face]):

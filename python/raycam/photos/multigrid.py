@@ -44,7 +44,10 @@ class GridLinks:
 
 
 class _Level:
-    """The equation on one grid, whose cells are texels or squares of 2 x 2 cells of the finer level."""
+    """The equation on one grid.
+
+    The grid's cells are texels or squares of 2 x 2 cells of the finer level.
+    """
 
     def __init__(self, links: GridLinks, weight: Floats, mass: Floats) -> None:
         self.links, self.weight, self.mass = links, weight, mass

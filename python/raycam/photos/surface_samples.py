@@ -149,7 +149,10 @@ def _sights(
 
 
 def _weights(numbers: Floats) -> Floats:
-    """Barycentric weights [n, 3] for uniform numbers [n, 2] (Osada et al., Shape distributions, 2002)."""
+    """Returns barycentric weights [n, 3] for uniform numbers [n, 2].
+
+    Source: Osada et al., Shape distributions, 2002.
+    """
     root = np.sqrt(numbers[:, 0])
     return np.stack([1 - root, root * (1 - numbers[:, 1]), root * numbers[:, 1]], axis=1)
 

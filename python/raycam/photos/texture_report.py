@@ -149,7 +149,10 @@ def _table(fits: tuple[PhotographFit, ...]) -> str:
 
 
 def _comparison(result: TextureMaps, photos: PhotoSet, number: int, fit: PhotographFit) -> str:
-    """A slider between a photograph and the textured model with the photograph's exposure, and their PSNR."""
+    """Returns HTML with a slider between a photograph and the textured model, and their PSNR.
+
+    The model is shown with the photograph's exposure.
+    """
     photo, model, shown = compare_photograph(result, photos, number, fit)
     title = html.escape(fit.name)
     error = ((photo[shown].astype(np.float64) - model[shown]) ** 2).mean() if shown.any() else np.nan

@@ -281,11 +281,12 @@ class _Totals:
         first: npt.NDArray[np.int64],
         seen: Bools,
     ) -> None:
-        """Adds a chunk's faces that are visible to a camera, and marks their visible samples in `seen`.
+        """Adds a chunk's faces that are visible to a camera.
 
-        The first visible sample of a face represents it. After the first sample of each face, only those samples are
-        tested that can change the result: the samples of faces that are not visible so far, and those that no earlier
-        camera shows; with `pairs`, all samples.
+        The visible samples are marked in `seen`. The first visible sample of a face represents the face.
+        After the first sample of each face, only samples that can change the result are tested. These samples
+        belong to faces that are not visible so far, or are not shown by an earlier camera. With `pairs`, all
+        samples are tested.
         """
         is_visible = np.zeros(len(faces), bool)
         is_first = np.zeros(len(owner), bool)
@@ -315,7 +316,10 @@ class _Totals:
         corners: Floats,
         total: npt.NDArray[np.int64],
     ) -> npt.NDArray[np.int64]:
-        """Adds the faces of a chunk on which a lidar has points; returns the samples [m] nearest to its points."""
+        """Adds the faces of a chunk on which a lidar has points.
+
+        Returns the samples [m] nearest to the lidar's points.
+        """
         faces, owner, weights = chunk
         counts = points.counts(faces)
         met = np.flatnonzero(counts)
@@ -333,7 +337,10 @@ class _Totals:
         hits: npt.NDArray[np.int64],
         total: npt.NDArray[np.int64],
     ) -> npt.NDArray[np.int64]:
-        """Adds faces [k] with `hits` [k] of `total` [k] visible samples; returns the indices of visible faces."""
+        """Adds faces [k] with visible samples; returns the indices of visible faces.
+
+        `hits` [k] of the faces' `total` [k] samples are visible.
+        """
         some = np.flatnonzero(hits)
         self.views[faces[some]] += 1
         self.faces_seen[number] += len(some)
@@ -345,7 +352,10 @@ class _Totals:
     def _keep_best(
         self, number: int, faces: npt.NDArray[np.int64], resolution: Floats, cosine: Floats
     ) -> None:
-        """Stores the camera or lidar as the best view of faces [k] for which its resolution is the largest so far."""
+        """Stores the camera or lidar as the best view of faces [k].
+
+        Faces change only if the view's resolution is the largest so far.
+        """
         single = resolution.astype(np.float32)
         better = single > self.best_resolution[faces]
         faces = faces[better]

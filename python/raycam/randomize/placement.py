@@ -224,10 +224,11 @@ class PlacementSampler:
         return self._hulls[surface]
 
     def _is_too_large(self, shape: ConvexPrism, surface: str | None, ground: Floats, gap: float) -> bool:
-        """True if no position and rotation can put the base inside the ground's convex hull, next to the objects that
-        are already there.
+        """Returns True if the base is too large for the ground, next to the existing objects.
 
-        A convex outline inside another has no larger diameter, width or area.
+        The base is too large if no position and rotation can put it inside the ground's convex hull, next to
+        the objects that are already there. A convex outline inside another outline has no larger diameter,
+        width or area.
         """
         if len(ground) > MAX_HULL_TRIANGLES:
             return False
@@ -244,7 +245,11 @@ class PlacementSampler:
         return bool(others) and (total > _area(hull) * (1 + SLACK) or gap > _diameter(hull) * (1 + SLACK))
 
     def _ground(self, surface: str | None) -> tuple[Floats, Floats, npt.NDArray[np.int32]]:
-        """The level triangles [n, 3, 3], the cumulative sums of their areas, and the ids of their objects."""
+        """Returns the level triangles [n, 3, 3], cumulative sums of areas, and the objects' ids.
+
+        The sums are sums of twice the triangles' horizontal areas. The ids are those of the triangles'
+        objects, each once.
+        """
         if surface is not None and surface not in self._names:
             raise WorldError(nearest("object to stand on", surface, self._names), code="unknown_name")
         normals = np.cross(
@@ -278,7 +283,10 @@ class PlacementSampler:
         return shape.turned(cos, sin, shift), pose
 
     def _supported(self, prisms: list[ConvexPrism], owners: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
-        """True for prisms with ground directly below the centre and all corners of the base, and nothing in between."""
+        """Returns True for prisms with ground directly below them, and nothing in between.
+
+        The ground must be below the centre and all corners of the base.
+        """
         counts = [len(prism.outline) + 1 for prism in prisms]
         starts = np.concatenate(
             [
@@ -303,7 +311,10 @@ class PlacementSampler:
         return np.array([part.all() for part in np.split(good & outside, ends)])
 
     def _outside(self, origins: Floats) -> npt.NDArray[np.bool_]:
-        """True for points that are not inside an object: the first surface above faces down, or there is none."""
+        """Returns True for points that are not inside an object.
+
+        For these points, the first surface above faces down, or there is no surface above.
+        """
         up = np.zeros(3)
         up[self._axes[2]] = 1.0
         hits = self._world.cast_rays(origins, up)

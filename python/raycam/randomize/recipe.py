@@ -147,7 +147,10 @@ class Recipe:
 
     @cached_property
     def _shared(self) -> _core.SharedFiles:
-        """The mesh files and images that the worlds share, with their search trees; at most 1 GiB of files."""
+        """The mesh files and images that the worlds share, with their search trees.
+
+        The shared files have at most 1 GiB.
+        """
         return _core.SharedFiles()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -192,7 +195,10 @@ class Recipe:
         return None if folder is None else folder.name_of(self._behind(number, camera))
 
     def _behind(self, number: int, camera: str) -> RandomStream:
-        """The random stream of a camera's background image, which does not change if the world is drawn again."""
+        """Returns the random stream of a camera's background image.
+
+        The stream does not change if the world is drawn again.
+        """
         return RandomStream(self.seed, "world", number, "background", camera)
 
     @cached_property
@@ -397,8 +403,10 @@ class Recipe:
             self._add_shared(world, {**row, "matrix": product(pose, matrix).tolist()}, first)
 
     def _add_shared(self, world: World, item: Mapping[str, Any], first: dict[str, str]) -> str:
-        """Adds an object, and returns its name. Objects of one shape share a mesh, unless they would inherit the first
-        one's appearance; `first` contains the names of objects by shape.
+        """Adds an object, and returns its name.
+
+        Objects of one shape share a mesh, unless they would inherit the first object's appearance. `first`
+        contains the names of objects by shape.
         """
         row = {key: value for key, value in item.items() if key not in POSE}
         style = row.keys() - {*GEOMETRY, "name", "category"}
@@ -472,7 +480,10 @@ def sample(
 
 
 def _checked_gap(item: Mapping[str, Any], how: Mapping[str, Any], what: str) -> float:
-    """The gap of an object that is placed at random; raises `WorldError` for keys that do not fit."""
+    """Returns the gap of an object that is placed at random.
+
+    Raises `WorldError` for keys that do not fit.
+    """
     if "location" in item or "instance_of" in item:
         raise WorldError(
             f'{what}: the keys "location" and "instance_of" cannot be used with "on", which sets the position',
@@ -517,7 +528,10 @@ def _select_keys(table: Mapping[str, Any], keys: Sequence[str]) -> dict[str, Any
 
 
 def _values(description: Any, key: str) -> Iterator[Any]:
-    """Iterates over all values that a key may have anywhere in a description, including the options of draws."""
+    """Yields all values that a key may have anywhere in a description.
+
+    The values include the options of draws.
+    """
     if isinstance(description, Mapping):
         for name, value in description.items():
             if name == key:

@@ -154,7 +154,10 @@ def _pose(
 
 
 def _axes(forward: Floats, down: Floats) -> Floats:
-    """A rotation [3, 3] whose third column is along `forward` and whose second is as close to `down` as possible."""
+    """Returns a rotation [3, 3] whose third column is along `forward`.
+
+    The second column is as close to `down` as possible.
+    """
     z = forward / lengths(forward)
     y = down - product(down, z) * z
     if lengths(y) < 1e-6:

@@ -94,7 +94,10 @@ def camera_of(world: World, camera: Any) -> Camera:
 
 
 def _refuse_sides_and_files(name: str) -> None:
-    """Raises `WorldError` for the name of a side, and `FileNotFoundError` for a calibration file that is missing."""
+    """Raises an error for the name of a side or of a missing calibration file.
+
+    Raises `WorldError` for the name of a side, and `FileNotFoundError` for the name of a calibration file.
+    """
     if name in SIDES:
         raise WorldError(
             f"the world has no camera {name!r}; world.view_from({name!r}) returns a camera that shows the world",

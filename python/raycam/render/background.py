@@ -123,9 +123,10 @@ def _lying(camera: Camera) -> Camera:
 def _warped(
     pixels: Colors, taker: Camera, camera: Camera, name: str, notices: list[Notice]
 ) -> tuple[Colors, list[Notice]]:
-    """The image of `taker` warped to `camera`, black outside of it, and notices with the share of black.
+    """Returns the image of `taker` warped to `camera`, and notices with the share of black.
 
-    Between pixels, stored values are interpolated linearly, as in OpenCV's `remap`.
+    The result is black outside of the image of `taker`. Between pixels, stored values are interpolated
+    linearly, as in OpenCV's `remap`.
     """
     if camera.is_parallel or taker.is_parallel:
         raise SettingsError(
@@ -158,7 +159,10 @@ def _warped(
 
 
 def _sampled(shown: Colors, mapped: Any, middle: Floats, points: int) -> tuple[Floats, Floats]:
-    """Sums [n, 3] of stored values at `points` x `points` positions in each pixel, and their counts [n]."""
+    """Returns sums [n, 3] of stored values in each pixel, and the counts [n] of the values.
+
+    Each pixel has `points` x `points` positions.
+    """
     total, weight = np.zeros((len(middle), 3)), np.zeros(len(middle))
     for i in range(points * points):
         offset = (np.array([i % points, i // points]) + 0.5) / points - 0.5
@@ -209,9 +213,12 @@ def _interpolated(shown: Colors, places: Floats) -> tuple[Floats, Bools]:
 def _read(
     path: str | os.PathLike[str], size: tuple[int, int], orientation: str
 ) -> tuple[Colors, list[Notice]]:
-    """The pixels of an image file in linear light, and notices; raises `FormatError` and `OSError`.
+    """Returns the pixels of an image file in linear light, and notices.
 
-    `size` is the size of the camera that took the photo, which determines whether the EXIF orientation is applied.
+    `size` is the size of the camera that took the photo, which determines whether the EXIF orientation is
+    applied.
+
+    Raises `FormatError` and `OSError`.
     """
     try:
         pixels, notices = read_oriented(path, size, orientation)

@@ -69,7 +69,11 @@ def channel_picture(name: str, plane: npt.NDArray[Any]) -> npt.NDArray[np.uint8]
 def _stretched(
     plane: npt.NDArray[Any], valid: npt.NDArray[np.bool_], ends: tuple[float, float] | None
 ) -> npt.NDArray[np.float64]:
-    """The values from the lowest as 0 to the highest as 1, each component by itself; 0 where not `valid`."""
+    """Returns the values scaled so that the lowest is 0 and the highest is 1.
+
+    Each component is scaled by itself. If `ends` is given, they replace the lowest and the highest value.
+    Pixels that are not `valid` have no meaningful value.
+    """
     values = np.where(valid if plane.ndim == 2 else valid[..., np.newaxis], plane, 0).astype(np.float64)
     if not valid.any():
         return values

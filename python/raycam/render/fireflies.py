@@ -149,7 +149,10 @@ def _is_sun_along(light: dict[str, Any], direction: Vector) -> bool:
 
 
 def _distance(light: dict[str, Any], point: Vector) -> float:
-    """The distance of a point from a light with a position; distances below the light's size count as 0."""
+    """Returns the distance of a point from a light with a position.
+
+    The distance is measured from the light's surface, and is 0 inside the light.
+    """
     position = np.asarray(light["position"], dtype=float)
     u, v = (np.asarray(light.get(name, [0.0, 0.0, 0.0]), dtype=float) for name in ("u", "v"))
     if u.any() and v.any():

@@ -550,7 +550,10 @@ def _options(**options: Any) -> dict[str, Any]:
 
 
 def _check(target: Path, channels: Iterable[str], options: Mapping[str, Any]) -> None:
-    """Raises an error if the format of `target`'s ending does not have these channels and options."""
+    """Raises an error if the file format does not support these channels and options.
+
+    The format is determined by `target`'s ending.
+    """
     ending = target.suffix.lower()
     if ending not in SAVERS:
         if target.parent == Path("/dev"):

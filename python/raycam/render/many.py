@@ -68,7 +68,9 @@ class Frames(Sequence[Frame]):
         return len(next(iter(self._channels.values())))
 
     def __getitem__(self, key: Any) -> Any:
-        """The array of a channel by its name, a `Frame` by its index, or a list of frames by a slice.
+        """Returns the array of a channel, a `Frame`, or a list of frames.
+
+        A channel is selected by its name, a frame by its index, and a list of frames by a slice.
 
         Raises `KeyError` for a channel that was not rendered, and `IndexError` for an index out of range.
         """
@@ -196,7 +198,10 @@ def _by_joints(
     poses: Mapping[str | int, npt.ArrayLike] | None,
     joints: Mapping[str, JointValues] | None,
 ) -> tuple[list[tuple[str | int, npt.NDArray[np.float64]]], list[Camera]]:
-    """The poses [n, 4, 4] including the robots' objects, and the cameras, with mounted cameras at their places."""
+    """Returns the poses [n, 4, 4] including the robots' objects, and the cameras.
+
+    Mounted cameras are at their places.
+    """
     moved = [(which, _matrices(which, matrices)) for which, matrices in (poses or {}).items()]
     if joints is None:
         return moved, cameras
@@ -242,7 +247,10 @@ def _composed(
     progress: Callable[[int, int], object] | None,
     asked: dict[str, Any],
 ) -> Frames:
-    """The images with background photos or caught shadows, each from `render` with the options `asked`."""
+    """Returns the images with background photos or caught shadows.
+
+    Each image is rendered by `render` with the options `asked`.
+    """
     number = whole("frame", first, 0, (1 << 32) - count)
     copied = copy.copy(world)
     arrays: Pixels = {}

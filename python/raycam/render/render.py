@@ -219,7 +219,10 @@ class _Image:
 def _without_catchers(
     world: World, camera: Camera, request: dict[str, Any], progress: Progress | None, catcher_truth: bool
 ) -> tuple[dict[str, Any], tuple[int, int, int, int], list[Notice]]:
-    """The channels without shadow catchers, and their shadows: the ratio of two images with the same samples."""
+    """Returns the channels without shadow catchers, and the catchers' shadows.
+
+    The shadows are the ratio of two images with the same samples.
+    """
     names = request["channels"]
     shaded = "shadow" in names and request["integrator"] != "flat"
     count = 3 if shaded else 1
@@ -256,7 +259,10 @@ def _without_catchers(
 def _planes(
     world: World, camera: Camera, request: dict[str, Any], progress: Progress | None
 ) -> tuple[dict[str, Any], tuple[int, int, int, int], list[Notice]]:
-    """The channels; ground truth of a world in the studio describes the world without the studio."""
+    """Returns the rendered channels, the rendered area, and notices.
+
+    Ground truth of a world in the studio describes the world without the studio.
+    """
     bare, names = world.without_studio, request["channels"]
     truth = [name for name in names if not is_shaded(name)]
     if bare is world or not truth or request["transparent_background"]:
@@ -287,7 +293,10 @@ def _blank(
 
 
 def _denoised(image: _Image, names: list[str], transparent: bool, notices: list[Notice]) -> Frame:
-    """Renders and denoises; raises `SettingsError` without the library before anything is rendered."""
+    """Renders and denoises an image.
+
+    Raises `SettingsError` before anything is rendered if the library is missing.
+    """
     from . import denoise
 
     denoise.load()

@@ -82,9 +82,10 @@ def blank_notices(
 
 
 def _flat_notices(color: npt.NDArray[Any], exposure: float, view: str) -> Iterator[Notice]:
-    """Yields the notice about objects without visible shading: clipped to white, or one or two displayed colours.
+    """Yields the notice about objects without visible shading.
 
-    `color` is the linear colour [n, 3] of the objects' pixels.
+    Such objects are clipped to white, or displayed in one or two colours. `color` is the linear colour [n, 3]
+    of the objects' pixels.
     """
     linear = np.ascontiguousarray(color[np.newaxis], dtype=np.float32)
     shown = np.asarray(_core.srgb_from_linear(linear, 2.0**exposure, 8, view))[0]
@@ -107,14 +108,20 @@ def _flat_notices(color: npt.NDArray[Any], exposure: float, view: str) -> Iterat
 
 
 def _count_up_to_three(colors: npt.NDArray[np.uint8]) -> int:
-    """The number of distinct colours of pixels [n, 3], at most 3; does not sort the colours of large images."""
+    """Returns the number of distinct colours of pixels [n, 3], at most 3.
+
+    The function does not sort the colours of large images.
+    """
     codes = colors.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)
     others = codes[codes != codes[0]]
     return 1 if not others.size else 2 if (others == others[0]).all() else 3
 
 
 def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
-    """True [h, w] where the ray through a pixel's centre hits an object; only probed pixels if these suffice."""
+    """Returns True [h, w] for pixels whose ray through the centre hits an object.
+
+    Only probed pixels are tested if these pixels suffice.
+    """
     for name in ("instance", "triangle"):
         if name in planes:
             return planes[name] >= 0
@@ -137,7 +144,10 @@ def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
 
 
 def _shows_media(world: World, camera: Camera) -> bool:
-    """True if the centre of a pixel shows the border of a medium, which is not in the ground truth."""
+    """Returns True if the centre of a pixel shows the border of a medium.
+
+    Such borders are not in the ground truth.
+    """
     copy = world.copy()
     for number in range(copy._core.object_count):
         material = json.loads(copy._core.material(number, 0)) or {}

@@ -225,10 +225,10 @@ class _Converter:
         )
 
     def _emission(self, emission: tuple[float, ...], color: tuple[float, ...], name: str) -> list[float]:
-        """The emitted radiance, linear; zero if the material has a diffuse colour, because exporters write emission
-        as a fill light.
+        """Returns the emitted linear radiance; zero if the material has a diffuse colour.
 
-        With this emission, a world without other lights would not get the default lights.
+        Exporters write emission as a fill light. With this emission, a world without other lights would not
+        get the default lights.
         """
         found: list[float] = _linear(np.clip(emission[:3], 0, 1)).tolist()
         if any(found) and any(color):
@@ -300,7 +300,10 @@ def _values(sources: dict[str, list[Any]], semantic: str, corners: Any, width: i
 
 
 def _linear(colors: Any) -> Floats:
-    """Linear values of sRGB colours; like RViz and most exporters, raycam reads Collada's colours as sRGB."""
+    """Returns the linear values of sRGB colours.
+
+    Like RViz and most exporters, raycam reads Collada's colours as sRGB.
+    """
     values = np.asarray(colors, np.float64)
     return linear_from_srgb(values)
 

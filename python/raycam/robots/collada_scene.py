@@ -49,7 +49,10 @@ class _Scene:
         self._nodes = 0
 
     def geometries(self) -> Iterator[Placed]:
-        """Iterates over the geometries of the scene; of all visual scenes if the document selects none."""
+        """Yields the geometries of the scene.
+
+        If the document selects no visual scene, the geometries of all visual scenes are returned.
+        """
         instance = self._root.find(f"{self._tag('scene')}/{self._tag('instance_visual_scene')}")
         scene = None if instance is None else self._target(instance, "url")
         scenes = [scene] if scene is not None else list(self._root.iter(self._tag("visual_scene")))

@@ -157,7 +157,10 @@ def _mcap_messages(path: Path) -> Iterator[tuple[str, bytes, int]]:
 
 
 def _mcap_topics(path: Path, summary: Any) -> list[str] | None:
-    """The topics with joint states, so that chunks without them are skipped; None if the file has no summary."""
+    """Returns the topics with joint states; None if the file has no summary.
+
+    With these topics, chunks without joint states are skipped.
+    """
     if summary is None:
         return None
     for chunk in summary.chunk_indexes:

@@ -91,7 +91,10 @@ def _child_from_joint(joint: Joint) -> Floats:
 
 
 def _rigid_bodies(links: list[str], joints: list[Joint]) -> dict[str, tuple[str, Floats]]:
-    """The first link of the group of links that fixed joints connect, and body_from_link [4, 4], by link."""
+    """Returns the body of each link, and body_from_link [4, 4], by link.
+
+    The body is the first link of the group of links that fixed joints connect.
+    """
     above = {joint.child: joint for joint in joints if joint.type == "fixed"}
     bodies: dict[str, tuple[str, Floats]] = {}
     for link in links:

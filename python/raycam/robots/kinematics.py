@@ -163,7 +163,10 @@ class Kinematics:
 
 
 def _joint_columns(joint: Joint, before: Floats, after: Floats, origin: Floats) -> Floats:
-    """The columns [6, k] of one joint; `before` is its frame, `after` the frame of its child, in the root's axes."""
+    """Returns the Jacobian's columns [6, k] of one joint.
+
+    `before` is the joint's frame, and `after` the frame of its child, in the root's axes.
+    """
 
     def turning(axis: Floats) -> Floats:
         return np.concatenate([np.cross(axis, origin - after[:3, 3]), axis])

@@ -141,7 +141,10 @@ def _walk(element: Element) -> list[Element]:
 
 
 def _describe(model: Any, path: Path, bodies: list[str]) -> RobotDescription:
-    """The links and joints of a model; bodies with several joints have links without shapes between them."""
+    """Returns the links and joints of a model.
+
+    Bodies with several joints have links without shapes between the joints.
+    """
     name = bytes(model.names).split(b"\0", 1)[0].decode("utf-8", "replace")
     file = os.fspath(path)
     joints = _unique([_name(model, "jnt", joint) for joint in range(model.njnt)])
@@ -234,7 +237,10 @@ def _add_mimics(robot: RobotDescription, model: Any, joints: list[str]) -> None:
 
 
 def _follows(robot: RobotDescription, joint: Joint, name: str) -> bool:
-    """True if a joint has this name or mimics the joint with this name, directly or through other joints."""
+    """Returns True if a joint has this name or mimics the joint with this name.
+
+    The joint may mimic the other joint directly or through other joints.
+    """
     while joint.name != name:
         if joint.mimic is None:
             return False

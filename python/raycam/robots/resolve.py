@@ -118,7 +118,11 @@ class FileResolver:
         return list(dict.fromkeys([*self.packages, *inside, *beside]))
 
     def _checked(self, path: Path, roots: list[Path]) -> Path:
-        """The path if it exists inside a root folder, even with different upper and lower case letters."""
+        """Returns the path if it exists inside a root folder.
+
+        The returned path may have different upper and lower case letters. Raises `Missing` if no file is
+        found.
+        """
         normal = Path(os.path.normpath(path))
         if not any(self._inside(normal, root) for root in roots):
             raise Missing(f"{normal} is outside {roots[0]}; pass a folder= that contains it")
@@ -163,7 +167,10 @@ def read_bytes(path: Path, limit: int) -> bytes:
 
 
 def _other_case(path: Path) -> Path | None:
-    """The file whose path differs from a missing path only in upper and lower case; None if there is none."""
+    """Returns a file whose path differs only in upper and lower case; None if not found.
+
+    `path` is the path of a missing file.
+    """
     parent = path.parent
     if not parent.is_dir():
         found = _other_case(parent) if parent != path else None

@@ -135,7 +135,10 @@ class Robot:
         )
 
     def _values_at(self, time: float | None) -> Floats:
-        """The joint vector at a time of the world's video; the current one if the video does not move the robot."""
+        """Returns the joint vector at a time of the world's video.
+
+        The result is the current joint vector if `time` is None or the video does not move the robot.
+        """
         return self._values if self._motion is None or time is None else self._motion.at(time)
 
     def _object_matrices(self, values: Floats) -> dict[str, Floats]:
@@ -272,7 +275,10 @@ class Robot:
 
 
 def _floating_values(matrices: Floats) -> Floats:
-    """x y z and the quaternion x y z w of rigid transforms [n, 4, 4]; raises `WorldError` for other matrices."""
+    """Returns x y z and the quaternion x y z w of rigid transforms [n, 4, 4].
+
+    Raises `WorldError` for other matrices.
+    """
     rotation = matrices[:, :3, :3]
     rigid = np.allclose(rotation @ rotation.transpose(0, 2, 1), np.eye(3), atol=1e-6)
     if not rigid or (np.linalg.det(rotation) < 0).any() or not (matrices[:, 3] == [0, 0, 0, 1]).all():

@@ -35,7 +35,10 @@ def read_urdf(data: bytes, name: str, limits: XmlLimits | None = None) -> RobotD
 
 
 def _text(data: bytes) -> str:
-    """The document as text; without its declaration if that specifies another encoding than UTF-8."""
+    """Returns the document as text.
+
+    A document that is not UTF-8 is decoded as Latin-1, and its declaration is removed.
+    """
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -84,7 +87,10 @@ class _Reader:
         return found
 
     def _prefixes(self) -> set[str]:
-        """Contains "xacro" if the document has unexpanded macros, properties or expressions; otherwise empty."""
+        """Returns {"xacro"} if the document has unexpanded macros, otherwise an empty set.
+
+        Elements of xacro such as property, include, if and arg count as macros, too.
+        """
         tags = {"property", "macro", "include", "if", "unless", "arg"}
         return {"xacro"} if any(child.tag in tags for child in self._root.children) else set()
 

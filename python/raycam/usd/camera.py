@@ -58,7 +58,10 @@ def camera_spec(source: UsdGeom.Camera, world_from_local: Gf.Matrix4d, time: Usd
 
 
 def _aperture(source: UsdGeom.Camera, time: Usd.TimeCode) -> dict[str, float] | None:
-    """The aperture of a camera with an f-stop and a focus distance; None for a camera without depth of field."""
+    """Returns the aperture of a camera with an f-stop and a focus distance.
+
+    The result is None for a camera without depth of field.
+    """
     stop, focus = source.GetFStopAttr().Get(time), source.GetFocusDistanceAttr().Get(time)
     if source.GetProjectionAttr().Get(time) == UsdGeom.Tokens.orthographic or not (stop and focus):
         return None

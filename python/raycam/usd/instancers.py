@@ -209,7 +209,10 @@ class PointInstancers:
     def _group_instances(
         self, root: Usd.Prim, values: dict[str, Any], count: int, outer: InstanceValues | None, prim: Usd.Prim
     ) -> list[tuple[Any, InstanceValues | None]]:
-        """Groups of instances for which a prim looks the same except for a plain colour, with their primvars."""
+        """Returns groups of instances for which a prim looks the same, with their primvars.
+
+        A plain colour may differ within a group.
+        """
         path = root.GetPath()
         if not values:
             return [(np.arange(count), InstanceValues(path, {}, outer) if outer else None)]

@@ -42,7 +42,10 @@ PURPOSES = (UsdShade.Tokens.full, UsdShade.Tokens.preview, UsdShade.Tokens.allPu
 
 
 def _purpose(binding: Usd.Relationship) -> str:
-    """The purpose in the name of a binding, such as material:binding:full or material:binding:collection:full:NAME."""
+    """Returns the purpose in the name of a binding.
+
+    Examples of names are material:binding:full and material:binding:collection:full:NAME.
+    """
     parts = binding.GetName().split(":")[2:]
     if parts[:1] == ["collection"]:
         parts = parts[1:-1]
@@ -277,7 +280,10 @@ class Materials:
         return _write_values(values)
 
     def _choose_base(self, maps: list[Map], path: str, coordinates: Coordinates) -> None:
-        """Applies a rotation to the coordinates of the meshes: an MTL file has only scales and offsets."""
+        """Applies a rotation of images to the texture coordinates of the meshes.
+
+        An MTL file has only scales and offsets, but no rotations.
+        """
         turned = [own for own in maps if not _is_straight(own.matrix)]
         if not turned:
             return
@@ -381,7 +387,10 @@ class Materials:
         return " ".join([MAPS[found.key], *options, file])
 
     def _unwrap(self, file: str, found: Map, own: Coordinates) -> tuple[str | None, Any, bool]:
-        """Returns an image that looks like `found` and needs no wrap modes, its matrix, and True to clamp it."""
+        """Returns an image that looks like `found` and needs no wrap modes.
+
+        The other results are the image's matrix, and True if the image must be clamped.
+        """
         ends = np.array([own.low, own.high]) * np.diag(found.matrix[:, :2]) + found.matrix[:, 2]
         clamp = not {"clamp", "black"}.isdisjoint(found.wraps)
         tiles = []
@@ -437,7 +446,10 @@ def _source(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
 
 
 def _wrap(name: str) -> str:
-    """The wrap mode; "useMetadata" counts as "repeat", because raycam does not read the image's metadata."""
+    """Returns the wrap mode; "useMetadata" counts as "repeat".
+
+    The reason is that raycam does not read the image's metadata.
+    """
     return name if name in ("clamp", "mirror", "black") else "repeat"
 
 
@@ -446,7 +458,10 @@ def _is_straight(matrix: Any) -> bool:
 
 
 def _like(value: Any, fallback: Any) -> Any:
-    """The value converted to the type of its fallback (number or colour), or the fallback if that is impossible."""
+    """Returns the value converted to the type of its fallback (number or colour).
+
+    If the conversion is impossible, returns the fallback.
+    """
     table = np.atleast_1d(np.array(value, dtype=object))
     try:
         numbers = [float(number) for number in table.ravel()]

@@ -330,7 +330,10 @@ class Meshes:
     def _known_group(
         self, prim: Usd.Prim, material: UsdShade.Material, chosen: Any, instance: InstanceValues | None
     ) -> Group:
-        """The group of faces with a UsdPreviewSurface, with the primvar that may determine its colour."""
+        """Returns the group of faces with a UsdPreviewSurface.
+
+        The group contains the primvar that may determine the faces' colour.
+        """
         number = self._materials.add(material)
         reader = self._materials.color_reader(number)
         if reader is None:
@@ -456,7 +459,10 @@ class Meshes:
     def _uvs(
         self, prim: Usd.Prim, material: int, faces: Faces, instance: InstanceValues | None
     ) -> Attribute | None:
-        """The texture coordinates of a mesh for a material; None if the mesh has no texture coordinates."""
+        """Returns the texture coordinates of a mesh for a material.
+
+        The result is None if the mesh has no texture coordinates.
+        """
         coordinates = self._materials.coordinates(material)
         constant = coordinates.constant
         name = coordinates.primvar or ("st" if constant is None else None)

@@ -30,7 +30,10 @@ class InstanceGroups:
         return prim.GetPath() if state is None else (prim.GetPrototype(), state)
 
     def _state(self, prim: Usd.Prim) -> int | None:
-        """A number for all properties of a prim and its parents; None if a property may treat instances differently."""
+        """Returns a number for all properties of a prim and its parents.
+
+        The result is None if a property may treat instances differently.
+        """
         parent = prim.GetParent()
         if parent and parent not in self._states:
             self._states[parent] = self._state(parent)

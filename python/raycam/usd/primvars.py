@@ -134,7 +134,10 @@ def read_table(values: Any, width: int) -> Any:
 
 
 def _elements(interpolation: str, count: int, faces: Faces) -> Any:
-    """The element of each corner, for an interpolation and a number of elements; None if they do not match."""
+    """Returns the element of each corner; None if `interpolation` and `count` do not match.
+
+    `count` is the number of elements.
+    """
     corners = len(faces.indices)
     if interpolation == "constant" and count == 1:
         return np.zeros(corners, np.int64)

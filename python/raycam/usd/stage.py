@@ -144,7 +144,10 @@ class StageReader:
         self.moves = self.moves or self._skinning.moves or self._instancers.moves
 
     def _entries(self, prims: Usd.PrimRange, inside: Usd.Prim | None = None) -> Iterator[Entry]:
-        """The prims that are read. Prims in native instances are omitted, except in `inside`, the range's root."""
+        """Yields the prims that are read, with their roles.
+
+        Prims in native instances are omitted, except in `inside`, which is the range's root.
+        """
         walk = iter(prims)
         for prim in walk:
             if inside is None and prim.IsInstance():
@@ -243,7 +246,10 @@ class StageReader:
     def _read_shared(
         self, prim: Usd.Prim, role: Role, numbers: Any, instances: list[Usd.Prim], worlds: Any
     ) -> None:
-        """Reads a prim of the first instance, and its copies in the others, whose matrices [n, 4, 4] are `worlds`."""
+        """Reads a prim of the first instance, and its copies in the other instances.
+
+        `worlds` contains the matrices [n, 4, 4] of the instances.
+        """
         if reason := self._visibility.hidden_reason(prim):
             self._count_hidden(prim, role, reason, len(instances))
             return

@@ -120,7 +120,10 @@ def _notices_of_stage(
 
 
 def _check_empty(stage: Usd.Stage, has_lost: bool, notices: list[StageNotice], options: Options) -> None:
-    """Raises `UsdRejected` for a stage without objects, unless it contains other supported prims."""
+    """Raises `UsdRejected` for a stage without objects, unless all its prims are supported.
+
+    The stage is also rejected if `options.single` is set, or if the stage has no prims.
+    """
     if has_lost or options.single or not stage.GetRootLayer().rootPrims:
         reasons = "".join(f"; {notice}" for notice in notices[:5])
         raise UsdRejected(

@@ -197,7 +197,10 @@ def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 
 @contextmanager
 def _png_folder(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
-    """Writes frame_0000.png and so on, by frame number, to a folder, which is created if missing."""
+    """Yields a function that writes frame_0000.png and so on, by frame number, to a folder.
+
+    The folder is created if missing.
+    """
     if path.exists() and not path.is_dir():
         raise with_code(
             NotADirectoryError(errno.ENOTDIR, "this is a file; expected a folder for PNG images", str(path))

@@ -66,7 +66,10 @@ def _cells(picture: Picture) -> npt.NDArray[np.int64]:
 
 
 def _palette(counts: npt.NDArray[np.int64]) -> Picture:
-    """The palette [256, 3] by median cut: the box with the largest pixels times extent is halved repeatedly."""
+    """Returns the palette [256, 3] by median cut.
+
+    The box with the largest product of pixels and extent is halved repeatedly.
+    """
     used = np.flatnonzero(counts)
     colors = _centers(used)
     weights = counts[used]

@@ -96,7 +96,10 @@ def make_video(
 
 
 def _encoder(job: Job, numbers: Iterable[int], add: Add) -> Callable[[], bool]:
-    """Returns a function that encodes finished frames up to the first missing one; True if no frame is missing."""
+    """Returns a function that encodes finished frames up to the first missing frame.
+
+    The function returns True if no frame is missing.
+    """
     waiting = iter(numbers)
     following = next(waiting, None)
 

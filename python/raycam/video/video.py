@@ -304,9 +304,10 @@ def write_video(
 
 @contextmanager
 def _pipelined(work: Callable[[int, Frame], None]) -> Iterator[Callable[[int, Frame], None]]:
-    """Yields a function that runs `work` in a second thread, in order, while the next frame is rendered.
+    """Yields a function that runs `work` in a second thread, in order.
 
-    Each call, and the end of the block, waits for the previous frame and raises its exception.
+    Meanwhile, the next frame is rendered. Each call, and the end of the block, waits for the previous frame
+    and raises its exception.
     """
     with ThreadPoolExecutor(1, "raycam-encode") as thread:
         last: Future[None] | None = None
@@ -363,7 +364,10 @@ def _number(animations: list[Animation], wanted: str | int | None) -> int:
 
 
 def _name_of(world: World, camera: Camera) -> str | None:
-    """The name of a camera in the world, of any image size; None if the camera is not in the world."""
+    """Returns the name of a camera in the world; None if the camera is not in the world.
+
+    The camera in the world may have another image size.
+    """
     for name, other in world.cameras.items():
         placed = np.array_equal(other.R, camera.R) and np.array_equal(other.location, camera.location)
         if placed and np.array_equal(_resized(other, camera.size).K, camera.K):

@@ -103,7 +103,10 @@ class Answers:
                     self._changed.notify_all()
 
     def _take(self) -> tuple[Session, Message] | None:
-        """The next message of a client without a running answer; None if no message waits, which ends the thread."""
+        """Returns the next message of a client without a running answer.
+
+        The result is None if no message waits, which ends the thread.
+        """
         with self._changed:
             for number, (session, _) in enumerate(self._waiting):
                 if all(each is not session for each in self._busy):

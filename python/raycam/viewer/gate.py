@@ -128,7 +128,10 @@ def _refused(status: int, text: str) -> Answer:
 
 @functools.cache
 def response_headers() -> dict[str, str]:
-    """The headers of every answer. The policy allows the page's own inline start script and style."""
+    """Returns the headers of every answer.
+
+    The policy allows the page's own inline start script and style.
+    """
     script, style = source_hash(bundle("start.js")), source_hash(style_sheet())
     return {
         "Content-Security-Policy": f"default-src 'none'; script-src 'self' '{script}'; style-src '{style}'; "

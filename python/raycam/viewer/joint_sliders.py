@@ -77,7 +77,10 @@ class JointSliders:
             self._others.append(self._controls.add_text("Joints", text, editable=False))
 
     def _move(self, robot: str, joint: str, slider: Control) -> None:
-        """Moves a joint to the slider's value; consecutive changes of one slider are one step of undo."""
+        """Moves a joint to the slider's value.
+
+        Consecutive changes of one slider are one step of undo.
+        """
         self._moved.is_moving = True
         try:
             self._edits.change(

@@ -19,7 +19,10 @@ PREPARED_SIZE = (160, 120)
 def moving_frame(
     view: View, size: tuple[int, int], threads: int | None = None, cancel: Cancel | None = None
 ) -> Frame:
-    """The view's channel in a given size (width, height). Raises the errors of `render`, and `Cancelled`."""
+    """Renders the view's channel in a given size (width, height).
+
+    Raises the errors of `render`, and `Cancelled`.
+    """
     common: dict[str, Any] = {"ambient_occlusion": False, "threads": threads, "cancel": cancel}
     if view.channel == "color":
         common |= view.look.behind
@@ -34,9 +37,11 @@ def moving_frame(
 
 
 def prepare(view: View, pace: Pace, threads: int | None, cancel: Cancel) -> None:
-    """Renders small images of a view, so that the first client does not wait for acceleration structures and textures.
+    """Renders small images of a view, so that the first client does not have to wait.
 
-    Records the render time in `pace`. Raises the errors of `moving_frame`.
+    The images prepare acceleration structures and textures. The render time is recorded in `pace`.
+
+    Raises the errors of `moving_frame`.
     """
     for is_prepared in (False, True):
         started = time.perf_counter()

@@ -45,7 +45,10 @@ class Page(str):
     """The page's first image as JPEG, for notebooks that are not trusted, which do not show embedded pages."""
 
     def _repr_html_(self) -> str:
-        """The page in a sandbox: it can run its script and save files, but cannot access the notebook."""
+        """Returns the page in a sandbox.
+
+        The page can run its script and save files, but cannot access the notebook.
+        """
         size = f"width: 100%; height: {NOTEBOOK_HEIGHT}px"
         shown = (
             f'<img src="{data_url("image/jpeg", self.picture)}" alt="the frame" ' if self.picture else "<p "
@@ -167,7 +170,10 @@ def write_page(made: Page, *, browser: bool = True) -> Path:
 
 
 def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
-    """The arrays that are planes of this image, by name. Raises `SettingsError` for arrays of other shapes."""
+    """Returns the arrays that are planes of this image, by name.
+
+    Raises `SettingsError` for arrays of other shapes, and for invalid names.
+    """
     _, _, width, height = frame.region
     if not isinstance(given, Mapping):
         raise SettingsError(
@@ -204,7 +210,10 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
 
 
 def _check_same(frame: Frame, other: Frame | None) -> None:
-    """Raises `SettingsError` unless the second frame is a frame with equal pixels and a common channel."""
+    """Raises `SettingsError` unless the second frame can be compared with the first.
+
+    The second frame must have the same width and height, and a common channel. None is accepted.
+    """
     if other is None:
         return
     if not isinstance(other, type(frame)):
@@ -243,7 +252,10 @@ def _unlike(frame: Frame, other: Frame | None) -> Iterator[Notice]:
 
 
 def _unnamed(frame: Frame, world: World | None) -> Iterator[Notice]:
-    """Yields object ids that the world does not contain, because the frame belongs to another world."""
+    """Yields a notice about object ids that the world does not contain.
+
+    The frame of these ids belongs to another world.
+    """
     if world is None or "instance" not in frame or frame["instance"].ndim != 2:
         return
     ids = np.unique(frame["instance"])

@@ -118,9 +118,13 @@ def _camera(path: str | os.PathLike[str], text: str) -> Camera:
 
 
 def _header(path: str | os.PathLike[str]) -> tuple[list[list[int]], dict[str, str]]:
-    """The data window and display window as x, y, columns and rows, and the texts by name, of a complete file.
+    """Returns the windows and texts in the header of a complete file.
 
-    The magic number and the version are followed by attributes (name, 0, type, 0, length, value), which a 0 ends.
+    The data window and the display window are given as x, y, columns and rows. The texts are returned by
+    name.
+
+    The magic number and the version are followed by attributes (name, 0, type, 0, length, value). A 0 ends
+    the attributes.
     """
     with open(path, "rb") as file:
         data = file.read(MOST_HEADER)
@@ -145,7 +149,10 @@ def _header(path: str | os.PathLike[str]) -> tuple[list[list[int]], dict[str, st
 def _places(
     path: str | os.PathLike[str], windows: list[list[int]], notes: Mapping[str, str]
 ) -> tuple[tuple[int, int], tuple[int, int, int, int], list[Notice]]:
-    """Size and region of the frame, from raycam's own attributes or the file's windows, and notices."""
+    """Returns the size and region of the frame, and notices.
+
+    The size and the region are taken from raycam's own attributes, or else from the file's windows.
+    """
     (left, top, columns, rows), (x, y, width, height) = windows
     region, size = (left - x, top - y, columns, rows), (width, height)
     if "raycam.region" in notes and "raycam.size" in notes:
@@ -179,7 +186,10 @@ def _numbers(name: str, whole: bool, bits: npt.NDArray[np.uint32]) -> npt.NDArra
 
 
 def _planes(channels: Mapping[str, npt.NDArray[Any]]) -> Planes:
-    """The planes of a file's channels; related channels are combined, with raycam's names if possible."""
+    """Returns the planes of a file's channels.
+
+    Related channels are combined, with raycam's names if possible.
+    """
     layers: dict[str, dict[str, npt.NDArray[Any]]] = {}
     for name, array in channels.items():
         layer, _, letters = name.rpartition(".")
@@ -204,7 +214,10 @@ def _joined(layer: str, letters: str) -> str:
 
 
 def _fits(name: str, array: npt.NDArray[Any]) -> bool:
-    """True if the array has the form of the channel of this name, except for the precision of floats."""
+    """Returns True if the array has the form of the channel of this name.
+
+    Only the precision of floats may differ.
+    """
     if not is_channel(name):
         return False
     dtype, components = channel_form(name)

@@ -53,7 +53,10 @@ class Scheduler(threading.Thread):
     def __init__(
         self, sessions: Callable[[], list[Session]], prepare: Callable[[Cancel], None] | None = None
     ) -> None:
-        """`prepare` is called first, on the scheduler's thread, and cancelled when a client connects."""
+        """Creates the scheduler, which first calls `prepare` on its thread.
+
+        The preparation is cancelled when a client connects.
+        """
         super().__init__(name="raycam viewer", daemon=True)
         self._sessions = sessions
         self._prepare = prepare
@@ -142,7 +145,10 @@ class Scheduler(threading.Thread):
         self._send_moving(session, session.images.pace.size(session.view.size, session.view.channel))
 
     def _settle(self, session: Session) -> None:
-        """Renders the moving image at full size, which is shown until the first still image is ready."""
+        """Renders the moving image at full size.
+
+        This image is shown until the first still image is ready.
+        """
         self._send_moving(session, session.view.size)
 
     def _send_moving(self, session: Session, size: tuple[int, int]) -> None:
@@ -243,10 +249,11 @@ class Scheduler(threading.Thread):
         seconds: float,
         refinement: Refinement | None = None,
     ) -> None:
-        """Sends a channel of a still image, with the samples per second and the change since half as many samples.
+        """Sends a channel of a still image, with its samples per second and its change.
 
-        Colors are sent as a compressed image, other numbers rounded. A client that compares images or chose a range
-        receives exact numbers, once at its request and then of finished images.
+        The change is the change since half as many samples. Colours are sent as a compressed image, other
+        numbers rounded. A client that compares images or chose a range receives exact numbers, once at its
+        request and then of finished images.
         """
         connection = session.connection
         is_finished = refinement is None or samples >= session.images.samples_of(view)
@@ -307,5 +314,5 @@ def _encoded(
 
 
 def _progress(session: Session, view: View, refinement: Refinement) -> dict[str, Any]:
-    """The message with the still image's current number of samples and its final number of samples."""
+    """Returns the message with the still image's current and final number of samples."""
     return {"type": "progress", "samples": refinement.samples, "wanted": session.images.samples_of(view)}

@@ -61,9 +61,10 @@ class Server:
         follow: bool = False,
         prepare: Callable[[Cancel], None] | None = None,
     ) -> None:
-        """Listens on `host`. Requests from the addresses `proxies` may name their host in X-Forwarded-Host.
+        """Creates a server that listens on `host`.
 
-        `prepare` is called in the background before the first client connects, see `Scheduler`.
+        Requests from the addresses `proxies` may name their host in X-Forwarded-Host. `prepare` is called in
+        the background before the first client connects, see `Scheduler`.
         """
         self._proxies = frozenset(proxies)
         self._tokens = Tokens(allows_followers=follow)
@@ -255,7 +256,10 @@ class Server:
                     self.emptied = time.monotonic()
 
     async def _greeted(self, connection: Any, outgoing: asyncio.Queue[bytes]) -> Session | None:
-        """The session of a client that sends hello; None for another message, or if there are too many sessions."""
+        """Returns the session of a client that sends hello.
+
+        The result is None for another message, after a timeout, or if there are too many sessions.
+        """
         try:
             hello = parse_message(await asyncio.wait_for(connection.recv(), HANDSHAKE_TIME))
             if not isinstance(hello, Hello):
@@ -318,7 +322,10 @@ class Server:
         return session
 
     def _make_room(self, waiting: Mapping[str, float]) -> bool:
-        """Ends expired sessions, and another session if there are too many; returns True if a session can start."""
+        """Ends sessions to make room; returns True if a session can start.
+
+        Expired sessions end, and another session ends if there are too many.
+        """
         following = self.following
         kind, most = (False, MOST_SESSIONS) if following is None else (True, MOST_FOLLOWERS)
         full = sum(each.role.is_attached == kind for each in self.sessions.values()) >= most
@@ -340,7 +347,10 @@ class Server:
             self.following.remove(session)
 
     def _follow(self, session: Session, message: Follow | Hold) -> None:
-        """Changes whom a client follows, or the pixel that its followers show. Raises `SettingsError`."""
+        """Changes whom a client follows, or the pixel that its followers show.
+
+        Raises `SettingsError` if the change is not allowed, and `BadMessage` if the view has no leader.
+        """
         if self.following is None:
             if isinstance(message, Follow):
                 raise BadMessage("this view has no leader")
@@ -407,7 +417,10 @@ REMEDIES = {
 
 
 def _listening(host: str, port: int | None) -> socket.socket:
-    """A socket that listens on `port`, or on the first free port of `PORTS`; raises `SettingsError`, `NetworkError`."""
+    """Returns a socket that listens on `port`, or on the first free port of `PORTS`.
+
+    Raises `SettingsError` for an invalid port, and `NetworkError` if the socket cannot listen.
+    """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     for tried in PORTS if port is None else [whole("port", port, 0, 65535)]:
         made = socket.socket(family, socket.SOCK_STREAM)

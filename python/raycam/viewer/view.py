@@ -128,7 +128,10 @@ def _show_frame(frame: Frame, of_worlds: Mapping[str, Any], options: Mapping[str
 
 
 def _open(what: Any, watch: bool) -> tuple[World, dict[str, Any]]:
-    """The world of a path, a folder, an archive or a list of models, and options of `Viewer` that follow from it."""
+    """Returns the world of a path, folder, archive or list of models, and options of `Viewer`.
+
+    The options follow from the opened files.
+    """
     given = list(what) if isinstance(what, list | tuple) else [what]
     if not given or not all(isinstance(each, str | os.PathLike) for each in given):
         if watch:

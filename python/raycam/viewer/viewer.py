@@ -413,9 +413,10 @@ class Viewer:
         return "Viewer in a cell" if self._server is None else f"Viewer at {self.url}"
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-        """The widget at the end of a cell, and an image for readers without a kernel; else the address.
+        """Returns the widget at the end of a cell, and an image for readers without a kernel.
 
-        If a program such as nbconvert executes the notebook, returns only the image.
+        If the viewer has a server, returns the address. If a program such as nbconvert executes the notebook,
+        returns only the image.
         """
         if self._server is not None:
             return {"text/plain": repr(self)}
@@ -460,7 +461,10 @@ def _check(integrator: str | None, samples: int | None) -> None:
 def _framed(
     world: World, camera: Camera | None, framing: Mapping[str, Any]
 ) -> tuple[Camera | None, dict[str, Any]]:
-    """The first camera; otherwise, None and the arguments of `World.view_from` for a camera with the window's shape."""
+    """Returns the first camera, or None and the arguments of `World.view_from`.
+
+    The arguments are for a camera with the window's shape.
+    """
     given = {name: value for name, value in framing.items() if value is not None}
     if camera is None or not given:
         return camera, given

@@ -269,7 +269,10 @@ class WorldContents:
         return self.with_cameras({})
 
     def __copy__(self) -> Self:
-        """Returns a copy that shares the acceleration structures; later changes affect only one of the two."""
+        """Returns a copy that shares the acceleration structures, for `copy.copy`.
+
+        Later changes affect only one of the two worlds.
+        """
         return self.with_cameras({})
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:

@@ -123,10 +123,10 @@ def framing_camera(
 
 
 def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floats, zoom: float) -> Camera:
-    """Returns `camera` with its own lens, as close to `middle` as possible with all points [n, 3] in the image.
+    """Returns `camera` as close to `middle` as possible with all points [n, 3] in the image.
 
-    Its centre is on the line through `middle` along the axis of `rotation`, and `middle` is at the image centre,
-    even if the principal point is far away from it.
+    The camera keeps its own lens. Its centre is on the line through `middle` along the axis of `rotation`.
+    `middle` is at the image centre, even if the principal point is far away from the image centre.
     """
     if camera.is_parallel:
         raise CameraError(
@@ -139,7 +139,10 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
     radius = float(np.sqrt(((points - middle) ** 2).sum(axis=1)).max()) or 1.0
 
     def excess(distance: float, cloud: Floats) -> Floats:
-        """The largest relative distance of the points from the centre, 1 at the margin; +inf without a projection."""
+        """Returns the relative distance [n] of each point from the image centre.
+
+        The distance is the larger of both image axes, 1 at the margin, and +inf without a projection.
+        """
         posed = camera.at_pose(rotation, middle - distance * axis)
         with np.errstate(invalid="ignore"):
             pixels, seen = posed.project(cloud)
@@ -286,7 +289,10 @@ def _direction(direction: str | npt.ArrayLike, up: str) -> Floats:
 
 
 def _turned_around(points: Floats, middle: Floats, axis: int) -> Floats:
-    """Points that bound all rotations of `points` about the vertical axis through the centre: rings at every height."""
+    """Returns points that bound all rotations of `points` about the vertical axis.
+
+    The axis goes through the centre. The result consists of rings at every height.
+    """
     level = [number for number in range(3) if number != axis]
     radius = np.sqrt(((points[:, level] - middle[level]) ** 2).sum(axis=1))
     low, high = points[:, axis].min(), points[:, axis].max()

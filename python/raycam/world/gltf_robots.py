@@ -45,7 +45,10 @@ def gltf_bytes(world: WorldContents) -> tuple[bytes, list[Notice]]:
 
 
 class _GlbFile:
-    """A GLB file whose nodes of shapes and cameras, which have no parents, are moved below the links of robots."""
+    """A GLB file whose nodes are moved below the links of robots.
+
+    The moved nodes are shapes and cameras, which have no parents.
+    """
 
     def __init__(self, data: bytes) -> None:
         length = struct.unpack("<I", data[12:16])[0]
@@ -162,7 +165,10 @@ def _matrix(node: dict[str, Any]) -> Floats:
 
 
 def _place(node: dict[str, Any], matrix: Floats) -> bool:
-    """Sets a node's translation, rotation and scale; returns False without changes if the matrix contains shear."""
+    """Sets a node's translation, rotation and scale.
+
+    Returns False without changes if the matrix contains shear.
+    """
     scale = np.linalg.norm(matrix[:3, :3], axis=0)
     axes = matrix[:3, :3] / scale
     if abs(axes.T @ axes - np.eye(3)).max() > TOLERANCE:

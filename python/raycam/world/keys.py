@@ -195,7 +195,10 @@ def object_keys(
 
 
 def _shape_table(shape: str, own: tuple[str, ...], given: dict[str, Any]) -> dict[str, Any]:
-    """The table of a shape, including keys given next to it, which are removed from the object's keys."""
+    """Returns the table of a shape, including keys that are given next to the shape.
+
+    These keys are removed from the object's keys.
+    """
     table = given[shape]
     if (
         table is None

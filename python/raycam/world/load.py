@@ -219,7 +219,10 @@ def _load_robot(
     packages: Iterable[str | os.PathLike[str]],
     options: _Options,
 ) -> World:
-    """The world of a robot file; raises `SettingsError` for arguments that robots do not support."""
+    """Returns the world of a robot file.
+
+    Raises `SettingsError` for arguments that robots do not support.
+    """
     for name, value in (("variant", options.variant), ("time", options.time)):
         if value is not None:
             raise SettingsError(
@@ -262,7 +265,10 @@ def _add_mujoco_lights(world: World, compiled: CompiledModel) -> None:
 
 
 def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:
-    """Returns the world with another up axis; raises `SettingsError` for a world file, which specifies its own axis."""
+    """Returns the world with another up axis.
+
+    Raises `SettingsError` for a world file, which specifies its own axis.
+    """
     if up not in ("z", "y"):
         raise SettingsError(f"up is {up!r}; expected 'z' or 'y'", code="invalid_value")
     if Path(path).suffix.lower() == ".toml":

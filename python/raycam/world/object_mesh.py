@@ -108,7 +108,10 @@ def _accessor(document: dict[str, Any], binary: memoryview, number: int) -> npt.
 
 
 def _match(local: Single, wanted: Single) -> npt.NDArray[np.int64]:
-    """For each triangle of `wanted` [f, 3, 3], the number of the equal one in `local`, in order among equal ones."""
+    """Returns the number of the equal triangle in `local` for each triangle of `wanted`.
+
+    The triangles are [f, 3, 3]. Equal triangles are matched in order.
+    """
     sorted_local = np.lexsort(local.reshape(len(local), 9).T)
     sorted_wanted = np.lexsort(wanted.reshape(len(wanted), 9).T)
     order = np.empty(len(local), np.int64)

@@ -225,7 +225,10 @@ class PointQueries:
 
 
 def _rounding(*points: npt.NDArray[Any]) -> float:
-    """Eight units in the last place at the points' largest finite coordinate, for the least precise dtype."""
+    """Returns eight units in the last place at the points' largest finite coordinate.
+
+    The unit is the unit of the least precise dtype.
+    """
     largest = 0.0
     coarsest = float(np.finfo(np.float64).eps)
     for array in points:

@@ -188,7 +188,10 @@ class _Builder:
         self._robot._parts.extend((names[number], link, matrix) for number, link, matrix in placed)
 
     def add_geoms(self, compiled: robots.CompiledModel) -> list[robots.SdfCamera]:
-        """Adds one object for each geom of a MuJoCo model; returns the model's cameras on their links."""
+        """Adds one object for each geom of a MuJoCo model.
+
+        Returns the model's cameras on their links.
+        """
         from ..interop.mujoco.parts import link_cameras, link_geoms
 
         geoms, notices = link_geoms(compiled.model, self._geometry)

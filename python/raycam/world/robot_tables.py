@@ -98,7 +98,10 @@ def _add(world: WorldBuilding, table: dict[str, Any], folder: Path) -> None:
 
 
 def _inside(folder: Path, name: str) -> Path:
-    """The path of a file in the world's folder; raises `WorldError` outside of it, `OSError` for a missing file."""
+    """Returns the path of a file in the world's folder.
+
+    Raises `WorldError` for a path outside of the folder, and `OSError` for a missing file.
+    """
     path = folder / name
     if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
         raise WorldError(f"{name!r} is outside the world's folder {folder}", code="outside_root")
@@ -110,7 +113,10 @@ def _inside(folder: Path, name: str) -> Path:
 
 
 def _mount(world: WorldBuilding, robot: Robot, table: dict[str, Any], folder: Path) -> None:
-    """Adds a camera of a robot, named `robot/camera`; its pose in the table is relative to the link."""
+    """Adds a camera of a robot, named `robot/camera`.
+
+    The camera's pose in the table is relative to the link.
+    """
     link, name = table.pop("link", None), table.pop("name", "camera")
     if not isinstance(link, str) or not isinstance(name, str):
         raise WorldError(

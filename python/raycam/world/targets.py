@@ -71,7 +71,10 @@ def _point(world: WorldContents, target: Any) -> Floats:
 
 
 def _edges(up: str, way: Floats, size: Any) -> tuple[list[float], list[float]]:
-    """The edges u and v of a rectangle of `size` (width, height) whose front, u x v, looks along `way`."""
+    """Returns the edges u and v of a rectangle of `size` (width, height).
+
+    The rectangle's front, u x v, faces in the direction `way`.
+    """
     width, height = floats("size", size, (2,), error=WorldError)
     forward = way / np.sqrt((way * way).sum())
     upward = np.array([0.0, 0, 1]) if up == "z" else np.array([0.0, 1, 0])

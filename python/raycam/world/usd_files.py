@@ -77,7 +77,10 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
 def _set_notices(
     core: _core.World, first: int, path: str | os.PathLike[str], folder: str, stage: usd.StageContents
 ) -> None:
-    """Replaces names of temporary files in the world's notices from `first` on, and adds the stage's notices."""
+    """Replaces names of temporary files in the world's notices, and adds the stage's notices.
+
+    The names are replaced in the notices from `first` on.
+    """
     own = [
         Notice(_name_originals(str(notice), path, folder, stage.files), notice.code)
         for notice in core.notices[first:]
@@ -96,7 +99,10 @@ def _original_names(path: str | os.PathLike[str], folder: str, files: dict[str, 
 
 
 def _name_originals(text: str, path: str | os.PathLike[str], folder: str, files: dict[str, str]) -> str:
-    """Replaces the names of temporary files in a text by the names of the USD file and its images."""
+    """Replaces the names of temporary files in a text by the names of the original files.
+
+    The original files are the USD file and its images.
+    """
     shown, temporary = os.fspath(path), re.compile(re.escape(folder) + r"(?:[/\\]+([^/\\:]+)(:\d+)?)?")
     text = temporary.sub(lambda match: files.get(match[1], shown), text)
     return text if text.startswith(shown) else f"{shown}: {text}"

@@ -115,7 +115,10 @@ def find_calibration(text: str) -> tuple[str, str] | None:
 
 
 def load_camera(text: str, options: argparse.Namespace) -> Camera:
-    """Loads the first camera of FILE, or the camera FILE:NAME; FILE is a calibration or a world file."""
+    """Loads the first camera of FILE, or the camera FILE:NAME.
+
+    FILE is a calibration or a world file.
+    """
     from ...world.load import load
 
     found = find_calibration(text)

@@ -1,4 +1,7 @@
-"""Options that derive cameras: cropped, undistorted, without lens, rectified, and their maps."""
+"""Options that derive cameras, and the maps of the derived cameras.
+
+Derived cameras are cropped, undistorted, without lens, or rectified.
+"""
 
 from __future__ import annotations
 
@@ -64,7 +67,10 @@ def has_copies(options: argparse.Namespace) -> bool:
 
 
 def derive_cameras(cameras: Found, options: argparse.Namespace) -> Found:
-    """Returns the cameras that the options derive. For a file with a single rig, returns the derived rig."""
+    """Returns the cameras that the options derive.
+
+    For a file with a single rig, returns the derived rig.
+    """
     from ...rig import Rig
 
     if options.maps is not None and not _makes_pinholes(options):

@@ -71,7 +71,10 @@ def find_camera(world: World, options: argparse.Namespace, *, moving: bool = Fal
 
 
 def find_orbit_camera(world: World, options: argparse.Namespace) -> Camera:
-    """Returns the camera that frames a world that turns around the upright axis through its centre."""
+    """Returns the camera that frames a turning world.
+
+    The world turns around the upright axis through its centre.
+    """
     from ...world.framing import framing_camera
 
     return framing_camera(world, **_framing(world, options), turning=True)

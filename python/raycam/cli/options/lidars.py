@@ -51,7 +51,10 @@ def find_lidar(text: str, settings: Mapping[str, Any], up: Literal["z", "y"] = "
 
 
 def mount_lidars(rig: Rig, texts: Sequence[str]) -> Rig:
-    """Returns the rig with the lidars of `--lidar NAME=DEVICE@X,Y,Z`; raises `SettingsError` for malformed texts."""
+    """Returns the rig with the lidars of `--lidar NAME=DEVICE@X,Y,Z`.
+
+    Raises `SettingsError` for malformed texts.
+    """
     import numpy as np
 
     from ...rig import Rig
@@ -71,7 +74,10 @@ def mount_lidars(rig: Rig, texts: Sequence[str]) -> Rig:
 
 
 def _placed_lidar(text: str, up: Literal["z", "y"] = "z") -> tuple[str, Lidar]:
-    """Returns the name and the lidar of NAME=DEVICE@X,Y,Z; raises `SettingsError` for other texts."""
+    """Returns the name and the lidar of NAME=DEVICE@X,Y,Z.
+
+    Raises `SettingsError` for other texts.
+    """
     name, equals, rest = text.partition("=")
     device, at, numbers = rest.rpartition("@")
     try:
@@ -87,9 +93,10 @@ def _placed_lidar(text: str, up: Literal["z", "y"] = "z") -> tuple[str, Lidar]:
 
 
 def world_lidars(world: World, texts: Sequence[str]) -> dict[str, Lidar]:
-    """Returns lidars by name: lidars of the world (NAME), and devices placed in the world (NAME=DEVICE@X,Y,Z).
+    """Returns lidars by name: lidars of the world, and devices placed in the world.
 
-    Raises `SettingsError` for malformed texts and names used twice, and `LidarError` for unknown names.
+    A lidar of the world is given as NAME, and a placed device as NAME=DEVICE@X,Y,Z. Raises `SettingsError`
+    for malformed texts and names used twice, and `LidarError` for unknown names.
     """
     from ...lidar import lidar_named
 

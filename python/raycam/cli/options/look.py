@@ -128,7 +128,10 @@ def _ground(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _report_weak_lights(world: World, options: argparse.Namespace) -> None:
-    """Prints a notice if a model is lit only by small lights: metals then have nothing to reflect."""
+    """Prints a notice if a model is lit only by small lights.
+
+    Under such lights, metals have nothing to reflect.
+    """
     kinds = {light["type"] for light in world.lights}
     is_model = not os.fspath(options.world).endswith(".toml")
     if is_model and kinds and not kinds & SURROUNDING_LIGHTS and is_framed(world, options):

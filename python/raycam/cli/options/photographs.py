@@ -45,7 +45,10 @@ def add_photograph_cameras(
 
 
 def photograph_cameras(options: argparse.Namespace) -> Mapping[str, Camera]:
-    """The cameras by the names of their photographs; raises `SettingsError` for a file without cameras."""
+    """Returns the cameras by the names of their photographs.
+
+    Raises `SettingsError` for a file without cameras.
+    """
     from ...photos import named_photographs
     from ...world.load import load
 

@@ -84,7 +84,10 @@ def load_world(options: argparse.Namespace) -> World:
 
 
 def set_joints(world: World, texts: Sequence[str]) -> None:
-    """Sets joint values of `--joints`; raises `SettingsError` for texts of another form, and `WorldError`."""
+    """Sets the joint values of `--joints`.
+
+    Raises `SettingsError` for texts of another form, and the `WorldError`s of `World.set_joints`.
+    """
     found: dict[str, dict[str, float]] = {}
     for text in texts:
         place, _, value = text.partition("=")
@@ -107,7 +110,10 @@ def set_joints(world: World, texts: Sequence[str]) -> None:
 
 
 def find_file(text: str) -> str | Path:
-    """Returns the path of a file, or of raycam's bundled file of this name if the file does not exist."""
+    """Returns the path of a file, or of raycam's bundled file of this name.
+
+    The bundled file is used if the file does not exist.
+    """
     from ...data import bundled
 
     found = bundled(text)
@@ -118,7 +124,10 @@ def find_file(text: str) -> str | Path:
 
 
 def find_up_axis(path: str | os.PathLike[str]) -> Literal["y"] | None:
-    """Returns the up axis of a mesh whose file does not state it: y for OBJ; None if `load` determines it."""
+    """Returns the up axis of a mesh whose file does not specify this axis.
+
+    The axis is y for OBJ, and None if `load` determines the axis.
+    """
     return "y" if os.fspath(path).lower().endswith(".obj") else None
 
 

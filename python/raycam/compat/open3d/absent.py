@@ -32,7 +32,10 @@ ALTERNATIVES = {
 
 
 def raise_missing(owner: str, name: str, general: str) -> Any:
-    """Raises an `AttributeError` that names an alternative, or a plain one for Python's own names (`__len__`, `_x`)."""
+    """Raises an `AttributeError` that names an alternative.
+
+    For Python's own names (`__len__`, `_x`), the error contains no alternative.
+    """
     if name.startswith("_"):
         raise AttributeError(f"{owner} has no attribute {name!r}")
     raise AttributeError(
@@ -42,7 +45,10 @@ def raise_missing(owner: str, name: str, general: str) -> Any:
 
 
 class HintingType(type):
-    """Type of classes whose missing attributes (static methods) raise an error that names an alternative."""
+    """Type of classes whose missing attributes raise an error.
+
+    The missing attributes are static methods, and the error names an alternative.
+    """
 
     def __getattr__(cls, name: str) -> Any:
         """Raises `AttributeError` with an alternative."""

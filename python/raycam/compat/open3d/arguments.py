@@ -1,4 +1,7 @@
-"""Checks of the arguments of `RaycastingScene`: shapes and dtypes. Errors are `RuntimeError`s, as in Open3D."""
+"""Checks of the arguments of `RaycastingScene`: shapes and dtypes.
+
+Errors are `RuntimeError`s, as in Open3D.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ Array = npt.NDArray[Any]
 
 
 class RaycastingError(SettingsError, RuntimeError):
-    """Invalid triangles, rays or points: a `RuntimeError`, as in Open3D, and a `raycam.SettingsError`."""
+    """Invalid triangles, rays or points.
+
+    The error is a `RuntimeError`, as in Open3D, and a `raycam.SettingsError`.
+    """
 
 
 def array_of(name: str, values: Any) -> Array:
@@ -39,7 +45,10 @@ def last(name: str, values: Any, width: int) -> Array:
 
 
 def rows(name: str, values: Any, kinds: str) -> Array:
-    """Returns numbers [n, 3] of the given dtype kinds ("fiu", or "iu" for integers); any shape if empty."""
+    """Returns numbers [n, 3] of the given dtype kinds.
+
+    The kinds are "fiu", or "iu" for integers. Empty arrays may have any shape.
+    """
     array = array_of(name, values)
     if array.size == 0 and array.ndim:
         return np.zeros((0, 3), dtype=array.dtype if array.dtype.kind in kinds else np.int64)

@@ -1,4 +1,7 @@
-"""Tensors: NumPy arrays with the methods of Open3D's tensors that scripts for rays and distances use."""
+"""Tensors: NumPy arrays with methods of Open3D's tensors.
+
+Scripts for rays and distances use these methods.
+"""
 
 from __future__ import annotations
 
@@ -108,9 +111,10 @@ class Device(Hints):
 
 
 class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
-    """An array with Open3D's methods. Lists of floats are float64, of integers int64, as in Open3D.
+    """An array with Open3D's methods.
 
-    Elements and reductions are tensors of shape [], as in Open3D.
+    Lists of floats become float64, and lists of integers int64, as in Open3D. Elements and reductions are
+    tensors of shape [], as in Open3D.
     """
 
     _ALTERNATIVE = NUMPY_INSTEAD
@@ -239,7 +243,10 @@ def _as_tensor(values: Any) -> Tensor:
 
 
 def _reduction(name: str) -> Any:
-    """A method that reduces along `dim` (Open3D) or `axis` (NumPy); without them, over all numbers."""
+    """Returns a method that reduces along `dim` (Open3D) or `axis` (NumPy).
+
+    Without `dim` and `axis`, the method reduces over all numbers.
+    """
     function = getattr(np, name)
 
     def reduce(

@@ -19,10 +19,11 @@ Floats = npt.NDArray[np.float64]
 
 
 class TriangleMesh(Hints):
-    """`vertices` float64 [n, 3] and `triangles` int32 [m, 3], with normals and colours as in Open3D.
+    """A triangle mesh with normals and colours, as in Open3D.
 
-    `create_box`, `create_sphere`, `create_cylinder`, `create_cone`, `create_torus`, `create_tetrahedron`,
-    `create_octahedron` and `create_icosahedron` return the vertices and triangles of Open3D, in its order.
+    `vertices` are float64 [n, 3], and `triangles` int32 [m, 3]. `create_box`, `create_sphere`,
+    `create_cylinder`, `create_cone`, `create_torus`, `create_tetrahedron`, `create_octahedron` and
+    `create_icosahedron` return the vertices and triangles of Open3D, in its order.
     """
 
     def __init__(self, vertices: Any = (), triangles: Any = ()) -> None:
@@ -33,13 +34,19 @@ class TriangleMesh(Hints):
         self.vertex_colors = Vector3dVector()
 
     def compute_triangle_normals(self, normalized: bool = True) -> TriangleMesh:
-        """Sets `triangle_normals` (without `normalized`, with twice the areas as lengths); returns the mesh."""
+        """Sets `triangle_normals` and returns the mesh.
+
+        Without `normalized`, the normals' lengths are twice the triangles' areas.
+        """
         vectors = math.face_vectors(self.vertices, self.triangles)
         self.triangle_normals = math.normalize(vectors) if normalized else vectors
         return self
 
     def compute_vertex_normals(self, normalized: bool = True) -> TriangleMesh:
-        """Sets `vertex_normals`, means of the triangles' normals by area, and `triangle_normals`; returns the mesh."""
+        """Sets `vertex_normals` and `triangle_normals`, and returns the mesh.
+
+        Vertex normals are means of the triangles' normals by area.
+        """
         vectors = math.face_vectors(self.vertices, self.triangles)
         self.triangle_normals = vectors
         self.vertex_normals = math.sum_at_vertices(len(self.vertices), self.triangles, vectors)

@@ -16,9 +16,10 @@ __all__ = ["read_triangle_mesh"]
 
 
 def read_triangle_mesh(filename: str | os.PathLike[str], *_: Any, **__: Any) -> TriangleMesh:
-    """Reads the triangles of a file in any format of `raycam.load`; vertices at equal positions are merged.
+    """Reads the triangles of a file in any format of `raycam.load`.
 
-    Raises raycam's errors for missing or malformed files, whereas Open3D warns and returns an empty mesh.
+    Vertices at equal positions are merged. Raises raycam's errors for missing or malformed files, whereas
+    Open3D warns and returns an empty mesh.
     """
     corners = load(filename).triangles().reshape(-1, 3)
     vertices, index = np.unique(corners, axis=0, return_inverse=True)

@@ -1,4 +1,7 @@
-"""Normals, areas and transforms of meshes given as arrays, for both of Open3D's mesh classes."""
+"""Normals, areas and transforms of meshes given as arrays.
+
+Both of Open3D's mesh classes use these functions.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,10 @@ def sum_at_vertices(count: int, triangles: Any, vectors: Floats) -> Floats:
 
 
 def normalize(vectors: Floats) -> Floats:
-    """Returns the vectors [n, 3] with length 1; a vector of length 0 becomes (0, 0, 1), as in Open3D."""
+    """Returns the vectors [n, 3] with length 1.
+
+    A vector of length 0 becomes (0, 0, 1), as in Open3D.
+    """
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(lengths > 0, vectors / np.where(lengths > 0, lengths, 1), [0.0, 0.0, 1.0])
 

@@ -1,4 +1,7 @@
-"""Meshes of simple shapes: the vertices and triangles of Open3D's `create_...`, in its order."""
+"""Meshes of simple shapes, as returned by Open3D's `create_...`.
+
+The vertices and triangles are in Open3D's order.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,10 @@ def _check(**given: Any) -> None:
 
 
 def create_box(width: float = 1.0, height: float = 1.0, depth: float = 1.0) -> Shape:
-    """A box from the origin to (width, height, depth): 8 vertices (x fastest, then z, then y), 12 triangles."""
+    """Returns a box from the origin to (width, height, depth).
+
+    The box has 8 vertices (x fastest, then z, then y) and 12 triangles.
+    """
     _check(width=width, height=height, depth=depth)
     y, z, x = np.meshgrid([0.0, height], [0.0, depth], [0.0, width], indexing="ij")
     triangles = [
@@ -60,7 +66,10 @@ def create_octahedron(radius: float = 1.0) -> Shape:
 
 
 def create_icosahedron(radius: float = 1.0) -> Shape:
-    """A regular icosahedron: three golden rectangles, with edges of length 2 `radius`, as in Open3D."""
+    """Returns a regular icosahedron with edges of length 2 `radius`, as in Open3D.
+
+    The vertices are the corners of three golden rectangles.
+    """
     _check(radius=radius)
     p = GOLDEN_RATIO
     vertices = [
@@ -78,7 +87,10 @@ def create_icosahedron(radius: float = 1.0) -> Shape:
 
 
 def create_sphere(radius: float = 1.0, resolution: int = 20) -> Shape:
-    """A sphere around the origin: two poles and `resolution` - 1 rings of 2 `resolution` vertices, from +z to -z."""
+    """Returns a sphere around the origin.
+
+    The vertices are two poles and `resolution` - 1 rings of 2 `resolution` vertices, from +z to -z.
+    """
     _check(radius=radius)
     if resolution < 2:
         raise RaycastingError(f"resolution: expected at least 2 for a sphere, got {resolution!r}")
@@ -94,7 +106,10 @@ def create_sphere(radius: float = 1.0, resolution: int = 20) -> Shape:
 
 
 def create_cylinder(radius: float = 1.0, height: float = 2.0, resolution: int = 20, split: int = 4) -> Shape:
-    """A closed cylinder along z around the origin: the centres of its ends, then `split` + 1 rings from +z to -z."""
+    """Returns a closed cylinder along z around the origin.
+
+    The vertices are the centres of the cylinder's ends, then `split` + 1 rings from +z to -z.
+    """
     _check(radius=radius, height=height, resolution=resolution, split=split)
     around = np.arange(resolution) * (2 * np.pi / resolution)
     heights = height / 2 - np.arange(split + 1) * (height / split)
@@ -166,7 +181,10 @@ def create_torus(
 
 
 def _caps(count: int, first: int, last: int) -> Ids:
-    """Triangles from vertex 0 to the ring at `first` and from vertex 1 to the ring at `last`, in turn."""
+    """Returns the triangles from vertices 0 and 1 to two rings, in turn.
+
+    Vertex 0 is connected to the ring at `first`, and vertex 1 to the ring at `last`.
+    """
     j = np.arange(count)
     following = (j + 1) % count
     upper = np.stack([np.zeros_like(j), first + j, first + following], axis=1)

@@ -1,4 +1,6 @@
-"""Replacement for pyrender: scenes, nodes, cameras, lights and `OffscreenRenderer`, on the CPU, without a display.
+"""Replacement for pyrender on the CPU, without a display.
+
+The package contains scenes, nodes, cameras, lights and `OffscreenRenderer`. Programs import this package:
 
     from raycam.compat import pyrender
 

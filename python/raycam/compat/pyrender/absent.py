@@ -16,7 +16,10 @@ class AbsentModule(ModuleType):
         self._said = f"pyrender.{name} is not in raycam.compat.pyrender: {way}"
 
     def __getattr__(self, name: str) -> Any:
-        """Raises `ImportError`, or `AttributeError` for Python's own names, which programs use to inspect modules."""
+        """Raises `ImportError`, or `AttributeError` for Python's own names.
+
+        Programs use Python's own names to inspect modules.
+        """
         if name.startswith("__") or name == "_said":
             raise AttributeError(f"{self.__name__} has no attribute {name!r}")
         raise ImportError(f"{name}: {self._said}")

@@ -27,15 +27,19 @@ class Camera:
         self.name, self.znear, self.zfar = name, 0.05 if znear is None else znear, zfar
 
     def _check_values(self) -> None:
-        """Raises `ValueError` if the far plane is not behind the near plane; called after each assignment."""
+        """Raises `ValueError` if the far plane is not behind the near plane.
+
+        This method is called after each assignment.
+        """
         near, far = self.__dict__.get("_znear"), self.__dict__.get("_zfar")
         if near is not None and far is not None and far <= near:
             raise ValueError(f"zfar is {far} and znear {near}: expected zfar > znear")
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
-        """Origins and directions [n, 3], in camera coordinates, of rays through positions (pixels from the corner).
+        """Returns the origins and directions [n, 3] of rays, in camera coordinates.
 
-        Directions have z = -1, so that t is depth.
+        The rays go through positions, in pixels from the image's corner. Directions have z = -1, so that t is
+        depth.
         """
         raise NotImplementedError
 
@@ -90,7 +94,10 @@ class PerspectiveCamera(Camera):
         self.yfov, self.aspectRatio = yfov, aspectRatio
 
     def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
-        """Returns the matrix [4, 4] from camera to clip coordinates; raises `ValueError` without an aspect ratio."""
+        """Returns the matrix [4, 4] from camera to clip coordinates.
+
+        Raises `ValueError` without an aspect ratio.
+        """
         if self.aspectRatio is None and (width is None or height is None):
             raise ValueError("aspectRatio is missing; set it, or pass the image's width and height")
         return super().get_projection_matrix(width, height)
@@ -127,7 +134,10 @@ class OrthographicCamera(Camera):
         self.xmag, self.ymag = xmag, ymag
 
     def get_projection_matrix(self, width: int | None = None, height: int | None = None) -> Floats:
-        """Returns the matrix [4, 4] from camera to clip coordinates; without a size, the width is 2 `xmag`."""
+        """Returns the matrix [4, 4] from camera to clip coordinates.
+
+        Without a size, the width is 2 `xmag`.
+        """
         if width is not None and height is not None:
             return super().get_projection_matrix(width, height)
         matrix = super().get_projection_matrix()
@@ -143,7 +153,10 @@ class OrthographicCamera(Camera):
 
 
 class IntrinsicsCamera(Camera):
-    """A camera with the intrinsics of a matrix K in pixels: the corner pixel's centre is (0.5, 0.5), v points down."""
+    """A camera with the intrinsics of a matrix K in pixels.
+
+    The corner pixel's centre is (0.5, 0.5), and v points down.
+    """
 
     zfar = Converted(number("zfar", 0, above=True))
     fx, fy, cx, cy = Converted(float), Converted(float), Converted(float), Converted(float)
@@ -162,7 +175,10 @@ class IntrinsicsCamera(Camera):
         self.fx, self.fy, self.cx, self.cy = fx, fy, cx, cy
 
     def get_projection_matrix(self, width: int, height: int) -> Floats:  # type: ignore[override]
-        """Returns the matrix [4, 4] from camera to clip coordinates, for an image of this size in pixels."""
+        """Returns the matrix [4, 4] from camera to clip coordinates.
+
+        `width` and `height` are the image's size in pixels.
+        """
         return super().get_projection_matrix(width, height)
 
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:

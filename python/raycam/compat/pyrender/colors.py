@@ -16,9 +16,10 @@ CHANNELS = {"R": 1, "RG": 2, "GB": 2, "RGB": 3, "RGBA": 4}
 
 
 def format_color_vector(value: Any, length: int) -> npt.NDArray[np.float32]:
-    """Returns a colour with `length` channels, float32; one number sets all channels, and missing channels are 1.
+    """Returns a colour with `length` channels, float32.
 
-    Gives a notice for integers in 0 to 1, which look like fractions. Raises `ValueError` for more than one dimension.
+    One number sets all channels, and missing channels are 1. Gives a notice for integers in 0 to 1, which
+    look like fractions. Raises `ValueError` for more than one dimension.
     """
     array = np.asarray(value)
     whole = array.dtype.kind in "iu"

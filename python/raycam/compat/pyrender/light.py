@@ -35,7 +35,10 @@ class DirectionalLight(Light):
 
 
 class PointLight(Light):
-    """A point light, weaker with the square of the distance; `range` has no effect, as in pyrender."""
+    """A point light, weaker with the square of the distance.
+
+    `range` has no effect, as in pyrender.
+    """
 
     range = Converted(number("range", 0, above=True, optional=True))
 
@@ -68,7 +71,10 @@ class SpotLight(PointLight):
         self.innerConeAngle, self.outerConeAngle = innerConeAngle, outerConeAngle
 
     def _check_values(self) -> None:
-        """Raises `ValueError` if the inner angle exceeds the outer angle; called after each assignment."""
+        """Raises `ValueError` if the inner angle exceeds the outer angle.
+
+        This method is called after each assignment.
+        """
         inner, outer = self.__dict__.get("_innerConeAngle"), self.__dict__.get("_outerConeAngle")
         if inner is not None and outer is not None and not 0 <= inner <= outer <= np.pi / 2 + 1e-9:
             raise ValueError(f"cone angles {inner} and {outer}: expected 0 <= inner <= outer <= pi / 2")

@@ -12,7 +12,10 @@ __all__ = ["Material", "MetallicRoughnessMaterial", "SpecularGlossinessMaterial"
 
 
 class Material:
-    """The values of all materials. `alphaCutoff` and `smooth` are stored without effect, as in pyrender."""
+    """The values of all materials.
+
+    `alphaCutoff` and `smooth` are stored without effect, as in pyrender.
+    """
 
     name = Converted(text)
     normalTexture = Converted(lambda value: _texture(value, "RGB"))
@@ -126,7 +129,10 @@ class MetallicRoughnessMaterial(Material):
 
 
 class SpecularGlossinessMaterial(Material):
-    """A material that pyrender defines but does not shade; creating an instance raises `NotImplementedError`."""
+    """A material that pyrender defines but does not shade.
+
+    Creating an instance raises `NotImplementedError`.
+    """
 
     def __init__(self, *_arguments: Any, **_options: Any) -> None:
         raise NotImplementedError(

@@ -54,7 +54,10 @@ class Mesh(Bounded):
         is_visible: bool = True,
         poses: npt.ArrayLike | None = None,
     ) -> Mesh:
-        """Returns points as squares of the renderer's `point_size` pixels; without normals, they face the camera."""
+        """Returns points as squares of the renderer's `point_size` pixels.
+
+        Without normals, the points face the camera.
+        """
         cloud = Primitive(points, normals=normals, color_0=colors, mode=GLTF.POINTS, poses=poses)
         return Mesh([cloud], is_visible=is_visible)
 
@@ -67,10 +70,11 @@ class Mesh(Bounded):
         wireframe: bool = False,
         smooth: bool = True,
     ) -> Mesh:
-        """Returns the triangles of one or several `trimesh.Trimesh`, or their edges with `wireframe`.
+        """Returns the triangles of one or several `trimesh.Trimesh`.
 
-        A given material is copied, and replaces the colours of vertices and faces. Raises `TypeError` for other
-        objects, and `ValueError` for face colours with `smooth=True`.
+        With `wireframe`, returns the triangles' edges instead. A given material is copied, and replaces the
+        colours of vertices and faces. Raises `TypeError` for other objects, and `ValueError` for face colours
+        with `smooth=True`.
         """
         meshes = list(mesh) if isinstance(mesh, list | tuple | set | np.ndarray) else [mesh]
         for one in meshes:
@@ -116,7 +120,11 @@ def _primitive(
 
 
 def _material_of(mesh: Any) -> Material:
-    """The material of a trimesh mesh: grey, white with vertex or face colours, or a conversion of its own."""
+    """Returns the material of a trimesh mesh.
+
+    The result is a conversion of the mesh's own material. A mesh without a material is grey, or white with
+    vertex or face colours.
+    """
     if mesh.visual.kind == "texture" and mesh.visual.material is not None:
         return _converted(mesh.visual.material)
     colored = mesh.visual.kind in ("vertex", "face")
@@ -129,7 +137,10 @@ def _material_of(mesh: Any) -> Material:
 
 
 def _converted(given: Any) -> Material:
-    """The conversion of a trimesh material: a PBRMaterial with its values, a SimpleMaterial as metal of its colour."""
+    """Returns the conversion of a trimesh material.
+
+    A PBRMaterial is converted with its values, and a SimpleMaterial to metal of its colour.
+    """
     if isinstance(given, Material):
         return copy.copy(given)
     if hasattr(given, "baseColorFactor") or hasattr(given, "metallicFactor"):

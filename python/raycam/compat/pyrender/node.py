@@ -70,7 +70,10 @@ class Node:
 
     @property
     def matrix(self) -> Any:
-        """A copy of parent_from_node [4, 4]; only assigning a whole matrix moves the node, as in pyrender."""
+        """A copy of parent_from_node [4, 4].
+
+        Only assigning a whole matrix moves the node, as in pyrender.
+        """
         return self._matrix.copy()
 
     @matrix.setter
@@ -99,7 +102,10 @@ class Node:
 
     @property
     def rotation(self) -> Any:
-        """The unit quaternion x, y, z, w; assigned elements turn the node; raises `ValueError` for another length."""
+        """The unit quaternion x, y, z, w.
+
+        Assigned elements turn the node. Raises `ValueError` for a quaternion of another length.
+        """
         turn = self._matrix[:3, :3] / np.array(self.scale)
         trace = np.trace(turn)
         # The largest component is computed first, to avoid division by a small number.

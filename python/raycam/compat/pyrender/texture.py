@@ -35,9 +35,10 @@ class Sampler:
 
 
 class Texture:
-    """An image as a texture: a PIL image or an array [h, w] or [h, w, c], its first row at v = 1.
+    """An image as a texture, with the image's first row at v = 1.
 
-    `source_channels` are "R", "RG", "GB", "RGB" or "RGBA" (default: the channels of the image).
+    The image is a PIL image or an array [h, w] or [h, w, c]. `source_channels` are "R", "RG", "GB", "RGB" or
+    "RGBA" (default: the channels of the image).
     """
 
     name = Converted(text)
@@ -84,7 +85,10 @@ class Texture:
         """Does nothing, because no graphics memory is used."""
 
     def texels(self) -> Floats:
-        """The texels [h, w, 4] in 0..1, as stored in the image; missing channels are 0, missing alpha is 1."""
+        """Returns the texels [h, w, 4] in 0..1, as stored in the image.
+
+        Missing channels are 0, and missing alpha is 1.
+        """
         if self._texels is None:
             image = np.zeros((1, 1, 3)) if self.source is None else np.atleast_3d(self.source) / 255.0
             rest = np.zeros((*image.shape[:2], 4))

@@ -41,7 +41,10 @@ class Converted:
 
 
 class LiveArray(np.ndarray[Any, Any]):
-    """An array whose elements can be assigned: `write` receives the whole changed array, and may raise `ValueError`."""
+    """An array whose elements can be assigned.
+
+    `write` receives the whole changed array, and may raise `ValueError`.
+    """
 
     _write: Callable[[npt.NDArray[Any]], None] | None
 
@@ -56,7 +59,10 @@ class LiveArray(np.ndarray[Any, Any]):
         self._write = None
 
     def __setitem__(self, key: Any, value: Any) -> None:
-        """Assigns elements in this array and at the source; has no effect if the source refuses the values."""
+        """Assigns elements in this array and at the source.
+
+        If the source refuses the values, the assignment raises `ValueError` and has no effect.
+        """
         before = self[key].copy() if self._write is not None else None
         super().__setitem__(key, value)
         if self._write is None:

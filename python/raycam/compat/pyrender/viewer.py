@@ -135,7 +135,10 @@ class Viewer:
         )
 
     def __getattr__(self, name: str) -> Any:
-        """Raises `AttributeError`; for the handlers of pyrender's window, the error contains an alternative."""
+        """Raises `AttributeError`.
+
+        For the handlers of pyrender's window, the error contains an alternative.
+        """
         if name in HANDLERS:
             raise AttributeError(
                 f"Viewer.{name}: not supported, because raycam's viewer is a web page without window events; "
@@ -182,7 +185,10 @@ class Viewer:
                 self._view.world = self._world()
 
     def _create_raymond_lights(self) -> list[Node]:
-        """Three suns of intensity 1 around the z axis: 30 degrees from the axis and 120 degrees apart."""
+        """Returns three suns of intensity 1 around the z axis.
+
+        The suns are 30 degrees from the axis and 120 degrees apart.
+        """
         nodes = []
         for turn in (0, 2 / 3, 4 / 3):
             polar, around = np.pi / 6, np.pi * turn
@@ -203,7 +209,10 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _state(scene: Scene) -> Any:
-    """Returns a description of the visible scene, to detect changes; arrays are compared by identity."""
+    """Returns a description of the visible scene, to detect changes.
+
+    The positions of primitives are compared by identity.
+    """
     things: list[Any] = [scene.ambient_light.tobytes()]
     for node in scene.nodes:
         things.append((id(node), scene.get_pose(node).tobytes()))

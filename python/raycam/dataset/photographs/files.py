@@ -1,4 +1,7 @@
-"""Files of depth and normals that other programs read: PFM, COLMAP's maps, cameras of MVSNet."""
+"""Encodes depth and normals in files that other programs read.
+
+The files are PFM images, COLMAP's maps and MVSNet's cameras.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,9 @@ def npy(values: npt.NDArray[Any]) -> bytes:
 
 
 def colmap_map(values: npt.NDArray[Any]) -> bytes:
-    """Encodes [h, w] or [h, w, 3] as a map of COLMAP's dense reconstruction, one plane per channel.
+    """Encodes an array [h, w] or [h, w, 3] as a map of COLMAP's dense reconstruction.
+
+    The map has one plane per channel.
 
     Source: COLMAP, `mvs/mat.h` and `scripts/python/read_write_dense.py`.
     """

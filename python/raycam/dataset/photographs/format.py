@@ -37,7 +37,10 @@ DEPTH_PLANES = {"mvsnet": 192, "blendedmvs": 128}
 
 
 def check(plan: Plan) -> None:
-    """Raises `SettingsError` for invalid options, and `CameraError` for cameras that the layout does not support."""
+    """Raises `SettingsError` for invalid options.
+
+    Raises `CameraError` for cameras that the layout does not support.
+    """
     options = plan.options
     layout = one_of("layout", options["layout"], LAYOUTS)
     words("channel", options["channels"], CHANNELS)
@@ -77,7 +80,10 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes the files of a photograph, and the record with its share of pixels without a surface."""
+    """Makes the files of a photograph, and the photograph's record.
+
+    The record contains the share of pixels without a surface.
+    """
     shot, options = plan.shot(number), plan.options
     layout, name = options["layout"], photograph_names(plan)[number]
     channels = list(options["channels"]) if layout == "plain" else ["depth"]
@@ -155,7 +161,11 @@ def exr(channel: str, values: npt.NDArray[Any]) -> bytes:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes `error.json`, and with numbered files the photographs' names; for COLMAP, the cameras."""
+    """Makes `error.json`, which contains each photograph's share of pixels without a surface.
+
+    Layouts with numbered files also get the photographs' names in `photographs.json`. The layout "colmap"
+    also gets the cameras in `sparse`.
+    """
     rows = {record["photograph"]: round(record["without_surface"], 6) for record in records()}
     yield "error.json", [json.dumps({"without_surface": rows}, indent=1).encode() + b"\n"]
     names = photograph_names(plan)

@@ -14,10 +14,11 @@ ENDINGS = {f".{name}" for name in PHOTO_FORMATS.split(" ")}
 
 
 def photograph_names(plan: Plan) -> list[str]:
-    """Returns the photographs' names, with folders and endings if the cameras' file contains them.
+    """Returns the photographs' names.
 
-    For a camera without a photograph, the name is the camera's name, or the view's number with six digits. If two
-    names differ only in their ending, the view's number is appended to the second.
+    The names include folders and file extensions if the cameras' file contains them. For a camera without a
+    photograph, the name is the camera's name, or the view's number with six digits. If two names differ only
+    in their extension, the view's number is appended to the second name.
     """
     names: list[str] = []
     taken: set[str] = set()

@@ -25,10 +25,11 @@ MIXED_STEP = 0.02
 
 
 def photograph_surfaces(shot: Shot, channels: Collection[str], facing: str) -> Arrays:
-    """Returns arrays [h, w] or [h, w, 3] of `channels` for a view; without a surface, distances are +inf.
+    """Returns the requested `channels` of a view as arrays [h, w] or [h, w, 3].
 
-    With `facing="both"`, each ray's first surface is used; with "front", the first surface that faces the camera.
-    `normal` is in camera axes (x right, y down, z forward) and points towards the camera.
+    Distances are +inf for pixels without a surface. With `facing="both"`, each ray's first surface is used;
+    with "front", the first surface that faces the camera. `normal` is in camera axes (x right, y down, z
+    forward) and points towards the camera.
     """
     needed = {"depth"}
     needed |= {"normal", "position", "distance", "instance"} if "confidence" in channels else set()

@@ -1,1 +1,4 @@
-"""Formats for training: YOLO, COCO panoptic, MOT, semantic PNG, HDF5; and splits into training and validation sets."""
+"""Formats for training, and splits into training and validation sets.
+
+The formats include YOLO, COCO panoptic, MOT, semantic PNG and HDF5.
+"""

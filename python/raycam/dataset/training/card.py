@@ -1,4 +1,7 @@
-"""The card of a data set: counts, seeds, options, versions and the fields of a licence, as JSON and Markdown."""
+"""Writes the card of a data set as JSON and Markdown.
+
+The card contains counts, seeds, options, versions and the fields of a licence.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +18,10 @@ __all__ = ["card_files"]
 
 
 def card_files(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licence: str) -> Index:
-    """Makes `dataset_card.json` and `dataset_card.md`, and lists of the views' source images and backgrounds.
+    """Makes `dataset_card.json` and `dataset_card.md`, and lists of source images.
 
-    `source_images.json` is written if cameras have images, `backgrounds.json` if a recipe draws backgrounds. The same
-    data set always has the same bytes.
+    `source_images.json` lists the views' images and is written if cameras have images. `backgrounds.json` is
+    written if a recipe draws backgrounds. The same data set always has the same bytes.
     """
     table = card(format, plan, records, licence)
     yield "dataset_card.json", [json.dumps(table, indent=2, default=str).encode() + b"\n"]
@@ -30,7 +33,10 @@ def card_files(format: str, plan: Plan, records: Callable[[], Iterator[Record]],
 
 
 def source_images(plan: Plan) -> Iterator[bytes]:
-    """Iterates over the text of the table of source images: a row for each view, by its number from 0."""
+    """Yields the text of the table of source images.
+
+    The table has a row for each view, by the view's number from 0.
+    """
     for number, view in enumerate(plan.shots):
         row = {"view": number, "camera": view.label or view.name, "image": view.image}
         yield (b",\n" if number else b"[\n") + json.dumps(row).encode()

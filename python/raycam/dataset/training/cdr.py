@@ -55,7 +55,10 @@ class Cdr:
 
 
 def quaternion(rotation: Floats) -> list[float]:
-    """x, y, z, w of a rotation, w >= 0. Source: S. Shepperd, Quaternion from Rotation Matrix, 1978."""
+    """Returns the quaternion x, y, z, w of a rotation, with w >= 0.
+
+    Source: S. Shepperd, Quaternion from Rotation Matrix, 1978.
+    """
     r, trace = rotation, np.trace(rotation)
     squares = np.array([2 * r[0, 0] - trace, 2 * r[1, 1] - trace, 2 * r[2, 2] - trace, trace])
     largest = int(np.argmax(squares))
@@ -69,7 +72,10 @@ def quaternion(rotation: Floats) -> list[float]:
 
 
 def transform(stamp: int, parent: str, child: str, rotation: Floats, translation: Floats) -> bytes:
-    """A `tf2_msgs/TFMessage` with one transform, which takes coordinates in `child` to coordinates in `parent`."""
+    """Returns a `tf2_msgs/TFMessage` with one transform.
+
+    The transform takes coordinates in `child` to coordinates in `parent`.
+    """
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = rotation, translation
     return transforms_message(stamp, [(parent, child, pose)])
@@ -88,7 +94,10 @@ def transforms_message(stamp: int, rows: Sequence[tuple[str, str, Floats]]) -> b
 
 
 def body_of(plan: Plan, pose: list[int]) -> tuple[Floats, Floats]:
-    """The rotation body_from_world and the position of a rig's body, for the views of one of its poses."""
+    """Returns the rotation body_from_world and the position of a rig's body.
+
+    `pose` contains the numbers of the views of one of the rig's poses.
+    """
     first = plan.shots[pose[0]]
     return first.body if first.body is not None else (first.camera.R, first.camera.C)
 

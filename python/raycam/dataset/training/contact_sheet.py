@@ -1,4 +1,7 @@
-"""A contact sheet of a data set: one HTML page with labels drawn over the images, and a top view of the cameras."""
+"""Writes a contact sheet of a data set as one HTML page.
+
+The page shows the images with labels drawn over them, and a top view of the cameras.
+"""
 
 from __future__ import annotations
 
@@ -77,7 +80,11 @@ def _mark(mark: Mark) -> str:
 
 
 def _top_view(place: Path) -> str:
-    """The positions and directions of the cameras on the plane of x and y; empty for data sets without poses."""
+    """Returns HTML with the positions and directions of the cameras in the x-y plane.
+
+    Data sets without poses have a sentence instead. The text is empty if all cameras are parallel
+    projections.
+    """
     try:
         cameras = [camera for camera in load_cameras(place).values() if not camera.is_parallel]
     except (FormatError, SettingsError, ValueError):
@@ -86,7 +93,10 @@ def _top_view(place: Path) -> str:
 
 
 def _plan_of(cameras: list[Camera]) -> str:
-    """The cameras from above, each with its field of view; overlapping fields are areas visible to several cameras."""
+    """Returns HTML with the cameras from above, each with its field of view.
+
+    Overlapping fields of view show the areas that are visible to several cameras.
+    """
     places = np.array([camera.C[:2] for camera in cameras])
     low, high = places.min(axis=0), places.max(axis=0)
     reach = max(float((high - low).max()), 1e-9)

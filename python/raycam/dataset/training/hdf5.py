@@ -1,4 +1,7 @@
-"""HDF5 in BlenderProc's layout: a file for each image. Source: BlenderProc, WriterUtility.py. Requires `h5py`."""
+"""Writes HDF5 in BlenderProc's layout, with one file for each image.
+
+Source: BlenderProc, WriterUtility.py. Requires `h5py`.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,11 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes `N.hdf5`: colours, depth, distance, normals, segments of instances and categories, and their attributes."""
+    """Makes `N.hdf5` with an image and its annotations.
+
+    The file contains colours, depth, distance, normals, segments of instances and categories, and the
+    attributes of the instances.
+    """
     shot = plan.shot(number)
     frame = shot.render(["color", "depth", "distance", "normal_camera", "instance", "category"])
     instance = frame["instance"]

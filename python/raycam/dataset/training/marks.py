@@ -57,7 +57,10 @@ class LabelledPicture(NamedTuple):
 
 
 def pictures_of(place: Path) -> list[LabelledPicture]:
-    """Returns the images of a data set; raises `SettingsError` for a folder without any of the `MARKERS`."""
+    """Returns the images of a data set with their labels.
+
+    Raises `SettingsError` for a folder without any of the `MARKERS`.
+    """
     for pattern, read in MARKERS.items():
         if next(place.glob(pattern), None) is not None:
             return list(read(place))
@@ -110,7 +113,10 @@ def _coco_pictures(path: Path, folder: str) -> Iterator[LabelledPicture]:
 
 
 def _strips(counts: str, height: int) -> Iterator[tuple[int, int, int]]:
-    """The columns of a mask in COCO's compressed run lengths. Source: pycocotools, maskApi.c, rleFrString."""
+    """Yields the vertical runs of a mask in COCO's compressed run lengths: column, row, length.
+
+    Source: pycocotools, maskApi.c, rleFrString.
+    """
     runs: list[int] = []
     value = shift = 0
     for letter in counts.encode():
@@ -190,7 +196,10 @@ def _bop(place: Path) -> Iterator[LabelledPicture]:
 
 
 def _axes(K: Any, pose: dict[str, Any], diameter: float) -> tuple[tuple[str, Pair, Pair], ...]:
-    """The axes of an object in front of the camera (red, green, blue), half as long as the object."""
+    """Returns the axes of an object as lines in red, lime and blue.
+
+    Each axis is half as long as the object. The result is empty unless all axes are in front of the camera.
+    """
     ends = np.vstack([np.zeros(3), np.eye(3) * diameter / 2])
     seen = ends @ np.reshape(pose["cam_R_m2c"], (3, 3)).T + pose["cam_t_m2c"]
     if (seen[:, 2] <= 0).any():

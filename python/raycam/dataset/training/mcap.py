@@ -1,7 +1,9 @@
-"""A ROS 2 bag in MCAP: camera_info, images, depth, instance ids, robots, poses and the frame tree. Requires `mcap`.
+"""Writes a ROS 2 bag in MCAP.
 
-Sources: the MCAP specification (mcap.dev); ROS 2 `sensor_msgs`, `geometry_msgs` and `tf2_msgs`; REP-105 for the frames;
-OMG CDR, little endian, aligned as in XCDR1.
+The bag contains camera_info, images, depth, instance ids, robots, poses and the frame tree. Requires `mcap`.
+
+Sources: the MCAP specification (mcap.dev); ROS 2 `sensor_msgs`, `geometry_msgs` and `tf2_msgs`; REP-105 for
+the frames; OMG CDR, little endian, aligned as in XCDR1.
 """
 
 from __future__ import annotations
@@ -79,7 +81,10 @@ LATCHED_QOS = (
 
 
 def library() -> ModuleType:
-    """Returns the module `mcap.writer`; raises `SettingsError` with a remedy if mcap is not installed."""
+    """Returns the module `mcap.writer`.
+
+    Raises `SettingsError` with a remedy if mcap is not installed.
+    """
     try:
         return importlib.import_module("mcap.writer")
     except ImportError:
@@ -152,7 +157,10 @@ def names(plan: Plan, number: int) -> tuple[str, str]:
 
 
 def check(plan: Plan) -> None:
-    """Raises `SettingsError` without mcap, for invalid options, unsupported lenses and times before 0."""
+    """Raises `SettingsError` if mcap is not installed, and for invalid options.
+
+    Lens models that ROS does not support and times before 0 also raise `SettingsError`.
+    """
     library()
     fps, topic = plan.options["fps"], plan.options["topic"]
     if isinstance(fps, bool) or not (isinstance(fps, int | float) and fps > 0):

@@ -41,10 +41,11 @@ def check_imu(plan: Plan) -> None:
 
 
 def imu_records(plan: Plan, stamp_of: Callable[[Plan, int], int]) -> Iterator[Record]:
-    """Yields records of one message each, from the first to the last pose; none if the option `imu` is 0.
+    """Yields records of one IMU message each, from the first to the last pose.
 
-    `stamp_of` returns a view's time stamp in nanoseconds. Angular velocity and specific force (acceleration minus
-    gravity) are in the axes of base_link, without noise; the covariances 0 mean that they are unknown.
+    The result is empty if the option `imu` is 0. `stamp_of` returns a view's time stamp in nanoseconds.
+    Angular velocity and specific force (acceleration minus gravity) are in the axes of base_link, without
+    noise. Covariances of 0 mean that the covariances are unknown.
     """
     rate = float(plan.options["imu"])
     if not rate:

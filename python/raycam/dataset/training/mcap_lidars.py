@@ -1,7 +1,9 @@
-"""Scans of lidars as ROS 2 messages: PointCloud2 with the fields of the manufacturers' drivers.
+"""Writes lidar scans as ROS 2 messages.
 
-Sources: ROS 2 `sensor_msgs`; velodyne_pointcloud (`PointXYZIRT`), ouster-ros (`ouster_ros::Point`), livox_ros_driver2
-(`LivoxPointXyzrtlt`).
+The messages are PointCloud2 with the fields of the manufacturers' drivers.
+
+Sources: ROS 2 `sensor_msgs`; velodyne_pointcloud (`PointXYZIRT`), ouster-ros (`ouster_ros::Point`),
+livox_ros_driver2 (`LivoxPointXyzrtlt`).
 """
 
 from __future__ import annotations
@@ -88,7 +90,10 @@ def _ambient(scan: Scan) -> npt.NDArray[np.uint16]:
 
 
 def point_cloud(scan: Scan, stamp: int, frame: str) -> bytes:
-    """Returns a `sensor_msgs/PointCloud2` of a scan: one row of points without padding, little endian."""
+    """Returns a scan as the bytes of a `sensor_msgs/PointCloud2`.
+
+    The message has one row of points without padding, little endian.
+    """
     fields = [*FIELDS.get(scan.lidar.family, VELODYNE), *TRUTH]
     kinds = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), *((name, f"<{kind}") for name, kind, _ in fields)]
     records = np.empty(scan.count, kinds)

@@ -1,6 +1,9 @@
-"""The robots of a world in a ROS 2 bag: description, joint states, and the poses of the links in the frame tree.
+"""Writes the robots of a world to a ROS 2 bag.
 
-Sources: ROS 2 `sensor_msgs/msg/JointState`, `tf2_msgs` and `robot_state_publisher`, which uses the same topics.
+The bag contains their descriptions, their joint states, and the poses of their links in the frame tree.
+
+Sources: ROS 2 `sensor_msgs/msg/JointState`, `tf2_msgs` and `robot_state_publisher`, which uses the same
+topics.
 """
 
 from __future__ import annotations
@@ -41,7 +44,10 @@ def description_messages(plan: Plan) -> list[Message]:
 
 
 def robot_notices(plan: Plan) -> list[Notice]:
-    """Returns notices about robots whose file is not URDF, and which therefore have no description in the bag."""
+    """Returns notices about robots whose file is not URDF.
+
+    These robots have no description in the bag.
+    """
     return [
         Notice(
             f"robot {robot.name!r}: {robot.description.file} is not URDF, so the bag contains no {DESCRIPTION_TOPIC};"
@@ -56,10 +62,10 @@ def robot_notices(plan: Plan) -> list[Notice]:
 def robot_records(
     plan: Plan, optical_frames: set[str], stamp_of: Callable[[Plan, int], int]
 ) -> Iterator[Record]:
-    """Iterates over the joint states and link poses at each time of the data set, in the order of time.
+    """Yields the joint states and link poses at each time of the data set, ordered by time.
 
-    Frames have the names of the links. They get the prefix `ROBOT/` if the world has several robots, or if a link has
-    the name of another frame of the bag.
+    Frames have the names of the links. The names get the prefix `ROBOT/` if the world has several robots, or
+    if a link has the name of another frame of the bag.
     """
     robots = list(plan.world.robots.values())
     if not robots:
@@ -82,7 +88,10 @@ def robot_records(
 
 
 def _namespace(plan: Plan, robot: Robot) -> str:
-    """The namespace of a robot's topics; empty for a single robot. Names contain letters, digits and underscores."""
+    """Returns the namespace of a robot's topics, or "" for a single robot.
+
+    Names contain letters, digits and underscores.
+    """
     if len(plan.world.robots) == 1:
         return ""
     name = re.sub(r"[^A-Za-z0-9_]", "_", robot.name)
@@ -119,7 +128,10 @@ def _state(plan: Plan, robot: Robot, vector: Floats, stamp: int) -> list[Message
 
 
 def _poses(robot: Robot, vector: Floats, stamp: int, prefix: str, first: bool) -> list[Message]:
-    """The transforms of joints: of moving joints in /tf, and with `first` the others in /tf_static."""
+    """Returns the transforms of a robot's joints as messages.
+
+    Moving joints are in /tf. With `first`, the other transforms are in /tf_static.
+    """
     root = robot._kinematics.root
     moving: list[tuple[str, str, Floats]] = []
     fixed: list[tuple[str, str, Floats]] = []

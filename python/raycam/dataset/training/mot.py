@@ -1,4 +1,7 @@
-"""MOTChallenge: tracks of objects over a video, a sequence for each camera. Source: motchallenge.net; py-motmetrics."""
+"""Writes tracks of objects over a video in MOTChallenge's format.
+
+Each camera has its own sequence. Source: motchallenge.net; py-motmetrics.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,10 @@ __all__ = ["FORMAT"]
 
 
 def check(plan: Plan) -> None:
-    """Raises `SettingsError` for invalid options, and if the images of a sequence have different sizes."""
+    """Raises `SettingsError` for invalid options.
+
+    Images of different sizes in a sequence also raise `SettingsError`.
+    """
     fps = plan.options["fps"]
     if not (isinstance(fps, int | float) and fps > 0):
         raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
@@ -26,7 +32,10 @@ def check(plan: Plan) -> None:
 
 
 def sequence(plan: Plan, number: int) -> tuple[str, int]:
-    """Returns a view's sequence and its frame number in it, from 1; each camera of a rig has its own sequence."""
+    """Returns the name of a view's sequence, and the view's frame number in the sequence.
+
+    Frame numbers start at 1. Each camera of a rig has its own sequence.
+    """
     rig = plan.shots[number].rig
     name = plan.options["sequence"]
     if rig is None:
@@ -36,7 +45,10 @@ def sequence(plan: Plan, number: int) -> tuple[str, int]:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image, and its rows of `gt.txt`: boxes around whole objects, with pixel coordinates from 1."""
+    """Makes an image, and the image's rows of `gt.txt`.
+
+    Boxes enclose whole objects, including hidden parts. Pixel coordinates start at 1.
+    """
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     name, place = sequence(plan, number)

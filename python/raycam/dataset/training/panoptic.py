@@ -1,4 +1,7 @@
-"""COCO's panoptic format: an image of segment ids and a table of segments. Source: cocodataset.org, "Data format"."""
+"""Writes COCO's panoptic format: an image of segment ids and a table of segments.
+
+Source: cocodataset.org, "Data format".
+"""
 
 from __future__ import annotations
 
@@ -25,10 +28,10 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image, the image of its segments (id = R + 256 G + 65536 B, 0 is void), and its annotation.
+    """Makes an image, the image of its segments, and its annotation.
 
-    Each thing is a segment; all objects of a category in `stuff` form one segment. Objects without a category are
-    void.
+    A segment's id is R + 256 G + 65536 B; the id 0 is void. Each thing is a segment; all objects of a
+    category in `stuff` form one segment. Objects without a category are void.
     """
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])

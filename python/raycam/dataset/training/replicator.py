@@ -1,6 +1,8 @@
-"""The layout of NVIDIA Replicator's BasicWriter: for each image, one file of each kind, all in one folder.
+"""Writes the layout of NVIDIA Replicator's BasicWriter.
 
-Sources: the public converters that read it; USD's camera, UsdGeomCamera.
+For each image, the folder contains one file of each kind.
+
+Sources: the public converters that read the layout; USD's camera, UsdGeomCamera.
 """
 
 from __future__ import annotations
@@ -192,7 +194,10 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def notices(plan: Plan) -> list[Notice]:
-    """Returns the notice that Replicator's keys describe only pinhole cameras, if a camera has a lens or skew."""
+    """Returns a notice if a camera has a lens model or skew.
+
+    Replicator's keys describe only pinhole cameras without skew.
+    """
     cameras = [view.camera for view in plan.shots]
     lenses = sorted({camera.model for camera in cameras if camera.model != "pinhole"})
     if not lenses and all(camera.K[0, 1] == 0.0 for camera in cameras):

@@ -1,4 +1,7 @@
-"""Semantic PNG: label ids, instance ids as in Cityscapes, and colours of a palette. Source: cityscapesScripts."""
+"""Writes semantic PNG: label ids, instance ids as in Cityscapes, and a palette's colours.
+
+Source: cityscapesScripts.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +64,10 @@ def pascal_palette() -> npt.NDArray[np.uint8]:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image, its label ids (8 bit), instance ids (16 bit: id * 1000 + count) and colours."""
+    """Makes an image, and the images of its label ids, instance ids and colours.
+
+    Label ids have 8 bits. Instance ids have 16 bits and are the label id * 1000 + a count.
+    """
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     void = plan.options["void"]

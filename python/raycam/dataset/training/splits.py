@@ -1,4 +1,7 @@
-"""Random splits of a data set; all views of one world, or of one pose of a rig, are in the same split."""
+"""Draws random splits of a data set.
+
+All views of one world, or of one pose of a rig, are in the same split.
+"""
 
 from __future__ import annotations
 
@@ -36,10 +39,11 @@ def check_splits(plan: Plan) -> None:
 
 
 def split_names(plan: Plan) -> list[str]:
-    """Returns each view's split, which depends on the seed and on the number of the view's world, rig pose or view.
+    """Returns each view's split.
 
-    For the worlds of a recipe, each world's split is drawn independently, so additional worlds do not change it. For
-    the views of a single world, the splits have exactly the requested fractions.
+    The split depends on the seed and on the number of the view's world, rig pose or view. For the worlds of a
+    recipe, each world's split is drawn independently, so additional worlds do not change the split. For the
+    views of a single world, the splits have exactly the requested fractions.
     """
     whole = plan.whole or plan
     groups = [_group(view.world, view.rig, number) for number, view in enumerate(whole.shots)]
@@ -56,7 +60,10 @@ def split_names(plan: Plan) -> list[str]:
 
 
 def _at(rank: float, splits: Mapping[str, float]) -> str:
-    """The split at a position from 0 to 1, where the splits form consecutive intervals of their fractions."""
+    """Returns the name of the split at a position from 0 to 1.
+
+    The splits form consecutive intervals whose lengths are their fractions.
+    """
     end = 0.0
     for name, share in splits.items():
         end += share

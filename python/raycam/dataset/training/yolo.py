@@ -1,4 +1,7 @@
-"""YOLO: a text file for each image, with labels normalised by the image's size. Source: Ultralytics, "Datasets"."""
+"""Writes YOLO: a text file for each image, with labels normalised by the image's size.
+
+Source: Ultralytics, "Datasets".
+"""
 
 from __future__ import annotations
 
@@ -72,13 +75,19 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def _class_categories(plan: Plan) -> list[int]:
-    """The ids of the categories that are classes: all, or those of robots whose joints are the keypoints."""
+    """Returns the ids of the categories that are classes.
+
+    These are all categories, or only the robots' categories if the keypoints are robots' joints.
+    """
     robots = plan.options["keypoints"].get("robots")
     return sorted(number for number, name in plan.categories.items() if robots is None or name in robots)
 
 
 def _point_count(points: dict[str, Any]) -> int:
-    """The number of keypoints of each label; robots with fewer joints have additional points that are not labelled."""
+    """Returns the number of keypoints of each label.
+
+    Robots with fewer joints have additional points that are not labelled.
+    """
     if "robots" in points:
         return max(len(robot["points"]) for robot in points["robots"].values())
     return len(points["points"])
@@ -129,7 +138,10 @@ def outlines(item: Label) -> list[Points]:
 
 
 def joined(pieces: list[Points]) -> Points:
-    """Joins several polygons into one: a double edge without width connects their nearest corners."""
+    """Joins several polygons into one polygon.
+
+    A double edge without width connects the nearest corners of two polygons.
+    """
     whole = pieces[0]
     for piece in pieces[1:]:
         apart = ((whole[:, None] - piece[None]) ** 2).sum(axis=2)
@@ -162,7 +174,10 @@ def rectangle(points: Points, size: Points) -> Points:
 
 
 def _outside(points: Points, corners: Points) -> float:
-    """The largest distance of points from a convex polygon with corners [n, 2] in mathematical order; at least 0."""
+    """Returns the largest distance by which points lie outside a convex polygon, at least 0.
+
+    `corners` [n, 2] are in mathematical (counterclockwise) order.
+    """
     sides = np.roll(corners, -1, axis=0) - corners
     sides, starts = sides[np.any(sides != 0, axis=1)], corners[np.any(sides != 0, axis=1)]
     apart = points[:, None] - starts

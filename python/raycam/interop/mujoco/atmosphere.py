@@ -40,7 +40,10 @@ class Atmosphere:
                 break
 
     def limits(self, directions: Floats, forward: Floats, sky: bool) -> Floats:
-        """Returns the distances [n] along unit directions [n, 3] at which the far plane or the skybox is reached."""
+        """Returns the distances [n] at which rays reach the far plane or the skybox.
+
+        `directions` are unit vectors [n, 3].
+        """
         along = directions @ forward
         limits = np.full(len(directions), np.inf)
         np.divide(self.far, along, out=limits, where=along > 0)

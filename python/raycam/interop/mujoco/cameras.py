@@ -15,7 +15,10 @@ DEFAULT_SIZE = (640, 480)
 
 
 def model_camera(model: Any, camera: int, data: Any) -> Camera:
-    """Returns a camera of the model at its pose in `data`; its calibration is used if the model specifies a sensor."""
+    """Returns a camera of the model at its pose in `data`.
+
+    The camera's calibration is used if the model specifies a sensor.
+    """
     width, height = (int(side) for side in model.cam_resolution[camera])
     if width < 2 or height < 2:
         width, height = DEFAULT_SIZE

@@ -1,4 +1,7 @@
-"""Cube maps in OpenGL's layout (OpenGL 2.1 specification, table 3.19), as MuJoCo stores them."""
+"""Reads cube maps in OpenGL's layout, as MuJoCo stores them.
+
+Source: OpenGL 2.1 specification, table 3.19.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ SPLITTERS = np.array([[1, -1, 0], [1, 1, 0], [1, 0, -1], [1, 0, 1], [0, 1, -1], 
 
 
 def cube_coordinates(directions: Floats, faces: Any) -> Floats:
-    """Returns the coordinates (s, t) [n, 2] of directions [n, 3] on the faces [n]; 0 to 1, t = 0 at the first row."""
+    """Returns the coordinates (s, t) [n, 2] of directions [n, 3] on the faces [n].
+
+    Coordinates are from 0 to 1, with t = 0 at the first row.
+    """
     axes, signs = np.array(AXES)[faces], np.array(SIGNS)[faces]
     chosen = np.take_along_axis(directions, axes, axis=1)
     major = np.maximum(abs(chosen[:, 2:]), np.finfo(np.float64).tiny)
@@ -35,7 +41,10 @@ def faces_of(directions: Floats) -> npt.NDArray[np.int64]:
 
 
 def sample_cube_map(images: npt.NDArray[Any], directions: Floats) -> npt.NDArray[np.float32]:
-    """Returns the values [n, 3] of a cube map [6, w, w, 3] in directions [n, 3], interpolated linearly."""
+    """Returns the values [n, 3] of a cube map [6, w, w, 3] in directions [n, 3].
+
+    The values are interpolated linearly.
+    """
     faces, width = faces_of(directions), images.shape[1]
     place = np.clip(cube_coordinates(directions, faces) * width - 0.5, 0, width - 1)
     low = np.minimum(place.astype(np.int64), width - 1)
@@ -82,7 +91,10 @@ def _cut(weights: Floats, source: Any, corners: Floats, normal: Floats) -> tuple
 
 
 def _clip(weights: Floats, heights: Floats, sides: Any) -> list[Floats]:
-    """The part of a triangle at heights of at least 0 (Sutherland and Hodgman 1974), as weights of its corners."""
+    """Returns the part of a triangle at heights of at least 0, as weights of its corners.
+
+    Source: Sutherland and Hodgman 1974.
+    """
     polygon = []
     for start in range(3):
         end = (start + 1) % 3

@@ -30,7 +30,10 @@ class Skin:
         return np.asarray(model.skin_face[first : first + count], np.int64)
 
     def shape(self, model: Any, data: Any) -> tuple[Floats, Floats | None]:
-        """Returns vertices and smooth normals [v, 3] in the world, in metres, inflated as the model states."""
+        """Returns vertices and smooth normals [v, 3] in the world, in metres.
+
+        The shape is inflated as specified in the model.
+        """
         vertices = self._vertices(model, data)
         return vertices, smooth_normals(vertices, self.triangles(model))
 
@@ -121,7 +124,10 @@ def _is_shown(model: Any, deformable: Deformable, groups: tuple[int, ...]) -> bo
 
 
 def smooth_normals(vertices: Floats, triangles: Any) -> Floats:
-    """Returns the unit normals [v, 3] of vertices: the mean of their triangles' normals, weighted by area."""
+    """Returns the unit normals [v, 3] of vertices.
+
+    A vertex's normal is the mean of the normals of its triangles, weighted by area.
+    """
     corners = vertices[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     total = np.zeros_like(vertices)

@@ -62,7 +62,10 @@ class Light:
 
 
 def model_lights(model: Any, data: Any) -> list[Light]:
-    """Returns the active lights in the state `data`, without the headlight and lights that OpenGL does not draw."""
+    """Returns the active lights in the state `data`, without the headlight.
+
+    Lights that OpenGL does not draw are omitted.
+    """
     lights = []
     for light in np.flatnonzero(np.asarray(model.light_active)):
         kind = int(model.light_type[light])
@@ -118,9 +121,10 @@ class MujocoLook:
         samples: int = 4,
         flags: npt.NDArray[np.uint8] | None = None,
     ) -> npt.NDArray[np.uint8]:
-        """Returns sRGB colours, uint8 [h, w, 3]; with `samples=4`, edges are antialiased by four samples per pixel.
+        """Returns sRGB colours, uint8 [h, w, 3].
 
-        `flags` are those of `mjvScene` (default: `DEFAULT_FLAGS`). Raises `SettingsError` for flags without support.
+        With `samples=4`, edges are antialiased by four samples per pixel. `flags` are those of `mjvScene`
+        (default: `DEFAULT_FLAGS`). Raises `SettingsError` for flags without support.
         """
         width, height = camera.size
         v, u = np.mgrid[:height, :width] + 0.5 + camera.corner
@@ -246,7 +250,10 @@ class MujocoLook:
         blend_layers(colors, layers, view.order)
 
     def _reflection(self, hits: dict[str, Any], directions: Floats, view: _View) -> Single:
-        """The colours that the reflecting plane or box top mirrors at hits [n, 3]; without shadows, as in MuJoCo."""
+        """Returns the colours that the reflecting plane or box top mirrors at hits [n, 3].
+
+        Mirrored objects have no shadows, as in MuJoCo.
+        """
         assert self._surfaces.mirror is not None
         number, strength = self._surfaces.mirror
         colors = np.zeros((len(directions), 3), np.float32)
@@ -285,7 +292,10 @@ class MujocoLook:
         shadows: bool,
         strength: float = 1.0,
     ) -> Single:
-        """The light [n, 3] of hits towards the rays' origins; `strength` scales the colour of the surface."""
+        """Returns the light [n, 3] from hits towards the rays' origins.
+
+        `strength` scales the colour of the surface.
+        """
         instance, normal = hits["instance"], hits["shading_normal"].astype(np.float32)
         to_camera = -directions.astype(np.float32)
         color = strength * self._surfaces.colors(instance)
@@ -334,7 +344,10 @@ class MujocoLook:
         return self._world.occluded(start, towards, end, skip=skip)
 
     def _headlight(self, camera: Camera) -> list[Light]:
-        """The light at the camera, which shines in the camera's viewing direction; a list with at most one light."""
+        """Returns the light at the camera, as a list with at most one light.
+
+        The headlight shines in the camera's viewing direction.
+        """
         headlight = self._model.vis.headlight
         if not headlight.active:
             return []
@@ -355,7 +368,10 @@ class MujocoLook:
 
 
 def _pixel_angle(camera: Camera) -> float:
-    """The angle between neighbouring pixels in the middle of the image, in radians; 0 where there are no rays."""
+    """Returns the angle between neighbouring pixels in the middle of the image, in radians.
+
+    The angle is 0 if these pixels have no rays.
+    """
     width, height = camera.size
     middle = np.array([[width / 2, height / 2], [width / 2 + 1, height / 2]]) + camera.corner
     _, (first, second) = camera.rays(middle)
@@ -363,7 +379,10 @@ def _pixel_angle(camera: Camera) -> float:
 
 
 def _towards(light: Light, position: Floats) -> tuple[Single, Single]:
-    """Unit directions [n, 3] to a light, and the fraction [n] that distance and cone leave of its strength."""
+    """Returns the unit directions [n, 3] to a light, and its remaining strength [n].
+
+    The remaining strength is the fraction that distance and cone leave of the light's strength.
+    """
     if light.kind == DIRECTIONAL:
         towards = np.broadcast_to(-light.direction / np.linalg.norm(light.direction), position.shape)
         return towards.astype(np.float32), np.ones(len(position), np.float32)

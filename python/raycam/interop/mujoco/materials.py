@@ -56,7 +56,10 @@ def is_opaque(rgba: Floats) -> bool:
 
 
 def material_keys(model: Any, rgba: Floats, material: int) -> dict[str, Any]:
-    """Returns the keys of a material with its colour texture. Colours are multiplied in sRGB, as MuJoCo does."""
+    """Returns the keys of a material with its colour texture.
+
+    Colours are multiplied in sRGB, as in MuJoCo.
+    """
     srgb = np.clip(rgba[:3], 0, 1)
     keys: dict[str, Any] = {"color": linear_from_srgb(srgb)}
     texture = color_texture(model, material)

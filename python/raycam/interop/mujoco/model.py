@@ -1,4 +1,7 @@
-"""Names and values of MuJoCo's enumerations, for reading a model's arrays without importing MuJoCo."""
+"""Defines names and values of MuJoCo's enumerations.
+
+With these values, a model's arrays can be read without importing MuJoCo.
+"""
 
 from __future__ import annotations
 
@@ -76,5 +79,8 @@ def element_name(model: Any, kind: str, number: int) -> str:
 
 
 def element_prefix(kind: int) -> str:
-    """Returns the prefix of the arrays of a kind of element: "geom", "site", "flex", "skin" or "tendon"."""
+    """Returns the prefix of the arrays of a kind of element.
+
+    The prefix is "geom", "site", "flex", "skin" or "tendon".
+    """
     return PREFIXES[kind]

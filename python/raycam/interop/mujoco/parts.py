@@ -110,10 +110,11 @@ def initial_state(model: Any) -> Any:
 
 
 def add_model_lights(world: World, model: Any) -> list[Notice]:
-    """Adds a model's lights to a world, at its initial state, as `from_mujoco` does; returns notices.
+    """Adds a model's lights to a world, and returns notices.
 
-    A model that has only a headlight adds no lights, so that raycam's own lights show the model's shape; uniform
-    ambient light, as a replacement of the headlight, would not show the shape.
+    The lights are in the model's initial state, as in `from_mujoco`. A model that has only a headlight adds
+    no lights, so that raycam's own lights show the model's shape. Uniform ambient light, as a replacement of
+    the headlight, would not show the shape.
     """
     notices: list[Notice] = []
     if not np.asarray(model.light_active).any():

@@ -17,11 +17,12 @@ TexturedMesh = tuple[Floats, Floats | None, Floats]
 
 
 def textured_primitive(kind: int, size: Floats) -> TexturedMesh:
-    """Returns the mesh of a primitive geom with `mjModel.geom_size` [3]; v = 0 is the texture's first row.
+    """Returns the mesh of a primitive geom with `mjModel.geom_size` [3].
 
-    Boxes and planes show the texture once on each face; spheres and ellipsoids show it by longitude and latitude. The
-    side of a cylinder shows the texture once, and so do the side and each half sphere of a capsule. The ends of a
-    cylinder show the texture projected along the axis.
+    The texture's first row is at v = 0. Boxes and planes show the texture once on each face; spheres and
+    ellipsoids show the texture by longitude and latitude. The side of a cylinder shows the texture once, and
+    so do the side and each half sphere of a capsule. The ends of a cylinder show the texture projected along
+    the axis.
     """
     if kind == PLANE:
         return _quad(np.array([size[0], size[1], 0.0]), 0, 1, 1.0)
@@ -60,9 +61,10 @@ def _quad(half: Floats, first: int, second: int, sign: float) -> TexturedMesh:
 
 
 def _revolve(latitudes: Floats, half: Floats, shift: Floats | float, rows: Floats) -> TexturedMesh:
-    """A surface of revolution: rings at latitudes (degrees) of an ellipsoid, shifted along z, with v from `rows`.
+    """Returns a surface of revolution: rings at latitudes (degrees) of an ellipsoid.
 
-    At latitude 0, all rings are circles; `shift` then gives their heights. Vertices of the seam and poles coincide.
+    The rings are shifted along z by `shift`, and their v is from `rows`. If all latitudes are 0, all rings
+    are circles of the same size, and `shift` contains their heights. Vertices of the seam and poles coincide.
     """
     count = len(latitudes)
     cosines, sines = np.cos(np.radians(latitudes)), np.sin(np.radians(latitudes))

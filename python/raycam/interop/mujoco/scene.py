@@ -1,4 +1,7 @@
-"""A world with the objects, lights and cameras of a MuJoCo model, which follows the model's state."""
+"""Creates a world with the objects, lights and cameras of a MuJoCo model.
+
+The world follows the model's state.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,10 @@ SHOWN_GROUPS = (0, 1, 2)
 
 
 class MujocoScene:
-    """A MuJoCo model as a world, from `from_mujoco`; `update` moves its objects, lights and cameras."""
+    """A MuJoCo model as a world, created by `from_mujoco`.
+
+    `update` moves the world's objects, lights and cameras.
+    """
 
     def __init__(
         self, model: Any, data: Any, groups: tuple[int, ...], sites: tuple[int, ...], tendons: tuple[int, ...]

@@ -73,7 +73,10 @@ def element_shape(model: Any, element: int, number: int) -> Shape | None:
 
 
 def covered_geoms(model: Any, groups: tuple[int, ...]) -> list[int]:
-    """Returns the opaque geoms of `groups` that a later opaque geom repeats, with the same body, shape and pose."""
+    """Returns the opaque geoms of `groups` that a later opaque geom repeats.
+
+    The later geom has the same body, shape and pose.
+    """
     last: dict[tuple[Any, ...], int] = {}
     covered = []
     for geom in range(model.ngeom):
@@ -93,7 +96,10 @@ def covered_geoms(model: Any, groups: tuple[int, ...]) -> list[int]:
 
 
 def _shape_data(model: Any, geom: int) -> Any:
-    """A value that is equal for geoms of equal meshes, also if each is a mesh of its own; the height field's number."""
+    """Returns a value that is equal for geoms with equal meshes.
+
+    The meshes may be separate meshes of the model. For height fields, the value is the height field's number.
+    """
     data = int(model.geom_dataid[geom])
     if int(model.geom_type[geom]) not in (MESH, SDF) or data < 0:
         return data
@@ -141,7 +147,10 @@ def with_texture(model: Any, element: int, number: int, shape: Shape, material: 
 def _own_coordinates(
     kind: int, size: Floats, shape: Shape, endless: bool
 ) -> tuple[Floats, Floats | None, Floats | None]:
-    """The corners [t, 3, 3], normals and own texture coordinates of a shape; None without coordinates."""
+    """Returns the corners [t, 3, 3], normals and own texture coordinates of a shape.
+
+    Normals and texture coordinates are None if the shape has none.
+    """
     if kind not in (HFIELD, MESH, SDF) and not endless:
         return textured_primitive(kind, size)
     if kind == PLANE:
@@ -159,7 +168,10 @@ def _kind_and_size(model: Any, element: int, number: int) -> tuple[int, Floats]:
 
 
 def _half_sizes(kind: int, size: Floats) -> Floats:
-    """Half the sizes of a shape as in MuJoCo's visualizer (`mjvGeom.size`), 0 for infinite planes [3]."""
+    """Returns half the sizes [3] of a shape as in MuJoCo's visualizer (`mjvGeom.size`).
+
+    The sizes of infinite planes are 0.
+    """
     if kind == SPHERE:
         return np.full(3, size[0])
     if kind in (CAPSULE, CYLINDER):
@@ -192,7 +204,10 @@ def _mesh(model: Any, mesh: int) -> Shape:
 
 
 def _with_creases(corners: Floats, normals: Floats) -> dict[str, Any]:
-    """The keys of a mesh whose normals are the triangle's where they differ much from it, as in MuJoCo."""
+    """Returns the keys of a mesh with creases, as in MuJoCo.
+
+    A vertex normal that differs much from the triangle's normal is replaced with the triangle's normal.
+    """
     edges = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     flat = edges / np.maximum(np.linalg.norm(edges, axis=1, keepdims=True), np.finfo(np.float64).tiny)
     near = np.einsum("tkc,tc->tk", normals, flat) >= CREASE
@@ -208,7 +223,10 @@ def _rows(array: Any, start: Any, count: Any) -> Floats:
 
 
 def _height_field(model: Any, field: int) -> tuple[Floats, Any]:
-    """A height field as a closed solid: the surface, split as in `mj_ray`, and walls down to its base."""
+    """Returns a height field as a closed solid.
+
+    The solid consists of the surface, split as in `mj_ray`, and of walls down to the height field's base.
+    """
     rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
     start = int(model.hfield_adr[field])
     x_size, y_size, height, base = np.asarray(model.hfield_size[field], np.float64)

@@ -1,4 +1,7 @@
-"""The surfaces of a MuJoCo model as in MuJoCo's renderer: one colour for each, multiplied by filtered textures."""
+"""Computes the colours of a MuJoCo model's surfaces as in MuJoCo's renderer.
+
+Each surface has one colour, multiplied by filtered textures.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ class Surfaces:
     def __init__(
         self, model: Any, elements: list[tuple[int, int]], densities: dict[int, tuple[int, Floats]]
     ) -> None:
-        """`densities` has the texture and the texels per metre of each triangle [t] of textured objects."""
+        """Collects colours and light values of the model's `elements`.
+
+        `densities` contains the texture and the texels per metre of each triangle [t] of textured objects.
+        """
         looks = [element_look(model, *element) for element in elements]
         values = [surface_values(model, material) for _, material in looks]
         self._rgb = np.array([np.clip(rgba[:3], 0, 1) for rgba, _ in looks], np.float32).reshape(-1, 3)
@@ -80,7 +86,10 @@ class Surfaces:
 
 
 class _Pyramid:
-    """A texture with its smaller versions (Williams 1983), looked up with trilinear interpolation."""
+    """A texture with its smaller versions, looked up with trilinear interpolation.
+
+    Source: Williams 1983.
+    """
 
     def __init__(self, model: Any, texture: int) -> None:
         pixels: Single = np.asarray(texture_pixels(model, texture)[:, :, :3] / 255, np.float32)
@@ -94,7 +103,10 @@ class _Pyramid:
             self._levels.append(level)
 
     def sample(self, uv: Floats, texels: Single) -> Single:
-        """Returns the values [n, 3] at texture coordinates [n, 2]; `texels` [n] is the size of a pixel."""
+        """Returns the values [n, 3] at texture coordinates [n, 2].
+
+        `texels` [n] is the size of a pixel in texels.
+        """
         place = np.asarray(uv, np.float64)
         layer = np.zeros(len(place), np.int64)
         if self._cube:
@@ -138,9 +150,10 @@ MIN_AREA = 1e-20
 
 
 def texel_density(corners: Floats, uvs: Floats, size: tuple[int, int]) -> Floats:
-    """Returns the largest number of texels per metre [t] of triangles with corners [t, 3, 3] and uvs [t, 3, 2].
+    """Returns the largest number of texels per metre [t] of triangles.
 
-    `size` is the texture's width and height. The result is 0 for triangles without area, which no ray hits.
+    The triangles have corners [t, 3, 3] and uvs [t, 3, 2]. `size` is the texture's width and height. The
+    result is 0 for triangles without area, which no ray hits.
     """
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     steps = (uvs[:, 1:] - uvs[:, :1]) * np.asarray(size, np.float64)
@@ -157,7 +170,11 @@ def texel_density(corners: Floats, uvs: Floats, size: tuple[int, int]) -> Floats
 
 
 def _halved(levels: Single, axis: int) -> Single:
-    """Averages pairs of rows or columns; if their number is odd, the last row or column is omitted."""
+    """Averages pairs of rows or columns.
+
+    If the number of rows or columns is odd, the last one is omitted. A single row or column is returned
+    unchanged.
+    """
     count = levels.shape[axis]
     if count == 1:
         return levels

@@ -1,7 +1,10 @@
-"""Spatial tendons of a MuJoCo model: chains of capsules along their paths, as MuJoCo's visualizer draws them.
+"""Converts spatial tendons of a MuJoCo model to chains of capsules along their paths.
 
-Source: MuJoCo's documentation (XML reference, tendon/spatial) and the arrays `ten_wrapadr`, `wrap_obj` and `wrap_xpos`
-of `mjData`. A slack tendon of two sites hangs in a catenary, the curve of a rope under its own weight.
+MuJoCo's visualizer draws tendons in the same way.
+
+Source: MuJoCo's documentation (XML reference, tendon/spatial) and the arrays `ten_wrapadr`, `wrap_obj` and
+`wrap_xpos` of `mjData`. A slack tendon of two sites hangs in a catenary, the curve of a rope under its own
+weight.
 """
 
 from __future__ import annotations
@@ -51,7 +54,10 @@ class Tendon:
         return (faces[None] + starts[:, None, None]).reshape(-1, 3)
 
     def shape(self, model: Any, data: Any) -> tuple[Floats, Floats]:
-        """Returns vertices and normals [v, 3] in the world, in metres; capsules without a segment are single points."""
+        """Returns vertices and normals [v, 3] in the world, in metres.
+
+        Capsules without a segment are single points.
+        """
         starts, ends, radii = tendon_segments(model, data, self.number)
         unit, _, normals = capsule_mesh(1.0, 1.0, SIDES)
         count = _capacity(model, self.number)
@@ -103,7 +109,10 @@ def tendon_segments(model: Any, data: Any, tendon: int) -> tuple[Floats, Floats,
 
 
 def _arc(model: Any, data: Any, geom: int, start: Floats, end: Floats) -> Floats:
-    """Points [n, 3] from start to end around a sphere or, with even steps along its axis, a cylinder."""
+    """Returns points [n, 3] from `start` to `end` around a sphere or a cylinder.
+
+    On a cylinder, the points have even steps along the cylinder's axis.
+    """
     center = np.asarray(data.geom_xpos[geom], np.float64)
     axis = np.asarray(data.geom_xmat[geom], np.float64).reshape(3, 3)[:, 2]
     if int(model.geom_type[geom]) == SPHERE:
@@ -125,12 +134,18 @@ def _arc(model: Any, data: Any, geom: int, start: Floats, end: Floats) -> Floats
 
 
 def is_spatial(model: Any, tendon: int) -> bool:
-    """Returns True for a tendon with a path in space, and False for a fixed tendon, which couples joints."""
+    """Returns True for a tendon with a path in space.
+
+    Returns False for a fixed tendon, which couples joints.
+    """
     return int(model.wrap_type[int(model.tendon_adr[tendon])]) != WRAP_JOINT
 
 
 def _capacity(model: Any, tendon: int) -> int:
-    """The largest number of capsules of a tendon: each wrapping object adds two straight capsules and half a turn."""
+    """Returns the largest number of capsules of a tendon.
+
+    Each wrapping object adds two straight capsules and half a turn.
+    """
     first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
     kinds = np.asarray(model.wrap_type[first : first + count])
     wrapping = int(np.isin(kinds, WRAP_AROUND).sum())
@@ -143,7 +158,10 @@ def _slices(model: Any) -> int:
 
 
 def _slack_length(model: Any, data: Any, tendon: int) -> float | None:
-    """The length of a rope that hangs between two sites; None for tendons that MuJoCo draws straight."""
+    """Returns the length of a rope that hangs between two sites.
+
+    The result is None for tendons that MuJoCo draws straight.
+    """
     lower, upper = (float(value) for value in model.tendon_range[tendon])
     spring = [float(value) for value in np.ravel(model.tendon_lengthspring[tendon])]
     current, stiffness = float(data.ten_length[tendon]), float(np.ravel(model.tendon_stiffness[tendon])[0])
@@ -165,9 +183,10 @@ def _slack_length(model: Any, data: Any, tendon: int) -> float | None:
 
 
 def _catenary(start: Floats, end: Floats, gravity: Floats, length: float, count: int) -> Floats:
-    """Points [n, 3] of a rope of `length` that hangs between two points: at equal horizontal steps, as in MuJoCo.
+    """Returns points [n, 3] of a rope of `length` that hangs between two points.
 
-    A taut rope is straight; a rope between points above each other hangs down in two straight parts.
+    The points have equal horizontal steps, as in MuJoCo. A taut rope is straight; a rope between points above
+    each other hangs down in two straight parts.
     """
     up = -gravity / np.linalg.norm(gravity)
     rise = float((end - start) @ up)

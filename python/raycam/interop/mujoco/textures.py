@@ -1,6 +1,7 @@
-"""The textures of a MuJoCo model: their pixels, and texture coordinates for each of their mappings.
+"""Reads the textures of a MuJoCo model.
 
-The mappings are those of MuJoCo's documentation (XML reference, asset/texture and asset/material).
+The results are the textures' pixels, and texture coordinates for each of their mappings. The mappings are
+those of MuJoCo's documentation (XML reference, asset/texture and asset/material).
 """
 
 from __future__ import annotations
@@ -22,7 +23,10 @@ CUBE, SKYBOX = 1, 2
 
 
 def color_texture(model: Any, material: int) -> int:
-    """Returns the number of a material's colour texture; -1 for a material without a colour texture."""
+    """Returns the number of a material's colour texture.
+
+    The number is -1 for a material without a colour texture.
+    """
     if material < 0:
         return -1
     roles = np.asarray(model.mat_texid[material]).ravel()
@@ -51,11 +55,12 @@ def texture_pixels(model: Any, texture: int) -> npt.NDArray[np.uint8]:
 
 
 def planar_coordinates(corners: Floats, repeat: Floats, scale: Floats, uniform: bool) -> Floats:
-    """Returns the texture coordinates [..., 2] of a 2D texture on a geom without texture coordinates of its own.
+    """Returns the texture coordinates [..., 2] of a 2D texture on a geom.
 
-    Such geoms are infinite planes, height fields and meshes. `corners` [..., 3] are in the geom's frame, in metres.
-    `scale` [2] is half the geom's size along x and y, 0 for infinite planes. `repeat` [2] is the number of
-    repetitions over the geom's size. With `uniform`, and for infinite planes, it is the number over two metres.
+    The geom has no texture coordinates of its own. Such geoms are infinite planes, height fields and meshes.
+    `corners` [..., 3] are in the geom's frame, in metres. `scale` [2] is half the geom's size along x and y,
+    0 for infinite planes. `repeat` [2] is the number of repetitions over the geom's size. With `uniform`, and
+    for infinite planes, `repeat` is the number of repetitions over two metres.
     """
     finite = (scale > 0) & (not uniform)
     return 0.5 * repeat / np.where(finite, scale, 1.0) * [1, -1] * corners[..., :2] - 0.5
@@ -85,9 +90,10 @@ def map_cube(
 
 
 def skybox_faces(model: Any) -> npt.NDArray[np.float32] | None:
-    """Returns the first skybox [6, w, w, 3] of a model, sRGB from 0 to 1; None if the model has no skybox.
+    """Returns the first skybox [6, w, w, 3] of a model, sRGB from 0 to 1.
 
-    MuJoCo looks the skybox up in the direction (x, z, -y) for a viewing direction (x, y, z) in the world.
+    The result is None if the model has no skybox. MuJoCo looks the skybox up in the direction (x, z, -y) for
+    a viewing direction (x, y, z) in the world.
     """
     for texture in range(model.ntex):
         if int(model.tex_type[texture]) == SKYBOX:

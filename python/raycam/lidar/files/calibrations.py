@@ -41,7 +41,9 @@ def load_lidar(
     up: Literal["z", "y"] = "z",
     **settings: Any,
 ) -> Lidar:
-    """Returns the lidar of a calibration file: the angles, offsets and times of an individual unit.
+    """Returns the lidar of a calibration file.
+
+    The file contains the angles, offsets and times of an individual unit.
 
     ================= ==========================================================================================
     .json             Ouster metadata, flat or nested, of all firmware versions since 1.12

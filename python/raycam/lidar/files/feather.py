@@ -21,7 +21,10 @@ LARGEST_COORDINATE = 65504.0
 
 
 def feather_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
-    """Returns a table with x, y, z (float16), intensity, laser_number (uint8), offset_ns (int32), and other fields.
+    """Returns the bytes of a Feather file with a table of points.
+
+    The table contains x, y, z (float16), intensity, laser_number (uint8), offset_ns (int32), and other
+    fields.
 
     Raises `LidarError` without pyarrow, for coordinates beyond float16, and for more than 256 lasers.
     """

@@ -1,4 +1,7 @@
-"""Hesai's angle correction files (CSV). Source: HesaiLidar_SDK_2.0, correction/angle_correction."""
+"""Hesai's angle correction files (CSV).
+
+Source: HesaiLidar_SDK_2.0, correction/angle_correction.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ BY_CHANNELS = {32: "pandar-xt32", 64: "pandar64"}
 
 
 def read_hesai(path: Path, device: str | None) -> dict[str, Any]:
-    """Returns the description of a unit from "Channel,Elevation,Azimuth"; other CSV files are tables of pulses."""
+    """Returns the description of a unit from a CSV file with "Channel,Elevation,Azimuth".
+
+    Other CSV files are read as tables of pulses.
+    """
     lines = [line.strip() for line in read_text(path).splitlines()]
     names = [name.strip().lower() for name in lines[0].split(",")] if lines else []
     if not names or not names[0].startswith(("channel", "laser id")):

@@ -25,11 +25,10 @@ ANGLE_STEP = 0.006
 
 
 def las_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
-    """Returns the file's bytes: GPS times are seconds from the frame's start, other fields are extra bytes.
+    """Returns the bytes of a LAS file.
 
-    Scan angles are angles from straight down, positive on the sensor's right side.
-
-    Coordinates are integers in steps of 0.1 mm.
+    GPS times are seconds from the frame's start. Scan angles are angles from straight down, positive on the
+    sensor's right side. Coordinates are integers in steps of 0.1 mm. Other fields are extra bytes.
     """
     position, count = arrays["position"], len(arrays["position"])
     extra = {name: array for name, array in arrays.items() if name not in STANDARD and array.ndim == 1}
@@ -67,7 +66,10 @@ def las_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
 
 
 def laz_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
-    """Returns the bytes of `las_bytes` compressed as LAZ; raises `LidarError` without laspy and lazrs."""
+    """Returns the bytes of `las_bytes` compressed as LAZ.
+
+    Raises `LidarError` without the packages laspy and lazrs.
+    """
     try:
         laspy = importlib.import_module("laspy")
         importlib.import_module("lazrs")

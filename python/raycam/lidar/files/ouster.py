@@ -88,7 +88,10 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
 
 
 def _device(keys: dict[str, Any], rows: int) -> str | None:
-    """Returns the device of a product line such as "OS-1-128"; None if this package lacks the device."""
+    """Returns the device for a product line such as "OS-1-128" and a number of rows.
+
+    If this package lacks the device, returns the OS1 with this number of rows, or None.
+    """
     line = str(keys.get("prod_line", ""))
     kind = next((name for prefix, name in PREFIXES.items() if line.upper().startswith(prefix)), "os1")
     names = {"os0": {128: "os0-128"}, "os1": BY_ROWS, "os2": {128: "os2-128"}}[kind]

@@ -63,10 +63,12 @@ def ouster_packets(
     start: float = 0.0,
     near_ir: Any = 0,
 ) -> list[tuple[float, bytes]]:
-    """Returns the times in seconds and the bytes of the packets of a frame with `shape` (rows, columns).
+    """Returns the times in seconds and the bytes of the packets of a frame.
 
-    A range of 0 is a pulse without a point. `near_ir` are the counts of near infrared light [n] (default: 0). Raises
-    `LidarError` for distances beyond 20 bits of millimetres.
+    `shape` is the frame's (rows, columns). A range of 0 is a pulse without a point. `near_ir` are the counts
+    of near infrared light [n] (default: 0).
+
+    Raises `LidarError` for distances beyond 20 bits of millimetres.
     """
     rows, count = shape
     kept = columns["lost"] == 0
@@ -104,10 +106,10 @@ def ouster_dual_packets(
     start: float = 0.0,
     near_ir: Any = 0,
 ) -> list[tuple[float, bytes]]:
-    """Returns the times in seconds and the bytes of the packets of a frame with up to two returns per pulse.
+    """Returns the times in seconds and the bytes of packets with up to two returns per pulse.
 
-    The first range of a pixel is the strongest return. Other values and errors are those of `ouster_packets`; ranges
-    have 19 bits.
+    `shape` is the frame's (rows, columns). The first range of a pixel is the strongest return, and ranges
+    have 19 bits. Other values and errors are the same as for `ouster_packets`.
     """
     rows, count = shape
     kept = np.flatnonzero(columns["lost"] == 0)
@@ -162,7 +164,10 @@ def crc64(data: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint64]:
 
 
 def _millimetres(distances: npt.NDArray[np.float64], largest: int) -> npt.NDArray[np.uint32]:
-    """Returns the distances in millimetres; raises `LidarError` for distances below 1 or above `largest`."""
+    """Returns the distances in millimetres.
+
+    Raises `LidarError` for distances below 1 mm or above `largest` mm.
+    """
     counts = np.rint(distances * 1000.0)
     if len(counts) and (counts.max() > largest or counts.min() < 1):
         raise LidarError(
@@ -180,7 +185,9 @@ def save_ouster_packets(
     returns: str,
     near_ir_gain: float,
 ) -> None:
-    """Writes the packets to `path`, and the metadata, which decoders require, to the same name with .json.
+    """Writes the packets to `path`, and the metadata to the same name with .json.
+
+    Decoders require the metadata.
 
     `near_ir_gain` is the number of counts for a radiance of 1 W/(m² sr) in the field `near_ir`, if present.
 

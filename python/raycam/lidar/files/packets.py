@@ -36,7 +36,7 @@ MICROSECONDS_PER_HOUR = 3_600_000_000
 
 @dataclass(frozen=True)
 class Firings:
-    """The data that packets require: the lidar's name and return mode, and the times of its pulses."""
+    """The data that packets require: the lidar's name, return mode and pulse times."""
 
     device: str
     returns: str
@@ -93,10 +93,11 @@ def velodyne_packets(
 def _packets_of_banks(
     columns: Mapping[str, npt.NDArray[Any]], firings: Firings, start: float
 ) -> list[tuple[float, bytes]]:
-    """Returns the packets of a device with more than 32 lasers, whose cycles have a block for each group of 32 lasers.
+    """Returns the packets of a device with more than 32 lasers.
 
-    With two returns, the blocks of an HDL-64E are those of the strongest return, then those of the last; those of a
-    VLS-128 alternate, beginning with the last return, and the last four blocks of its packets are empty.
+    A cycle of the device has a block for each group of 32 lasers. With two returns, the blocks of an HDL-64E
+    begin with all blocks of the strongest return, followed by the last return. The blocks of a VLS-128
+    alternate, beginning with the last return, and the last four blocks of its packets are empty.
     """
     lasers, cycles = firings.shape
     banks = lasers // CHANNELS
@@ -127,7 +128,10 @@ def _packets_of_banks(
 
 
 def _tail(firings: Firings) -> bytes:
-    """Returns the last two bytes: the return mode and the device, or the status of an HDL-64E (firmware version 0)."""
+    """Returns the last two bytes of a packet.
+
+    The bytes are the return mode and the device, or the status of an HDL-64E (firmware version 0).
+    """
     if firings.device == "hdl64e":
         return b"V\0"
     return struct.pack("<BB", RETURN_MODES[firings.returns], PRODUCTS[firings.device])

@@ -17,7 +17,10 @@ LARGEST = 65535
 
 
 def pcap_file(packets: Iterable[tuple[float, bytes]], port: int) -> bytes:
-    """Returns a PCAP file of UDP packets, given by their times in seconds and contents, sent to `port`."""
+    """Returns a PCAP file of UDP packets that are sent to `port`.
+
+    Each packet is given by its time in seconds and its contents.
+    """
     pieces = [struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, LARGEST, 1)]
     for stamp, data in packets:
         micros = round(stamp * 1e6)

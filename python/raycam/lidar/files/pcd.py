@@ -1,4 +1,7 @@
-"""PCD 0.7: binary, compressed or as text. Source: https://pointclouds.org/documentation/tutorials/pcd_file_format.html."""
+"""PCD 0.7 files: binary, compressed or as text.
+
+Source: https://pointclouds.org/documentation/tutorials/pcd_file_format.html.
+"""
 
 from __future__ import annotations
 

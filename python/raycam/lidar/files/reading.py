@@ -36,7 +36,9 @@ def finite(text: object, where: str) -> float:
 def base_description(
     path: Path, device: str | None, family: str, lasers: int, by_lasers: dict[int, str]
 ) -> dict[str, Any]:
-    """Returns the device description for a calibration with `lasers` lasers, not marked as generic.
+    """Returns the device description for a calibration with `lasers` lasers.
+
+    The description is not marked as generic.
 
     Raises `LidarError` if `device` has another family or number of lasers, or if no device has this number.
     """

@@ -12,9 +12,10 @@ __all__ = ["point_records", "scalar_columns"]
 
 
 def scalar_columns(arrays: dict[str, npt.NDArray[Any]]) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    """Yields one-dimensional columns: position as x, y, z, other vectors as NAME_x, NAME_y, NAME_z.
+    """Yields one-dimensional columns with their names.
 
-    Columns of more than three numbers are NAME_0, NAME_1 and so on.
+    The position yields x, y, z, and other vectors NAME_x, NAME_y, NAME_z. Arrays with more than three numbers
+    per row yield NAME_0, NAME_1 and so on.
     """
     for name, array in arrays.items():
         if array.ndim == 1:

@@ -27,7 +27,10 @@ CLOUD_FIELDS = ("intensity", "ring", "time", "return", "instance", "category")
 
 
 def kitti_bytes(arrays: Arrays) -> bytes:
-    """Returns KITTI's .bin: x, y, z and intensity from 0 to 1, float32 [n, 4]. Source: KITTI's devkit."""
+    """Returns KITTI's .bin: x, y, z and intensity from 0 to 1, float32 [n, 4].
+
+    Source: KITTI's devkit.
+    """
     reflectance = arrays["intensity"].astype(np.float32) / np.float32(255.0)
     rows = np.concatenate([arrays["position"].astype("<f4"), reflectance[:, None]], axis=1)
     return rows.astype("<f4").tobytes()

@@ -1,4 +1,7 @@
-"""Tables of pulses: CSV with time, azimuth and elevation or zenith, arrays of NumPy, and RGL's matrices."""
+"""Tables of pulses: CSV files, NumPy arrays, and RGL's matrices.
+
+A CSV file contains time, azimuth, and elevation or zenith.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,10 @@ MAX_ARRAY_BYTES = MAX_ROWS * 24
 
 
 def read_table(path: Path, device: str | None) -> dict[str, Any]:
-    """Returns the description of a table of pulses; `device` supplies the other settings, if given."""
+    """Returns the description of a table of pulses.
+
+    If `device` is given, this device supplies the other settings.
+    """
     readers = {".npy": _read_arrays, ".npz": _read_arrays, ".mat3x4f": _read_matrices}
     arrays = readers.get(path.suffix.lower(), _read_text_table)(path)
     try:
@@ -80,7 +86,9 @@ def _read_arrays(path: Path) -> dict[str, Any]:
 
 
 def _read_matrices(path: Path) -> dict[str, Any]:
-    """Reads float32 matrices [n, 3, 4]: each ray starts at the translation and points along the matrix's z axis.
+    """Reads the pulses of a file of float32 matrices [n, 3, 4].
+
+    Each ray starts at the translation and points along the matrix's z axis.
 
     Source: RobotecGPULidar, `rgl_node_rays_from_mat3x4f`.
     """
@@ -100,7 +108,10 @@ def _read_matrices(path: Path) -> dict[str, Any]:
 
 
 def _read_array(path: Path, stream: IO[bytes], size: int) -> npt.NDArray[Any]:
-    """Reads an array of numbers whose declared size is compared with the `size` of its file before it is read."""
+    """Reads an array of numbers after a check of its declared size.
+
+    The declared size is compared with the `size` of the array's file.
+    """
     version = np.lib.format.read_magic(stream)
     if version not in ((1, 0), (2, 0)):
         raise ValueError(f"version {version} of the .npy format is not supported")
@@ -125,7 +136,10 @@ def _read_array(path: Path, stream: IO[bytes], size: int) -> npt.NDArray[Any]:
 
 
 def _read_text_table(path: Path) -> dict[str, Any]:
-    """Reads columns by their header: time (s), azimuth (degrees), and elevation or zenith (degrees), and ring."""
+    """Reads the columns of a text table by their header.
+
+    The columns are time (s), azimuth (degrees), elevation or zenith (degrees), and ring.
+    """
     lines = read_text(path).splitlines()
     if not lines:
         raise LidarError(f"{path}: the file is empty", code="missing_value")

@@ -69,7 +69,10 @@ def _is_number(text: str) -> bool:
 
 
 def read_velodyne_xml(path: Path, device: str | None) -> dict[str, Any]:
-    """Returns the description of a unit calibrated by Velodyne's db.xml, in degrees and centimetres."""
+    """Returns the description of a unit calibrated by Velodyne's db.xml.
+
+    The file contains degrees and centimetres.
+    """
     text = read_text(path)
     if "<!ENTITY" in text:
         raise LidarError(f"{path}: XML entities are not supported", code="syntax")
@@ -137,7 +140,11 @@ def _description(
 
 
 def _thirty_two(header: dict[str, float], lasers: dict[int, Laser]) -> str | None:
-    """Returns the device of 32 lasers: the HDL-32E's lowest is at -30.67 degrees, the VLP-32C's at -25."""
+    """Returns the device with 32 lasers; None for another number of lasers.
+
+    The lowest laser distinguishes two devices: the HDL-32E's is at -30.67 degrees, the VLP-32C's at -25
+    degrees.
+    """
     if len(lasers) != 32:
         return None
     lowest = min(laser.vert_correction for laser in lasers.values())

@@ -69,8 +69,9 @@ def snapshot(session: Session, format: str) -> tuple[str, str, bytes]:
 
 
 def _first_still(session: Session) -> tuple[View, Frame]:
-    """Returns the view and its still image; waits for its first samples. Raises `SettingsError` if the image has no
-    samples.
+    """Returns the view and its still image, after waiting for the first samples.
+
+    Raises `SettingsError` if the image has no samples.
     """
     deadline = time.monotonic() + SAMPLES_TIMEOUT_S
     while True:

@@ -27,7 +27,9 @@ class Photographs:
     """
 
     def __init__(self, photos: Photos, cameras: Mapping[str, str]) -> None:
-        """`photos` is a folder or a mapping, `cameras` contains the photographs' names by the cameras' names.
+        """Finds the photographs of cameras.
+
+        `photos` is a folder or a mapping. `cameras` contains the photographs' names by the cameras' names.
 
         Raises the errors of `PhotoSource` for missing photographs.
         """

@@ -137,12 +137,17 @@ def _world_in(given: Path, folder: Path) -> Path:
 
 
 def _files_in(folder: Path) -> list[Path]:
-    """At most `MAX_LISTED_FILES` known files of a folder and its subfolders, without hidden files."""
+    """Returns the known files of a folder and its subfolders, without hidden files and folders.
+
+    Archives from macOS contain a hidden file `._NAME` for each file. At most `MAX_LISTED_FILES` files are returned,
+    from at most `MAX_DEPTH` levels of subfolders.
+    """
     found: list[Path] = []
     for place, folders, files in os.walk(folder):
         depth = len(Path(place).relative_to(folder).parts)
         folders[:] = sorted(each for each in folders if not each.startswith(".") and depth < MAX_DEPTH)
-        found += [Path(place, each) for each in sorted(files) if each.lower().endswith(known_suffixes())]
+        shown = (each for each in sorted(files) if not each.startswith("."))
+        found += [Path(place, each) for each in shown if each.lower().endswith(known_suffixes())]
         if len(found) > MAX_LISTED_FILES:
             break
     return found[:MAX_LISTED_FILES]
@@ -198,7 +203,10 @@ def unpack(archive: Path, folder: Path, check: Callable[[str, int], None]) -> li
 
 
 def _check_archive(archive: Path) -> Callable[[str, int], None]:
-    """Counts the files of an archive on disk. The function raises `SettingsError` beyond the limits."""
+    """Returns a function that counts the files of an archive on disk.
+
+    The function raises `SettingsError` beyond the limits.
+    """
     counts = [0, 0]
 
     def check(name: str, size: int) -> None:

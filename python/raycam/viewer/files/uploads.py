@@ -109,7 +109,11 @@ class Uploads:
         return str(self._path() / name)
 
     def _complete(self, name: str) -> str:
-        """The name of a world that was received completely; of the world in an archive. Raises `SettingsError`."""
+        """Returns the name of a world that was received completely.
+
+        For an archive, the result is the name of the world in the archive. Raises `SettingsError` if the file
+        is not a world or is incomplete.
+        """
         name = check_name(name)
         if not name.lower().endswith((*self._worlds, ARCHIVE)):
             raise SettingsError(
@@ -128,7 +132,10 @@ class Uploads:
         self._sizes, self._received = {}, {}
 
     def _unpack(self, archive: str) -> str:
-        """Unpacks the known files of an archive; returns the world that is nearest to the archive's top folder."""
+        """Unpacks the known files of an archive, and returns the name of the archive's world.
+
+        The result is the world that is nearest to the archive's top folder.
+        """
         folder = f"{archive}.files"
 
         def check(name: str, size: int) -> None:
@@ -174,7 +181,10 @@ class Uploads:
         return Path(self._folder.name)
 
     def _file(self, name: str, mode: str) -> IO[bytes]:
-        """The file of a name, in its folders. Raises `SettingsError` if a file has the name of a folder."""
+        """Opens the file of a name, and creates its folders.
+
+        Raises `SettingsError` if this is impossible, for example if a file has the name of a folder.
+        """
         path = self._path() / name
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

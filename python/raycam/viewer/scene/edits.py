@@ -300,7 +300,10 @@ def _factor(value: Any) -> float:
 
 
 def _with_number(world: World, number: int, value: Any) -> Floats:
-    """The matrix of an object after one number of its placement is changed. Raises `SettingsError`."""
+    """Returns the matrix of an object after one number of its placement is changed.
+
+    Raises `SettingsError` for a malformed value, and `WorldError` for a sheared object.
+    """
     if not isinstance(value, list) or len(value) != 2 or value[0] not in range(9):
         raise SettingsError("place: expected an index from 0 to 8 and a number", code="wrong_shape")
     place = placement_of_matrix(matrix_of_object(world, number), world.up)

@@ -143,7 +143,10 @@ def _along(ray: tuple[Floats, Floats], center: Floats, axis: Floats) -> float:
 
 
 def _shift(rays: list[tuple[Floats, Floats]], center: Floats, handle: str, camera: Camera) -> Floats:
-    """The displacement of an object that follows the pointer: along an axis, or parallel to the image plane."""
+    """Returns the displacement of an object that follows the pointer.
+
+    The displacement is along an axis, or parallel to the image plane.
+    """
     if handle != "all":
         axis = np.eye(3)[HANDLES.index(handle)]
         first, second = (_along(ray, center, axis) for ray in rays)
@@ -165,7 +168,10 @@ def point_on_plane(ray: tuple[Floats, Floats], center: Floats, normal: Floats) -
 def _angle(
     rays: list[tuple[Floats, Floats]], center: Floats, axis: Floats, begin: Floats, end: Floats
 ) -> float:
-    """The angle by which the pointer turns around an axis; from its path in pixels if the circle is seen edge-on."""
+    """Returns the angle by which the pointer turns around an axis, in radians.
+
+    If the circle is seen edge-on, the angle results from the pointer's path in pixels.
+    """
     spokes = [point_on_plane(ray, center, axis) for ray in rays]
     if abs(float(rays[0][1] @ axis)) < EDGE_ON or spokes[0] is None or spokes[1] is None:
         way = np.asarray(end) - np.asarray(begin)

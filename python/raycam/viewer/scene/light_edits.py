@@ -155,7 +155,10 @@ def _vector(key: str, value: Any, before: Sequence[float]) -> list[float]:
 
 
 def _new_light(world: World, kind: Any) -> dict[str, Any]:
-    """A light above the world's objects that lights their centre with `IRRADIANCE`. Raises `SettingsError`."""
+    """Returns a light above the world's objects that lights their centre with `IRRADIANCE`.
+
+    Raises `SettingsError` for an unknown kind.
+    """
     if kind not in NEW_LIGHTS:
         raise SettingsError(
             f"a new light must be one of {', '.join(NEW_LIGHTS)}, not {kind!r}", code="unknown_name"

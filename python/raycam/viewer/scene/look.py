@@ -202,7 +202,10 @@ def _needs_no_light(world: World, opened: World, camera: Camera) -> bool:
 
 
 def _add_default_lights(world: World) -> None:
-    """Adds the lights of the renderer for worlds without lights, so that they stay if a light is added."""
+    """Adds the lights of the renderer for worlds without lights.
+
+    These lights then stay if another light is added.
+    """
     direction = [1.0, 2.0, -3.0] if world.up == "z" else [1.0, -3.0, -2.0]
     world.add_light(type="sky", radiance=DEFAULT_SKY_RADIANCE)
     world.add_light(type="sun", direction=direction, irradiance=DEFAULT_SUN_IRRADIANCE, angular_diameter=0.0)

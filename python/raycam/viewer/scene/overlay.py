@@ -95,7 +95,11 @@ def _round_length(length: float) -> float:
 
 
 def _edges(camera: Camera, length: float) -> list[Floats]:
-    """The edges [n, 3] of a camera's view: those of its image at `length`, and those to its corners."""
+    """Returns the edges [n, 3] of a camera's view.
+
+    The edges are the edges of the camera's image at `length`, and the edges from the camera to the image's
+    corners.
+    """
     still = camera.still()
     (width, height), corner = still.size, still.corner
     share = np.linspace(0, 1, STEPS + 1)[:-1]

@@ -88,7 +88,10 @@ class Selection:
         )
 
     def _light_handles(self, world: World, camera: Camera, number: int) -> list[dict[str, Any]]:
-        """The handles that move a light, or turn a sun; none for a light without position and direction."""
+        """Returns the handles that move a light, or turn a sun.
+
+        A light without position and direction has no handles.
+        """
         if not self._edits.allowed:
             return []
         place = _place_of_light(world, number)
@@ -185,7 +188,10 @@ class Selection:
 
 
 def _place_of_light(world: World, number: int) -> Floats | None:
-    """The translation [4, 4] to a light's position; None if the light does not exist or has no position."""
+    """Returns the translation [4, 4] to a light's position.
+
+    The result is None if the light does not exist or has no position.
+    """
     lights = world.lights
     position = lights[number].get("position") if number < len(lights) else None
     if position is None:

@@ -134,7 +134,11 @@ def _picture(square: World) -> npt.NDArray[np.uint8]:
 
 
 def _extract(square: World, slot: str, folder: Path) -> Path | None:
-    """Writes the image of a slot of the only object's material into a folder, by way of a GLB file."""
+    """Writes the image of a material's slot into a folder, and returns the file's path.
+
+    The material belongs to the world's only object. The image is extracted from a GLB file. Without an image,
+    the result is None.
+    """
     with collected():
         square.to_gltf(folder / "square.glb")
     data = (folder / "square.glb").read_bytes()

@@ -117,7 +117,10 @@ def _entry(entry: dict[str, Any], before: _Object, after: _Object) -> dict[str, 
 
 
 def _check(document: dict[str, Any], source: Path, world: World, camera: Camera) -> None:
-    """Builds the world from the tables, and compares it with the shown world. Raises `WorldError` if they differ."""
+    """Builds the world from the tables, and compares it with the shown world.
+
+    Raises `WorldError` if the worlds differ.
+    """
     try:
         with collected():
             built = World.from_dict(document, folder=source.parent)

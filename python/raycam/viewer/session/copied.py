@@ -35,7 +35,10 @@ def copied(view: View, format: str, samples: int, notify: Callable[[str], None])
 
 
 def _command(view: View, samples: int, notify: Callable[[str], None]) -> str:
-    """The command that renders the still image, by the camera's name or by a calibration file that it writes first."""
+    """Returns the command that renders the still image.
+
+    The command contains the camera's name, or first writes a calibration file for the camera.
+    """
     opened = view.opened
     if view.base is not opened.edits.opened:
         notify(

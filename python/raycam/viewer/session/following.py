@@ -150,7 +150,10 @@ class Following:
         self.leader.connection.send_latest(session.connection)
 
     def _update(self) -> None:
-        """Sends the leader's images to the attached clients that are connected, and their number to the leader."""
+        """Sends the leader's images to the attached clients that are connected.
+
+        The leader receives the number of these clients.
+        """
         followers = [each.connection for each in self._others if each.role.is_attached]
         self.leader.connection.followers = tuple(each for each in followers if each.is_open)
         self.announce(self.leader)

@@ -70,9 +70,12 @@ class Session:
         controls: Controls | None = None,
         picked: Callable[[Session, Control | tuple[int, int]], None] = lambda session, what: None,
     ) -> None:
-        """Starts with `camera` (default: the world's default camera) and the values in `start`, see `View.start`.
+        """Starts a session with `camera` and the values in `start`, see `View.start`.
 
-        `picked` is called for each clicked pixel and each changed control. Raises `SettingsError` for unknown values.
+        If `camera` is None, the session starts with the world's default camera. `picked` is called for each
+        clicked pixel and each changed control.
+
+        Raises `SettingsError` for unknown values.
         """
         if size is not None and (size[0] > MAX_IMAGE_SIZE[0] or size[1] > MAX_IMAGE_SIZE[1]):
             raise SettingsError(

@@ -506,7 +506,10 @@ def _fitted(size: tuple[int, int], space: tuple[int, int], most: float = math.in
 
 
 def _reshaped(camera: Camera, size: tuple[int, int]) -> Camera:
-    """The camera with another size, the same vertical field of view, and its principal point scaled."""
+    """Returns the camera with another size and the same vertical field of view.
+
+    The principal point is scaled.
+    """
     scale = size[1] / camera.size[1]
     K = camera.K.copy()
     K[0, :2] *= scale

@@ -44,10 +44,10 @@ class RaycastingScene(Hints):
         return Tensor.from_numpy(array)
 
     def add_triangles(self, *arguments: Any, **keys: Any) -> int:
-        """Adds `(vertex_positions, triangle_indices)` or `(mesh)`; returns the id of the geometry, from 0.
+        """Adds `(vertex_positions, triangle_indices)` or `(mesh)`; returns the geometry's id.
 
-        Positions [n, 3] may have any numeric dtype, indices [m, 3] any integer dtype. Raises `RaycastingError` for
-        others.
+        Ids start at 0. Positions [n, 3] may have any numeric dtype, indices [m, 3] any integer dtype. Raises
+        `RaycastingError` for others.
         """
         names = ("mesh",) if len(arguments) == 1 else ("vertex_positions", "triangle_indices")
         given = dict(zip(names, arguments, strict=False)) | keys

@@ -51,7 +51,10 @@ class TriangleMesh(Hints):
     def from_legacy(
         cls, mesh_legacy: Any, vertex_dtype: Any = None, triangle_dtype: Any = None, device: Any = None
     ) -> TriangleMesh:
-        """Converts a mesh with `vertices` and `triangles`; positions become float32 and indices int64, as in Open3D."""
+        """Converts a mesh with `vertices` and `triangles`.
+
+        By default, positions become float32 and indices int64, as in Open3D.
+        """
         floats = vertex_dtype or np.float32
         mesh = cls(
             np.asarray(mesh_legacy.vertices, dtype=floats),
@@ -111,7 +114,10 @@ class TriangleMesh(Hints):
         return mesh
 
     def compute_triangle_normals(self, normalized: bool = True) -> TriangleMesh:
-        """Sets `triangle.normals` (without `normalized`, with twice the areas as lengths); returns the mesh."""
+        """Sets `triangle.normals` and returns the mesh.
+
+        Without `normalized`, the normals' lengths are twice the triangles' areas.
+        """
         vectors = math.face_vectors(self._positions(), self._indices())
         self._set(self.triangle, "normals", math.normalize(vectors) if normalized else vectors)
         return self

@@ -52,7 +52,10 @@ class Fragments:
 
 @dataclass
 class _Screen:
-    """A camera at its pose, the flags, and the image's depth (0 for the background), into which lines write."""
+    """A camera at its pose, the flags, and the image's depth.
+
+    Lines write into the depth, which is 0 for the background.
+    """
 
     camera: Camera
     pose: Floats
@@ -60,7 +63,10 @@ class _Screen:
     depth: npt.NDArray[np.float32]
 
     def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
-        """Columns, rows and the homogeneous coordinate with the depth, [n, 2], [n], [n], of points in the world."""
+        """Returns the image positions and the depth of points in the world.
+
+        The arrays are columns and rows [n, 2], the homogeneous coordinate [n], and the depth [n].
+        """
         height, width = self.depth.shape
         seen = (points - self.pose[:3, 3]) @ np.linalg.inv(self.pose[:3, :3]).T
         matrix = self.camera.get_projection_matrix(width, height)
@@ -76,7 +82,10 @@ class _Screen:
         return np.asarray((depth >= self.camera.znear) & (depth <= far))
 
     def visible(self, pixels: Whole, near: Floats) -> Whole:
-        """Returns the index of each pixel's (row, column) nearest candidate if it is visible; writes its depth."""
+        """Returns the index of each pixel's nearest candidate if visible; writes its depth.
+
+        `pixels` are (row, column).
+        """
         height, width = self.depth.shape
         inside = ((pixels >= 0) & (pixels < [height, width])).all(axis=1) & self.reaches(near)
         which = np.flatnonzero(inside)
@@ -155,7 +164,10 @@ def _lines(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -> 
 
 
 def _front(corners: Floats, screen: _Screen, *, mirrored: bool) -> npt.NDArray[np.bool_]:
-    """True for triangles [m, 3, 3] whose front faces the camera; a mirroring pose reverses the winding."""
+    """Returns True for triangles [m, 3, 3] whose front faces the camera.
+
+    A mirroring pose reverses the winding.
+    """
     wound = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     starts, ways = screen.camera.rays(np.array([0.0, 1.0]), np.array([0.0, 1.0]), (1, 1))
     parallel = np.ptp(starts) > 0
@@ -188,10 +200,10 @@ def _normals(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -
 
 
 def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Floats]:
-    """Pixels [n, 2]; for each pixel, its segment [n], the weight of the segment's second end, and the world position
-    [n, 3].
+    """Returns the pixels [n, 2] of segments, and for each pixel its place on a segment.
 
-    Lines are one pixel wide.
+    The place consists of the segment [n], the weight of the segment's second end, and the world position
+    [n, 3]. Lines are one pixel wide.
     """
     height, width = screen.depth.shape
     flat = segments.reshape(-1, 3)
@@ -242,7 +254,8 @@ def _drawn(segments: Floats, screen: _Screen) -> tuple[Whole, Whole, Floats, Flo
 
 
 def _pixels(at: Floats) -> Whole:
-    """Rows and columns [n, 2] of the pixels that contain image positions [n, 2]; a position between two rows belongs to
-    the upper row.
+    """Returns the rows and columns [n, 2] of the pixels that contain image positions.
+
+    The positions are [n, 2]; a position between two rows belongs to the upper row.
     """
     return np.stack([np.ceil(at[:, 1]) - 1, np.floor(at[:, 0])], axis=1).astype(np.int64)

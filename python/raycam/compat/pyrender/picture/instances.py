@@ -99,7 +99,9 @@ class SceneWorld:
     def _add(
         self, node: Node, primitive: Primitive, place: Floats, visible: bool, first: dict[int, str]
     ) -> None:
-        """Adds an object; `first` contains the name of each primitive's first object, whose mesh its other objects
+        """Adds an object.
+
+        `first` contains the name of each primitive's first object, whose mesh the primitive's other objects
         share.
         """
         self._number += 1

@@ -1,4 +1,7 @@
-"""Offscreen rendering of pyrender's scenes: exact rays of raycam, shaded like pyrender's default shader."""
+"""Offscreen rendering of pyrender's scenes.
+
+raycam computes exact rays, and the surfaces are shaded as in pyrender's default shader.
+"""
 
 from __future__ import annotations
 
@@ -54,8 +57,9 @@ class OffscreenRenderer:
 
     @property
     def _renderer(self) -> Any:
-        """Raises `AttributeError`. Programs replace the shaders of pyrender's renderer to render normals; raycam has a
-        channel for normals.
+        """Raises an `AttributeError` that names raycam's channel for normals.
+
+        Programs replace the shaders of pyrender's renderer to render normals.
         """
         raise AttributeError(
             "OffscreenRenderer has no _renderer and no shaders; to render normals, create the same scene "
@@ -69,10 +73,11 @@ class OffscreenRenderer:
     def render(
         self, scene: Scene, flags: int = RenderFlags.NONE, seg_node_map: dict[Node, Any] | None = None
     ) -> Any:
-        """Returns the image, uint8 [h, w, 3] (4 with `RGBA`), and the depth, float32 [h, w], 0 for the background.
+        """Returns the image and the depth.
 
-        With `DEPTH_ONLY`, only the depth is returned. With `SEG`, the image shows only the nodes of `seg_node_map`, in
-        their colours. Raises `ValueError` for a scene without a camera.
+        The image is uint8 [h, w, 3] ([h, w, 4] with `RGBA`). The depth is float32 [h, w], 0 for the
+        background. With `DEPTH_ONLY`, only the depth is returned. With `SEG`, the image shows only the nodes
+        of `seg_node_map`, in their colours. Raises `ValueError` for a scene without a camera.
         """
         eye = scene.main_camera_node
         if eye is None or eye.camera is None:
@@ -290,9 +295,10 @@ class _View:
         weighted: Callable[[Floats], Floats],
         corners: Whole | None,
     ) -> Floats:
-        """The colours [n, 4] at positions of a primitive; `weighted` interpolates vertex values there.
+        """Returns the colours [n, 4] at positions of a primitive.
 
-        `corners` [n, 3] are the vertices of each position's triangle, which orient normal textures.
+        `weighted` interpolates vertex values at these positions. `corners` [n, 3] are the vertices of each
+        position's triangle, which orient normal textures.
         """
         primitive, turn = one.primitive, one.place[:3, :3]
         tint = np.ones((len(positions), 4)) if primitive.color_0 is None else weighted(primitive.color_0)
@@ -353,7 +359,10 @@ def _select(hits: Hits, which: npt.NDArray[np.bool_]) -> Hits:
 
 
 def _edges(hits: Hits, shape: tuple[int, int]) -> npt.NDArray[np.bool_]:
-    """Edge mask [n]: pixels whose neighbour shows another instance or a surface turned by more than a limit."""
+    """Returns the edge mask [n] of an image.
+
+    Edges are pixels whose neighbour shows another instance or a surface turned by more than a limit.
+    """
     instance, normal = hits.instance.reshape(shape), hits.normal.reshape(*shape, 3)
     edges = np.zeros(shape, bool)
     for axis in (0, 1):
@@ -386,7 +395,10 @@ def _seg_color(color: Any) -> npt.NDArray[np.uint8]:
 
 
 def _by_instance(instance: npt.NDArray[Any]) -> Iterator[tuple[int, npt.NDArray[np.intp]]]:
-    """Yields each distinct number of an array with its indices, in a time that does not depend on their count."""
+    """Yields each distinct number of an array with its indices.
+
+    The time does not depend on the count of distinct numbers.
+    """
     if len(instance) == 0:
         return
     order = np.argsort(instance, kind="stable")

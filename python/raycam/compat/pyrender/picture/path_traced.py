@@ -1,4 +1,7 @@
-"""Images of pyrender's scenes, path traced by raycam with shadows, reflections and indirect light."""
+"""Images of pyrender's scenes, path traced by raycam.
+
+The images contain shadows, reflections and indirect light.
+"""
 
 from __future__ import annotations
 
@@ -30,9 +33,10 @@ WRAPS = {GLTF.CLAMP_TO_EDGE: "clamp", GLTF.MIRRORED_REPEAT: "mirror", GLTF.REPEA
 def path_traced_picture(
     scene: Scene, camera: Camera, pose: Floats, size: tuple[int, int]
 ) -> npt.NDArray[np.uint8]:
-    """The image [h, w, 4] in sRGB over the scene's background, by the integrator "path" with 64 samples.
+    """Returns the image [h, w, 4] in sRGB over the scene's background.
 
-    The ambient light is a uniform sky. Raises `NotImplementedError` for parallel rays.
+    The integrator "path" renders the image with 64 samples. The ambient light is a uniform sky. Raises
+    `NotImplementedError` for parallel rays.
     """
     world = world_of(scene)
     frame = raycam.render(
@@ -142,7 +146,10 @@ def _add_light(world: raycam.World, light: Light, pose: Floats) -> None:
 
 
 def pinhole_camera(camera: Camera, pose: Floats, size: tuple[int, int]) -> raycam.Camera:
-    """The camera without its near and far planes; its matrix K is computed from the rays of two image corners."""
+    """Returns the camera without its near and far planes.
+
+    The camera's matrix K is computed from the rays of two image corners.
+    """
     width, height = size
     starts, ways = camera.rays(np.array([0.0, width]), np.array([0.0, height]), size)
     if np.ptp(starts) > 0:

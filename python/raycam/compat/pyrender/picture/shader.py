@@ -1,6 +1,7 @@
-"""Shading of pyrender's default shader, pixel by pixel in NumPy: Lambert and GGX with its formulas and constants.
+"""Shading of pyrender's default shader, pixel by pixel in NumPy.
 
-Normals that face away are not flipped. Radiance is neither clipped nor tone-mapped before the gamma of 1 / 2.2.
+Lambert and GGX are computed with the shader's formulas and constants. Normals that face away are not flipped.
+Radiance is neither clipped nor tone-mapped before the gamma of 1 / 2.2.
 """
 
 from __future__ import annotations
@@ -53,9 +54,10 @@ class Surfaces:
 def surface_values(
     material: MetallicRoughnessMaterial, uv: Floats | None, vertex_color: Floats, count: int, flat: bool
 ) -> dict[str, Floats]:
-    """The values of a material at points: `base` [m, 4], `metallic`, `roughness`, `occlusion` [m], `emissive` [m, 3].
+    """Returns the values of a material at points.
 
-    Texels of colours are sRGB; `flat` uses the colours unchanged. The emissive factor counts twice, as in pyrender.
+    The values are `base` [m, 4], `metallic`, `roughness` and `occlusion` [m], and `emissive` [m, 3]. Texels
+    of colours are sRGB; `flat` uses the colours unchanged. The emissive factor counts twice, as in pyrender.
     """
     base = np.tile(material.baseColorFactor.astype(np.float64), (count, 1))
     metallic = np.full(count, material.metallicFactor)
@@ -85,7 +87,10 @@ def surface_values(
 
 
 def bent(normal: Floats, tangent: Floats, texels: Floats) -> Floats:
-    """Normals [m, 3] modified by texels of a normal texture; the tangents [m, 3] point along increasing u."""
+    """Returns normals [m, 3] modified by texels of a normal texture.
+
+    The tangents [m, 3] point along increasing u.
+    """
     across = _unit(tangent - normal * (normal * tangent).sum(axis=1, keepdims=True))
     local = 2 * texels[:, :3] - 1
     frame = np.stack([across, _unit(np.cross(normal, across)), normal], axis=1)
