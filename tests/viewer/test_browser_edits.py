@@ -196,7 +196,8 @@ def test_dropped_files_are_opened_with_allow_open(tab: Tab, serve: Serve, tmp_pa
     rest(tab, session)
     expected = raycam.load(paths[0])
     assert session.view.base.objects[0].name == "wedge"
-    tab.click(*place_of(tab, 24, 16, session.view.size))
+    width, height = session.view.size
+    tab.click(*place_of(tab, width // 2, height // 2, (width, height)))
     tab.wait("document.querySelectorAll('#values tr').length >= 17")
     column, row = held(tab)
     frame = raycam.render(expected, session.view.still_camera, channels=["position", "depth"], samples=1)
