@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam import _core
-from raycam.lidar.lidar import _CHECKS
+from raycam.lidar.settings import SETTING_CHECKS
 from raycam.video import VideoPlan
 from support.raises import raises, warns
 
@@ -49,7 +49,7 @@ def load(tmp_path: Path) -> Any:
 def test_schema_contains_the_settings_of_lidars() -> None:
     keys = set(SCHEMA["LidarSpec"]["properties"])
     pose = {"location", "roll", "pitch", "yaw", "target", "up", "R", "C", "t"}
-    assert keys == {"name", "device", "calibration", "trajectory", "force_rate", *_CHECKS, *pose}
+    assert keys == {"name", "device", "calibration", "trajectory", "force_rate", *SETTING_CHECKS, *pose}
 
 
 def test_lidar_of_a_world_file_equals_the_python_call(load: Any) -> None:

@@ -99,9 +99,9 @@ pub enum HitDetail {
     Triangle,
     /// Also the triangle's normal and the side.
     Side,
-    /// All, with t and weights in float64.
+    /// All fields, with t and weights in float64.
     Intersection,
-    /// All, with t and weights accurate to one unit in the last place.
+    /// All fields, with t and weights accurate to one unit in the last place.
     Refined,
 }
 

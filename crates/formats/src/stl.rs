@@ -3,8 +3,8 @@
 //! A file is recognised as binary by its length instead of its first bytes, because many binary files also begin with
 //! "solid". Corners at exactly the same position become one vertex. Facet normals follow from the corners and are
 //! ignored. The two bytes after each binary facet are colours if bit 15 is set (VisCAM, SolidView) or the header
-//! contains `COLOR=` (Materialise Magics): five bits per channel, sRGB. If no facet has a colour, the header's colour is
-//! the material's base colour.
+//! contains `COLOR=` (Materialise Magics): five bits per channel, sRGB. If no facet has a colour, the header's colour
+//! is the material's base colour.
 
 use std::fs::File;
 use std::io::Read;
@@ -193,8 +193,8 @@ fn color_of_bits(bits: u16) -> Rgb {
     [0, 5, 10].map(|shift| linear_from_srgb(f32::from(bits >> shift & 31) / 31.0))
 }
 
-/// Red, green, blue and alpha of the whole object from the header. Some programs write no alpha, but a space between the
-/// colour and the next word; these colours are opaque.
+/// Red, green, blue and alpha of the whole object from the header. Some programs write no alpha, but a space between
+/// the colour and the next word; these colours are opaque.
 fn header_color(header: &[u8]) -> Option<[u8; 4]> {
     const COLOR: &[u8] = b"COLOR=";
     let at = header.windows(COLOR.len()).position(|window| window == COLOR)? + COLOR.len();

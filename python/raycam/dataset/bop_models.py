@@ -122,7 +122,7 @@ class Model:
 
     shape: Shape
     own_id: int | None
-    """The id that was assigned to its objects, which distinguishes it from models of equal shape."""
+    """The id that was assigned to the model's objects, if any; it distinguishes models of equal shape."""
     categories: set[str]
     """The categories of its objects."""
     names: set[str]

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from .lidar import SETTINGS, Lidar
+from .lidar import Lidar
+from .settings import SETTINGS
 
 __all__ = ["describe_lidar"]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Floats, flag, floats, product, real, whole
+from ..arguments import Floats, flag, floats, product, real
 from ..errors import LidarError, nearest
 from ..rotations import rotation_of
 from .device import device_description
@@ -19,36 +19,18 @@ from .ouster import ouster_metadata
 from .pattern import Pattern
 from .patterns import check_family, make_pattern, ouster_unit
 from .pose import Track
+from .settings import SETTING_CHECKS, Returns
 
 if TYPE_CHECKING:
     from ..world import World
 
-__all__ = ["LIGHT_SPEED", "SETTINGS", "Lidar", "Returns"]
+__all__ = ["LIGHT_SPEED", "Lidar"]
 
-Returns = Literal["first", "last", "strongest", "dual", "all"]
-RETURNS = ("first", "last", "strongest", "dual", "all")
-BEAM_SAMPLES = (1, 7, 19, 37)
 FWHM_TO_FULL = math.sqrt(2.0 / math.log(2.0))
 """The width of a Gaussian beam at 1/e² divided by its full width at half maximum: 1.699."""
 
 LIGHT_SPEED = 299792458.0
 """In metres per second."""
-
-SETTINGS: dict[str, tuple[float, float, str]] = {
-    "wavelength": (100.0, 20000.0, "nanometres"),
-    "step": (0.0, 10.0, "metres"),
-    "min_range": (0.0, 1e7, "metres"),
-    "max_range": (0.0, math.inf, "metres"),
-    "range_10": (1e-3, 1e7, "metres"),
-    "range_noise": (0.0, 1e3, "metres"),
-    "azimuth_noise": (0.0, 90.0, "degrees"),
-    "rise_time": (0.0, 1.0, "seconds"),
-    "pulse_length": (0.0, 1e-3, "seconds"),
-    "visibility": (1e-3, math.inf, "metres"),
-    "signal_gain": (0.0, 1e15, "counts for a white target at 1 m"),
-    "near_ir_gain": (0.0, 1e9, "counts for 1 W/(m² sr)"),
-}
-"""Numeric settings, with their limits and units."""
 
 
 class Lidar:
@@ -200,7 +182,9 @@ class Lidar:
 
         Raises `LidarError` for unknown, missing and impossible numbers, and `MemoryError` for too many pulses.
         """
-        settings = {key: numbers.pop(key) for key in list(numbers) if key in _CHECKS or key == "force_rate"}
+        settings = {
+            key: numbers.pop(key) for key in list(numbers) if key in SETTING_CHECKS or key == "force_rate"
+        }
         table = mirror_table(kind, numbers)
         title = name or f"{kind} mirror"
         description = {
@@ -235,13 +219,13 @@ class Lidar:
         given = settings.get("force_rate", self._settings.get("force_rate", False))
         force = flag("force_rate", given, error=LidarError)
         for name, value in settings.items():
-            if name != "force_rate" and name not in _CHECKS:
+            if name != "force_rate" and name not in SETTING_CHECKS:
                 raise LidarError(
-                    nearest("lidar setting", name, [*_CHECKS, "force_rate"]), code="unknown_name"
+                    nearest("lidar setting", name, [*SETTING_CHECKS, "force_rate"]), code="unknown_name"
                 )
             self._settings.pop(name, None)
             if value is not None and name != "force_rate":
-                self._settings[name] = _CHECKS[name](name, value)
+                self._settings[name] = SETTING_CHECKS[name](name, value)
         if force:
             self._settings["force_rate"] = True
         self._check(settings, force)
@@ -399,7 +383,7 @@ class Lidar:
     @property
     def settings(self) -> dict[str, Any]:
         """All effective settings by name; None for a value that is not specified."""
-        found = {name: self._value(name) for name in _CHECKS}
+        found = {name: self._value(name) for name in SETTING_CHECKS}
         found.update(
             rate=self.rate,
             returns=self.returns,
@@ -467,7 +451,9 @@ class Lidar:
             "near_ir_samples",
         }
         found = [
-            name for name in _CHECKS if name not in known and name not in ("mode", "returns", "beam_samples")
+            name
+            for name in SETTING_CHECKS
+            if name not in known and name not in ("mode", "returns", "beam_samples")
         ]
         if "beam_divergence_fwhm" in self._description and "beam_divergence" in found:
             found.remove("beam_divergence")
@@ -642,69 +628,3 @@ class Lidar:
     def __repr__(self) -> str:
         """Shows device, rate and pulses."""
         return f"<raycam.Lidar {self.title}: {self.rate:g} Hz, {len(self.pattern())} pulses per frame>"
-
-
-def _number(name: str, value: Any) -> float:
-    low, high, unit = SETTINGS[name]
-    if high == math.inf and isinstance(value, float) and value == math.inf:
-        return math.inf
-    return real(name, value, low, high, what=unit, error=LidarError)
-
-
-def _pair(name: str, value: Any) -> list[float]:
-    values = [value] * 2 if np.ndim(value) == 0 else list(value)
-    if len(values) != 2:
-        raise LidarError(
-            f"{name} must be one number or (horizontal, vertical), not {value!r}", code="wrong_shape"
-        )
-    return [real(name, one, 0.0, 1.0, error=LidarError) for one in values]
-
-
-def _overlap(name: str, value: Any) -> list[list[float]]:
-    rows = floats(name, value, ("n", 2), error=LidarError)
-    distances, shares = rows[:, 0], rows[:, 1]
-    if not (
-        len(rows) and np.isfinite(rows).all() and (np.diff(distances) > 0.0).all() and distances[0] >= 0.0
-    ):
-        raise LidarError(
-            f"{name} must be pairs (distance, share) with ascending distances of at least 0, not {rows.tolist()}",
-            code="out_of_range",
-        )
-    if not ((shares >= 0.0) & (shares <= 1.0)).all():
-        raise LidarError(f"{name}: shares are {shares.tolist()}; expected 0 to 1", code="out_of_range")
-    pairs: list[list[float]] = rows.tolist()
-    return pairs
-
-
-def _choice(options: Sequence[Any]) -> Callable[[str, Any], Any]:
-    def check(name: str, value: Any) -> Any:
-        if value not in options or isinstance(value, bool):
-            raise LidarError(
-                f"{name} is {value!r}; options: {', '.join(map(str, options))}", code="unknown_name"
-            )
-        return value
-
-    return check
-
-
-def _mode_name(name: str, value: Any) -> str:
-    if not isinstance(value, str):
-        raise LidarError(f'{name} must be a string such as "1024x10", not {value!r}', code="wrong_type")
-    return value
-
-
-_CHECKS: dict[str, Callable[[str, Any], Any]] = {
-    "rate": lambda name, value: real(name, value, 1e-6, 1e7, what="Hz", error=LidarError),
-    "mode": _mode_name,
-    "returns": _choice(RETURNS),
-    "beam_samples": _choice(BEAM_SAMPLES),
-    "beam_width": _pair,
-    "beam_divergence": _pair,
-    "max_bounces": lambda name, value: whole(name, value, 0, 16, error=LidarError),
-    "noise": lambda name, value: flag(name, value, error=LidarError),
-    "seed": lambda name, value: whole(name, value, 0, 2**63 - 1, error=LidarError),
-    "overlap": _overlap,
-    "waveform": lambda name, value: flag(name, value, error=LidarError),
-    "near_ir_samples": lambda name, value: whole(name, value, 0, 1 << 16, error=LidarError),
-    **dict.fromkeys(SETTINGS, _number),
-}

@@ -251,7 +251,6 @@ class _Totals:
         points = np.einsum("nk,nkj->nj", weights, corners[owner])
         normals = face_normals(corners)
         total = np.bincount(owner, minlength=len(faces))
-        first = np.cumsum(total) - total
         seen = np.zeros(len(owner), bool)
         for number, viewpoint in enumerate(viewpoints):
             if isinstance(viewpoint, FacePoints):
@@ -269,44 +268,55 @@ class _Totals:
                     threads=threads,
                 )
 
-            self._add_camera(number, sight_of, faces, owner, first, seen)
+            self._add_camera(number, sight_of, chunk, total, seen)
         self.fraction[faces] = np.bincount(owner, weights=seen, minlength=len(faces)) / total
 
     def _add_camera(
         self,
         number: int,
         sight_of: Callable[[npt.NDArray[np.int64]], Sight],
-        faces: npt.NDArray[np.int64],
-        owner: npt.NDArray[np.int64],
-        first: npt.NDArray[np.int64],
+        chunk: Chunk,
+        total: npt.NDArray[np.int64],
         seen: Bools,
     ) -> None:
-        """Adds a chunk's faces that are visible to a camera.
+        """Adds a chunk's faces that are visible to a camera, and marks their visible samples in `seen`.
 
-        The visible samples are marked in `seen`. The first visible sample of a face represents the face.
-        After the first sample of each face, only samples that can change the result are tested. These samples
-        belong to faces that are not visible so far, or are not shown by an earlier camera. With `pairs`, all
-        samples are tested.
+        The first sample of each face is tested first. After that, only samples that can change the result are
+        tested: the samples of faces that are not visible so far, and samples that no earlier camera shows. With
+        `pairs`, all samples are tested.
         """
-        is_visible = np.zeros(len(faces), bool)
-        is_first = np.zeros(len(owner), bool)
-        is_first[first] = True
+        faces, owner, _ = chunk
+        first = np.cumsum(total) - total
         hits = np.zeros(len(faces), np.int64)
-        for chosen in (lambda: is_first, lambda: ~is_first & (self.pairs | ~is_visible[owner] | ~seen)):
-            samples = np.flatnonzero(chosen())
-            sight = sight_of(samples)
-            visible = samples[sight.index]
-            seen[visible] = True
-            own = owner[visible]
-            hits += np.bincount(own, minlength=len(faces))
-            represented, at = np.unique(own, return_index=True)
-            new = ~is_visible[represented]
-            represented, at = represented[new], at[new]
-            is_visible[represented] = True
-            resolution = smaller_singular_value(sight.footprints[at])
-            self._keep_best(number, faces[represented], resolution, sight.cosine[at])
-        total = np.diff(first, append=len(owner))
+        self._add_samples(number, sight_of, (faces, owner, first), hits, seen)
+        can_change = self.pairs | (hits[owner] == 0) | ~seen
+        can_change[first] = False
+        self._add_samples(number, sight_of, (faces, owner, np.flatnonzero(can_change)), hits, seen)
         self._count(number, faces, hits, total)
+
+    def _add_samples(
+        self,
+        number: int,
+        sight_of: Callable[[npt.NDArray[np.int64]], Sight],
+        chosen: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]],
+        hits: npt.NDArray[np.int64],
+        seen: Bools,
+    ) -> None:
+        """Tests samples of a chunk in a camera, and adds the visible samples to `hits` [k] and `seen` [m].
+
+        `chosen` are the chunk's faces [k], the index of each sample's face [m], and the indices of the samples to
+        test. The first visible sample of a face represents the face.
+        """
+        faces, owner, samples = chosen
+        sight = sight_of(samples)
+        visible = samples[sight.index]
+        seen[visible] = True
+        represented, at = np.unique(owner[visible], return_index=True)
+        is_new = hits[represented] == 0
+        represented, at = represented[is_new], at[is_new]
+        resolution = smaller_singular_value(sight.footprints[at])
+        self._keep_best(number, faces[represented], resolution, sight.cosine[at])
+        hits += np.bincount(owner[visible], minlength=len(faces))
 
     def _add_points(
         self,

@@ -1,4 +1,4 @@
-"""Images in motion: one sample per pixel."""
+"""Images of a moving view: one sample per pixel, or two for the error channel."""
 
 from __future__ import annotations
 

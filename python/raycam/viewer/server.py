@@ -63,7 +63,7 @@ class Server:
     ) -> None:
         """Creates a server that listens on `host`.
 
-        Requests from the addresses `proxies` may name their host in X-Forwarded-Host. `prepare` is called in
+        Requests from the addresses `proxies` may specify their host in X-Forwarded-Host. `prepare` is called in
         the background before the first client connects, see `Scheduler`.
         """
         self._proxies = frozenset(proxies)

@@ -150,7 +150,7 @@ pub(crate) struct SurfacePointArguments<'py> {
     threads: Option<usize>,
 }
 
-/// Returns the surface points that a camera shows, with the names of `Sight`.
+/// Returns the surface points that a camera shows, in a dict with the field names of `Sight`.
 #[pyfunction]
 pub(crate) fn world_points_in_sight<'py>(
     world: &Bound<'py, World>,

@@ -41,18 +41,8 @@ impl Scene {
         self.closest_exact_with(rays, triangles, None, HitDetail::Intersection, hits)
     }
 
-    /// Same as [`Scene::closest_exact`] for hits that a filter accepts.
-    pub fn closest_exact_of<T: ExactTriangles>(
-        &self,
-        rays: &[ExactRay],
-        triangles: &T,
-        filter: &dyn HitFilter,
-        hits: &mut [ExactHit],
-    ) -> Vec<Tie> {
-        self.closest_exact_with(rays, triangles, Some(filter), HitDetail::Intersection, hits)
-    }
-
-    /// Same as [`Scene::closest_exact`], with these fields of the hits, of hits that a filter accepts.
+    /// Same as [`Scene::closest_exact`] among the hits that the filter accepts. Only the fields in `detail` are
+    /// computed.
     pub fn closest_exact_with<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],

@@ -1,7 +1,7 @@
 //! Crossings: closed meshes are crossed an even number of times, with equal answers for every instruction set.
 
 use crate::support::{Mesh, Rng, World, sphere};
-use raycam_bvh::{ExactHit, ExactRay, HitFilter, InstructionSet};
+use raycam_bvh::{ExactHit, ExactRay, HitDetail, HitFilter, InstructionSet};
 
 /// Lines from one vertex of a mesh through other vertices, and through midpoints of its edges.
 fn lines(mesh: &Mesh, count: usize, rng: &mut Rng) -> Vec<ExactRay> {
@@ -78,6 +78,6 @@ fn limited_crossings_are_the_nearest_crossings_that_pass_the_filter() {
     scene.count_crossings(&[ray], &world, Some(&Without(17)), false, &mut counts);
     assert_eq!(counts, [299]);
     let mut hits = [ExactHit::MISS];
-    scene.closest_exact_of(&[ray], &world, &Without(0), &mut hits);
+    scene.closest_exact_with(&[ray], &world, Some(&Without(0)), HitDetail::Intersection, &mut hits);
     assert_eq!((hits[0].t, hits[0].triangle), (1.0, 43));
 }

@@ -17,7 +17,7 @@ use crate::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// True if the header has EuRoC's own column names, whose times are nanoseconds.
+/// True if the header has EuRoC's own column names; the times in such a file are in nanoseconds.
 fn has_own_names(text: &str) -> bool {
     text.lines().take(8).any(|line| line.contains("q_RS_w"))
 }

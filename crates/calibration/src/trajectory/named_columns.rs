@@ -33,13 +33,13 @@ pub(crate) struct NamedColumns {
 }
 
 impl NamedColumns {
-    /// Sets the unit of a time whose unit the header does not name, in seconds.
+    /// Sets the unit of the time column, in seconds, if the header does not specify it.
     pub(crate) fn with_time_unit(mut self, seconds: f64) -> Self {
         self.time = self.time.map(|(column, unit)| (column, unit.or(Some(seconds))));
         self
     }
 
-    /// Number of columns up to the last column of a pose.
+    /// Number of columns up to and including the last one that belongs to the pose or its time.
     fn end_of_pose(&self) -> usize {
         let own = self.position.into_iter().chain(self.quaternion);
         let time = self.time.map(|(column, _)| column).into_iter().chain(self.nanoseconds);
@@ -405,7 +405,7 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         };
         let [qw, qx, qy, qz] = columns.quaternion;
         let quaternion = [number(qw)?, number(qx)?, number(qy)?, number(qz)?];
-        // Without a value for every name, the names may be shifted, which the length reveals.
+        // If the numbers of names and values differ, names may be shifted: the quaternion's length must then be 1.
         let rotation = match expected == named {
             true => Rotation::scaled_quaternion(quaternion),
             false => Rotation::unit_quaternion(quaternion).map(|rotation| (rotation, false)),

@@ -40,7 +40,7 @@ pub fn compress(data: &[u8]) -> Vec<u8> {
     out
 }
 
-/// Distance and length of earlier output that equals the bytes at `at`, if any; records the position `at`.
+/// Distance and length of earlier bytes that equal the bytes at `at`, if any; stores `at` in `places`.
 fn find_copy(data: &[u8], at: usize, places: &mut [usize]) -> Option<(usize, usize)> {
     let &[a, b, c] = data.get(at..at + MIN_COPY)? else { return None };
     let hash = (u32::from_le_bytes([a, b, c, 0]).wrapping_mul(2_654_435_761) >> (32 - HASH_BITS)) as usize;

@@ -13,8 +13,8 @@ pub enum PixelType {
     I32,
 }
 
-/// Output channel of a frame. All channels except `Color`, its parts (`Emission` to `Light`), `Coverage`, `Alpha`, `Shadow`
-/// and `Error` describe the exact ray through the pixel centre.
+/// Output channel of a frame. All channels except `Color`, its parts (`Emission` to `Light`), `Coverage`, `Alpha`,
+/// `Shadow` and `Error` describe the exact ray through the pixel centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
     /// Linear Rec. 709 radiance, filtered over the pixel's samples. Background: radiance of the environment, or
@@ -65,9 +65,9 @@ pub enum Channel {
     /// Fraction of light of each colour that fog and other media let pass between the camera and the surface.
     /// Background: the fraction along an infinite ray, 1 without fog.
     Transmittance,
-    /// Light that reaches the camera without any scattering: emissive and unlit surfaces, lamps and the environment. With
-    /// `direct` and `indirect`, and with `diffuse`, `specular` and `volume`, the sum is the colour. In the integrators
-    /// `flat` and `ao`, all of the colour. Background: radiance of the environment.
+    /// Light that reaches the camera without any scattering: emissive and unlit surfaces, lamps and the environment.
+    /// With `direct` and `indirect`, and with `diffuse`, `specular` and `volume`, the sum is the colour. In the
+    /// integrators `flat` and `ao`, all of the colour. Background: radiance of the environment.
     Emission,
     /// Light that a surface or a medium scatters once. Background: 0, or light that fog scatters.
     Direct,

@@ -5,7 +5,7 @@
 //! the point, another coplanar surface is chosen.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Scene, Tie};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitDetail, HitFilter, INVALID_ID, Ray, Scene, Tie};
 use raycam_scene::world::RayVisibility;
 
 use crate::ground_truth::convert::to_float_hit;
@@ -21,8 +21,8 @@ const ABSOLUTE_SEARCH: f64 = 1.0 / (1u64 << 14) as f64;
 type FindsRay = fn(&RayVisibility) -> bool;
 
 impl Geometry {
-    /// First hits of float32 rays of one kind in one of the geometry's scenes. Returns the rays that hit several objects
-    /// at the same distance, up to rounding, in their order.
+    /// First hits of float32 rays of one kind in one of the geometry's scenes. Returns the rays that hit several
+    /// objects at the same distance, up to rounding, in their order.
     pub(crate) fn closest(
         &self,
         scene: &Scene,
@@ -68,7 +68,13 @@ impl Geometry {
         for tie in ties {
             let (ray, hit) = (&rays[tie.ray as usize], &mut hits[tie.ray as usize]);
             let mut found = [*hit];
-            self.exact_scene().closest_exact_of(&[self.around_hit(ray, hit.t)], self, &filter, &mut found);
+            self.exact_scene().closest_exact_with(
+                &[self.around_hit(ray, hit.t)],
+                self,
+                Some(&filter),
+                HitDetail::Intersection,
+                &mut found,
+            );
             if found[0].instance != INVALID_ID {
                 *hit = found[0];
             }

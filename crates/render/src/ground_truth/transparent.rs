@@ -1,7 +1,7 @@
 //! Ground truth behind transparent surfaces and hidden objects.
 
 use glam::{DVec3, Vec3};
-use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitFilter, INVALID_ID, Ray, Scene, Tie};
+use raycam_bvh::{Coherence, ExactHit, ExactRay, Hit, HitDetail, HitFilter, INVALID_ID, Ray, Scene, Tie};
 use raycam_scene::{Material, MaterialModel};
 
 use crate::ground_truth::convert::{exact_ray, to_float_hit};
@@ -125,7 +125,13 @@ impl Geometry {
         is_skipped: &impl Fn(&ExactRay, &ExactHit) -> bool,
     ) {
         let filter = UnskippedFilter { ray, is_skipped };
-        self.exact_scene().closest_exact_of(&[*ray], self, &filter, std::slice::from_mut(hit));
+        self.exact_scene().closest_exact_with(
+            &[*ray],
+            self,
+            Some(&filter),
+            HitDetail::Intersection,
+            std::slice::from_mut(hit),
+        );
     }
 
     /// Instances behind transparent surfaces, for scene-local rays with these first hits.

@@ -232,7 +232,8 @@ fn share_of_light(lights: &Lights, owner: LightOwner, source: LightSource) -> Ve
 /// Passes of a frame's channels, in order.
 ///
 /// # Errors
-/// [`RenderError::Settings`] if a light does not exist, or if lights are requested from an integrator that computes no light.
+/// [`RenderError::Settings`] if a light does not exist, or if lights are requested from an integrator that computes no
+/// light.
 pub(crate) fn passes_of(settings: &Settings, world: &PreparedWorld) -> Result<Vec<Pass>, RenderError> {
     let mut passes = vec![];
     for &channel in &settings.channels {

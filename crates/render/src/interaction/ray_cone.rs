@@ -187,7 +187,8 @@ impl Footprint {
             .unwrap_or_else(|| normal.any_orthonormal_vector());
         let weights = |v: Vec3| Vec2::new(v.cross(e2).dot(cross), e1.cross(v).dot(cross)) / area2;
         if let Some((axis, ratio)) = cone.stretch.unpack() {
-            // The cone's axes, projected onto the triangle along the direction, are conjugate diameters of the footprint.
+            // The cone's axes, projected onto the triangle along the direction, are conjugate diameters of the
+            // footprint.
             let lengthening = (long / width).powi(2) - 1.0;
             let project = |v: Vec3| v + along * (along.dot(v) * lengthening) - normal * normal.dot(v);
             let widths = [axis * ratio, direction.cross(axis) / ratio];

@@ -38,8 +38,9 @@ impl EmissionTable {
         (size + 1) * (size + 4)
     }
 
-    /// Measures the radiance at points (u, v) of `size` cells along each edge: in their middles if it is constant there,
-    /// otherwise at their corners. Returns the mean radiance, and the distribution unless it is uniform or black.
+    /// Measures the radiance at points (u, v) of `size` cells along each edge: in their middles if it is constant
+    /// there, otherwise at their corners. Returns the mean radiance, and the distribution unless it is uniform or
+    /// black.
     pub fn measure(size: usize, content: CellContent, radiance: impl Fn([f32; 2]) -> Vec3) -> (Vec3, Option<Self>) {
         let is_continuous = content != CellContent::Constant;
         let at = |column: f32, row: f32| radiance([column / size as f32, row / size as f32]);

@@ -97,7 +97,8 @@ impl Geometry {
     }
 
     /// Places meshes, one for each object, with the world's materials and textures. If nothing has moved, the scenes of
-    /// the geometry `before` are shared; otherwise the scene that is fastest to build is used until many rays are traced.
+    /// the geometry `before` are shared; otherwise the scene that is fastest to build is used until many rays are
+    /// traced.
     ///
     /// # Errors
     /// [`RenderError::World`] if coordinates exceed float32; errors of [`StretchedMeshes::of_instance`].

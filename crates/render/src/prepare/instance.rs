@@ -110,8 +110,8 @@ impl PreparedInstance {
         }
     }
 
-    /// Coordinates of a point of the mesh in the object's box, in the object's axes: the box's diagonal has length 1, and
-    /// its centre is (0.5, 0.5, 0.5).
+    /// Coordinates of a point of the mesh in the object's box, in the object's axes: the box's diagonal has length 1,
+    /// and its centre is (0.5, 0.5, 0.5).
     ///
     /// H. Wang et al., "Normalized Object Coordinate Space for Category-Level 6D Object Pose and Size Estimation", CVPR
     /// 2019.

@@ -29,7 +29,7 @@ pub(crate) struct PreparedImage {
     image: Arc<Image>,
     /// Mip levels, the largest first, without the image itself, which exists only while a texture uses it.
     smaller: OnceLock<Vec<Arc<Image>>>,
-    /// Mip levels for [`TexelWeight::Alpha`]; `None` for an opaque image, for which both are equal.
+    /// Mip levels for [`TexelWeight::Alpha`]; `None` for an opaque image, whose levels equal `smaller`.
     smaller_by_alpha: OnceLock<Option<Vec<Arc<Image>>>>,
 }
 
@@ -275,7 +275,7 @@ mod tests {
         PreparedTexture::new(Arc::new(Texture { image, sampler }), known)
     }
 
-    /// A world with a texture of its own for each image, and all worlds' known images.
+    /// Prepares a world with one texture per image, and records the prepared images in `known`.
     fn prepare(images: &[&Arc<Image>], known: &SharedParts<PreparedImage>) -> Vec<Arc<PreparedTexture>> {
         let mut world = World::default();
         for &image in images {

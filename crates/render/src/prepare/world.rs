@@ -28,7 +28,8 @@ pub struct PreparedWorld {
     family: Arc<PreparedFamily>,
 }
 
-/// Prepared meshes, images and textures, and the most recent lights, shared by a world and all worlds derived from it (copies,
+/// Prepared meshes, images and textures, and the most recent lights, shared by a world and all worlds derived from it
+/// (copies,
 /// changed worlds, worlds at other times). The family exists as long as any of these worlds exists.
 #[derive(Debug, Default)]
 pub struct PreparedFamily {
@@ -138,8 +139,8 @@ impl PreparedWorld {
         self.lighting.is_made()
     }
 
-    /// Prepares, in the current pool, the parts of the world that lit images require. If the parts were prepared on first
-    /// use, each waiting thread would prepare them too.
+    /// Prepares, in the current pool, the parts of the world that lit images require. If the parts were prepared on
+    /// first use, each waiting thread would prepare them too.
     pub(crate) fn prepare_light(&self) {
         self.lighting();
         self.geometry.dielectric_bounds();

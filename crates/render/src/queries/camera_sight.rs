@@ -14,10 +14,11 @@ use crate::queries::selection::Selection;
 use crate::queries::tasks::{NS_PER_RAY, in_tasks};
 use crate::queries::visible::clear_pairs;
 
-/// Step of the central differences of [`CameraSight::footprints`], relative to the distance of the ray's origin.
+/// Step of the central differences of [`CameraSight::footprints`], relative to the point's distance from the
+/// ray's origin.
 const RELATIVE_STEP: f64 = 1e-4;
 
-/// Length of the line's end, as a fraction of the line, in which a hit is at the point.
+/// A hit within this distance before the point, as a fraction of the line's length, is at the point.
 const LAST_PART: f64 = 1e-12;
 
 /// Points of surfaces, in world coordinates, with the conditions under which a camera shows them.

@@ -101,6 +101,16 @@ impl Column {
         }
     }
 
+    /// All values, as one part.
+    fn whole(&mut self) -> ColumnPart<'_> {
+        match self {
+            Column::Float64(values) => ColumnPart::Float64(values),
+            Column::Float32(values) => ColumnPart::Float32(values),
+            Column::Int32(values) => ColumnPart::Int32(values),
+            Column::Bool(values) => ColumnPart::Bool(values),
+        }
+    }
+
     /// The values in parts of `length` values each; the last part may be shorter.
     fn parts(&mut self, length: usize) -> Vec<ColumnPart<'_>> {
         match self {
@@ -186,6 +196,11 @@ impl Columns {
         parts
     }
 
+    /// All values, as one part.
+    pub(super) fn whole(&mut self) -> ColumnsPart<'_> {
+        ColumnsPart(self.0.iter_mut().map(|(field, column)| (*field, column.whole())).collect())
+    }
+
     pub(super) fn append(&mut self, other: Columns) {
         for ((_, all), (_, more)) in self.0.iter_mut().zip(other.0) {
             all.append(more);
@@ -266,9 +281,7 @@ pub(super) fn columns<'a>(
     hits: impl ExactSizeIterator<Item = RayHit<'a>> + Clone,
 ) -> Columns {
     let mut found = Columns::zeros(fields, hits.len());
-    for mut whole in found.parts(hits.len().max(1)) {
-        whole.write(geometry, 0, hits.clone(), None);
-    }
+    found.whole().write(geometry, 0, hits, None);
     found
 }
 

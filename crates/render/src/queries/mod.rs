@@ -1,9 +1,9 @@
 //! Ray, point and point-pair queries, decided exactly for the given float64 numbers.
 //!
 //! Rays hit closed triangles ([`rays`], [`visible`]; with a time per ray: [`timed`]) or cross surfaces ([`crossings`]).
-//! A camera shows surface points ([`camera_sight`]). Crossings decide whether points are inside ([`inside`]). Points have closest points ([`points`]) and signed
-//! distances ([`signed_distance`]); points of surfaces receive and emit light ([`light`]) and move
-//! ([`velocity`]).
+//! A camera shows surface points ([`camera_sight`]). Crossings decide whether points are inside ([`inside`]). Points
+//! have closest points ([`points`]) and signed distances ([`signed_distance`]); points of surfaces receive and emit
+//! light ([`light`]) and move ([`velocity`]).
 
 pub mod camera_sight;
 pub mod crossings;

@@ -88,7 +88,7 @@ impl RayArrays<'_> {
     }
 }
 
-/// Exact rays that are traced at once: their hits stay in the cache until they are written.
+/// Number of exact rays traced at once; their hits stay in the cache until they are written.
 const BLOCK_RAYS: usize = 1024;
 
 /// Returns fields of the nearest hit of each ray `origin + t * direction` with `t_min <= t <= t_max`, in world
@@ -131,9 +131,7 @@ pub(super) fn check_hit_memory(n: usize, fields: &[Field]) -> Result<(), RenderE
 /// Fields of the nearest hits of a range of checked rays.
 pub(super) fn hit_columns(geometry: &Geometry, rays: &RayArrays, fields: &[Field], range: Range<usize>) -> Columns {
     let mut found = Columns::zeros(fields, range.len());
-    for mut whole in found.parts(range.len().max(1)) {
-        write_hits(geometry, rays, fields, range.clone(), &mut whole);
-    }
+    write_hits(geometry, rays, fields, range, &mut found.whole());
     found
 }
 
@@ -214,7 +212,9 @@ pub fn is_brief(rays: usize) -> bool {
     tasks::is_brief(rays, NS_PER_RAY)
 }
 
-/// Nearest hits with these details. Ray i is ray `first + order[i]` of the query, or ray `first + i` without an order.
+/// Nearest hits with the fields of `detail`.
+///
+/// Ray i is ray `first + order[i]` of the query, or ray `first + i` without an order.
 fn closest_hits(
     geometry: &Geometry,
     rays: &[ExactRay],

@@ -54,7 +54,8 @@ impl RenderStats {
         notices.push(Notice::new(NoticeCode::CoplanarSurfaces, message));
     }
 
-    /// Appends notices about the samples of an image of this many pixels; `pilot` is the pilot's mean number of samples.
+    /// Appends notices about the samples of an image of this many pixels; `pilot` is the pilot's mean number of
+    /// samples.
     pub fn notices(&self, settings: &Settings, pilot: Option<u64>, pixels: u64, notices: &mut Vec<Notice>) {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
         if let (Some(noise), Some(pilot)) = (settings.noise_threshold, pilot) {

@@ -178,8 +178,8 @@ impl Camera {
     /// of [`Camera::project`], through the middle of the aperture in the middle of the exposure.
     ///
     /// The ray starts at the camera's centre or, for parallel rays, on the plane through the centre. If no point
-    /// projects to the pixel, the direction is NaN and the ray hits nothing: this happens outside the region in which the
-    /// lens model is one-to-one, never with a pinhole camera.
+    /// projects to the pixel, the direction is NaN and the ray hits nothing: this happens outside the region in which
+    /// the lens model is one-to-one, never with a pinhole camera.
     #[inline]
     pub fn ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         self.ray_from(&self.pose_at(pixel, 0.5), pixel)

@@ -21,8 +21,8 @@ pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
 pub use crate::light::traits::{LightTraits, LightVisibility};
 
-/// Luminous efficacy in lm/W by which photometric units are converted: that of light at 555 nm, to which the eye is most
-/// sensitive.
+/// Luminous efficacy in lm/W by which photometric units are converted: that of light at 555 nm, to which the eye is
+/// most sensitive.
 pub const LUMENS_PER_WATT: f64 = 683.0;
 
 /// A light of the type specified by `type`: `{ type = "sun", ... }`. All values are radiometric and linear; a single
@@ -145,15 +145,17 @@ pub enum Light {
         #[schemars(with = "Option<Strength>")]
         power: Option<[f32; 3]>,
     },
-    /// A projector: an image that shines from one point through the lens of a camera, each pixel in the direction of the
-    /// camera's ray. Every pixel of an evenly white image emits the same power. Requires exactly one of `power` and
+    /// A projector: an image that shines from one point through the lens of a camera, each pixel in the direction of
+    /// the camera's ray. Every pixel of an evenly white image emits the same power. Requires exactly one of `power` and
     /// `irradiance`.
     Projector {
-        /// The image file, in the world file's folder or below. Its values are factors, 1 for white; linear light between
-        /// the centres of texels. An image whose size differs from the camera's is stretched over the camera's image.
+        /// The image file, in the world file's folder or below. Its values are factors, 1 for white; linear light
+        /// between the centres of texels. An image whose size differs from the camera's is stretched over the camera's
+        /// image.
         #[schemars(with = "String")]
         image: FileRef<Image>,
-        /// The camera along whose rays the light is projected; descriptions contain it as [`CameraSpec`](crate::schema::CameraSpec).
+        /// The camera along whose rays the light is projected; descriptions contain it as
+        /// [`CameraSpec`](crate::schema::CameraSpec).
         #[serde(default, skip_serializing_if = "Option::is_none")]
         #[schemars(skip)]
         camera: Option<Box<Camera>>,
@@ -161,8 +163,8 @@ pub enum Light {
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         power: Option<[f32; 3]>,
-        /// Linear RGB in W/m²: the light of a white image on a plane at a distance of 1 metre on the camera's axis, which
-        /// faces the projector.
+        /// Linear RGB in W/m²: the light of a white image on a plane at a distance of 1 metre on the camera's axis,
+        /// which faces the projector.
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         irradiance: Option<[f32; 3]>,

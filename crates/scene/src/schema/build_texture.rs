@@ -113,8 +113,8 @@ impl TextureTable {
     }
 }
 
-/// The image with values clamped to a key's range: heights have no limits, emission has no upper limit, all others are 0
-/// to 1.
+/// The image with values clamped to a key's range: heights have no limits, emission has no upper limit, all others are
+/// 0 to 1.
 fn clamp_to_range(key: &str, image: Arc<Image>, notices: &mut Vec<Notice>) -> Arc<Image> {
     let Texels::Float(texels) = &image.texels else { return image };
     if key == "height" {

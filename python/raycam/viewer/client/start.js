@@ -1,4 +1,5 @@
-// The start of a served page: connects first and loads the client's script then, so that the server renders the first image meanwhile.
+// The start of a served page: connects before it loads the client's script, so that the server renders the first
+// image meanwhile.
 
 import { byId, element } from "./dom.js";
 import { foldPanels, spaceOf } from "./layout.js";

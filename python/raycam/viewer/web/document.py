@@ -77,5 +77,5 @@ def json_text(document: dict[str, Any]) -> str:
 
 
 def source_hash(text: str) -> str:
-    """The text of a script or style element as a source of a content security policy."""
+    """The hash of a script or style element's text, as a source in a content security policy."""
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"

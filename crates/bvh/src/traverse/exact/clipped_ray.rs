@@ -14,7 +14,7 @@ use crate::traverse::exact::triangle::{HitSoFar, Intersection, ShearedRay, max_f
 /// The relative error of a few float64 roundings.
 pub const F64_ERROR: f64 = 1.0 / (1u64 << 50) as f64;
 
-/// Exceeds the rounding of a float64 to float32 and of a sum.
+/// Factor for upper bounds; exceeds the rounding errors of a conversion from float64 to float32 and of a sum.
 const ROUNDED_UP: f32 = 1.0 + 16.0 * MACHINE_EPSILON;
 
 /// t of a ray that requires no more hits.
@@ -130,7 +130,8 @@ impl ClippedRay {
         [((t - error) as f32).next_down(), ((t + error) as f32).next_up()]
     }
 
-    /// Width of the range around a hit, at a t within bounds counted from `t_offset`, in which other hits may tie with it.
+    /// Width of the range around a hit in which other hits may tie with it. The bounds of the hit's t are counted from
+    /// `t_offset`.
     #[inline(always)]
     pub fn tie_width_f32(&self, [least, greatest]: [f32; 2]) -> f32 {
         if !self.ties.may_exist {

@@ -59,7 +59,7 @@ struct CrossingSearch<'a> {
     ray: ClippedRay,
     /// The valid t, along the ray's scaled direction.
     range: [f64; 2],
-    /// A t that is certainly within the range if it is positive, counted from the clipped origin.
+    /// Upper bound, counted from the clipped origin: smaller positive t are certainly within the range.
     certain_t_max: f32,
     number: usize,
     filter: Option<&'a dyn HitFilter>,

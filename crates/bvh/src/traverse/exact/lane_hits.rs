@@ -11,7 +11,7 @@ use crate::traverse::packet::Packet;
 use crate::traverse::packet::soa::{PACKET_SIZE, load, store};
 use crate::traverse::triangle::edge::corner_lanes;
 
-/// Exceeds the rounding of a few operations.
+/// Factor for upper bounds; exceeds the rounding errors of a few operations.
 const ROUNDED_UP: f32 = 1.0 + 16.0 * MACHINE_EPSILON;
 
 /// One value per lane.
@@ -87,7 +87,8 @@ impl LaneHits {
         packet.t_max[i] = if self.any_hit { -1.0 } else { end * self.behind[0] + self.behind[1] };
     }
 
-    /// Tests triangle `k` of a leaf against the rays `active`, and takes it where it is certainly the closest.
+    /// Tests triangle `k` of a leaf against the rays `active`, and makes it the hit of
+    /// each lane in which it is certainly the closest.
     #[inline(always)]
     pub fn test_triangle<I: Isa>(
         &mut self,
@@ -171,8 +172,8 @@ impl LaneHits {
     }
 }
 
-/// [`crate::traverse::exact::leaf::t_range`] of sixteen rays and one triangle, from its edge functions and the t of its
-/// corners. The lanes of `sure` certainly pass the triangle; the bounds are needed in the lanes of `near`.
+/// Same as [`crate::traverse::exact::leaf::t_range`] for sixteen rays and one triangle, from the edge functions and the
+/// t of the corners. The lanes of `sure` certainly pass the triangle; the bounds are needed in the lanes of `near`.
 #[inline(always)]
 fn t_range_lanes<I: Isa>(
     [u, v, w]: [I::F32x16; 3],
@@ -198,7 +199,7 @@ fn t_range_lanes<I: Isa>(
     [least, greatest.add(greatest.abs().mul(I::F32x16::splat(T_ERROR))).add(pad)]
 }
 
-/// Bit i: neither lane is NaN.
+/// Bit i: lane i is not NaN in either vector.
 #[inline(always)]
 fn finite<I: Isa>(a: I::F32x16, b: I::F32x16) -> u32 {
     <I::F32x16 as Vector>::to_bitmask(<I::F32x16 as Vector>::and(a.eq(a), b.eq(b)))

@@ -14,7 +14,7 @@ use crate::traverse::triangle::single::{RayView, max_f32, min_f32, shear_vertice
 /// The rounding error of t is less than this fraction of t.
 pub const T_ERROR: f32 = 1e-5;
 
-/// Width of a range of t, as a fraction of t, beyond which the weights of the corners reduce it.
+/// Width of a range of t, as a fraction of t, above which the corners' weights are used to narrow the range.
 pub const MAX_T_WIDTH: f32 = 1.0 / 16.0;
 
 /// Sheared vertices, and the error bound of edge functions of the leaf.
@@ -32,7 +32,7 @@ pub struct LeafCandidates {
     pub near: u32,
     /// Bit i: the line certainly passes triangle i, whatever the errors are.
     pub sure: u32,
-    /// Bit i: as far as this is certain, triangle i is counter-clockwise around the sheared ray.
+    /// Bit i: triangle i is certainly counter-clockwise around the sheared ray.
     pub positive: u32,
 }
 
@@ -55,7 +55,8 @@ pub fn classify_triangles<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) 
     LeafCandidates { near: near & all, sure: (positive | negative) & all, positive: positive & all }
 }
 
-/// [`classify_lanes`] in two halves, because sixteen triangles exceed the registers; many leaves have at most eight.
+/// [`classify_lanes`] in two halves, because sixteen triangles do not fit in the registers; many leaves have at most
+/// eight.
 #[inline(always)]
 fn classify_halves<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode, slack: f32) -> [u32; 3] {
     let lower = classify_half::<I, 0>(px, py, leaf, slack);
@@ -78,8 +79,8 @@ fn classify_half<I: Isa, const HALF: usize>(px: I::F32x16, py: I::F32x16, leaf: 
     )
 }
 
-/// Bit masks of triangles that the ray may hit, with certainly positive edge functions, and with certainly negative edge
-/// functions, from the sheared x and y of their corners.
+/// Bit masks of triangles that the ray may hit, with certainly positive edge functions, and with certainly negative
+/// edge functions, from the sheared x and y of their corners.
 #[inline(always)]
 fn classify_lanes<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V), slack: f32) -> [u32; 3] {
     let u = cx.mul(by).sub(cy.mul(bx));

@@ -334,7 +334,7 @@ impl ExactLeafVisitor<'_, '_> {
 }
 
 impl ExactQuery<'_> {
-    /// Takes over the pending hit of a lane.
+    /// Copies the pending hit of a lane to its ray.
     #[inline(always)]
     fn commit(&mut self, mesh: &Bvh, instance: u32, lanes: &LaneHits, lane: u32, indices: RayIndices) {
         let (i, number) = (lane as usize & (PACKET_SIZE - 1), ray_index(lane, indices));

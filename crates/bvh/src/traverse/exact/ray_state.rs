@@ -21,7 +21,7 @@ pub trait RaySearch {
     /// True if triangles of an instance are of interest.
     fn accepts_instance(&self, instance: u32) -> bool;
 
-    /// True if float32 may decide about triangles; [`RaySearch::decide`] receives each of them first.
+    /// True if float32 may decide about triangles; each triangle is then passed to [`RaySearch::decide`] first.
     fn uses_float32(&self) -> bool;
 
     fn decide(&self, estimate: &TriangleEstimate) -> Decision;
@@ -33,7 +33,7 @@ pub trait RaySearch {
     fn visit(&mut self, triangle: (u32, u32), corners: [[f64; 3]; 3], triangles: &dyn ExactTriangles);
 }
 
-/// The float32 knowledge about a ray and a triangle.
+/// Float32 results for a ray and a triangle.
 pub struct TriangleEstimate {
     /// Bounds of t along the ray of the search, counted from its clipped origin.
     pub t: [f32; 2],

@@ -49,7 +49,7 @@ impl<'a> HitSearch<'a> {
         self.is_pending = false;
     }
 
-    /// The hit, with t in lengths of the given direction; without an intersection if float32 has decided.
+    /// The hit, with t in lengths of the given direction; only the ids of a pending hit.
     #[inline(always)]
     fn to_hit(&self) -> ExactHit {
         let ExactHit { instance, triangle, .. } = self.ray.best;

@@ -19,7 +19,8 @@ pub struct MarkedHits<'a> {
     pub marked: &'a mut Vec<u32>,
 }
 
-/// Window of t around a hit in which other hits may tie with it, along a direction whose largest component is at least 1.
+/// Window of t around a hit in which other hits may tie with it, along a direction whose largest component is at least
+/// 1.
 #[derive(Clone, Copy)]
 pub struct TieWindow {
     /// Width at t = 0.

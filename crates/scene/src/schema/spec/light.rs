@@ -32,8 +32,8 @@ struct CommonKeys {
     /// false`, mirrors and glass do not show the light; with `light = false`, it illuminates nothing, for example an
     /// environment that is only the background.
     visible: LightVisibility,
-    /// Only `area`, `disk`, and `point` and `spot` with a `radius`: true if the light is an object too. The object has the
-    /// light's name, occludes other lights and what is behind it, and appears in ids and all other ground truth.
+    /// Only `area`, `disk`, and `point` and `spot` with a `radius`: true if the light is an object too. The object has
+    /// the light's name, occludes other lights and what is behind it, and appears in ids and all other ground truth.
     body: Option<bool>,
     /// Colour temperature in kelvin, 1000 to 40000: its strength is multiplied by the colour of a black body whose
     /// luminance is 1, so that the luminance does not change. 2700 is an incandescent lamp, 6500 daylight.
@@ -43,10 +43,11 @@ struct CommonKeys {
     lux: Option<f64>,
     /// Only `point` and `spot`: luminous intensity in cd, instead of `intensity`; for a spot, on its axis.
     candela: Option<f64>,
-    /// Only `point`, `spot`, `ies`, `projector`, `area` and `disk`: luminous flux of all emitted light in lm, instead of `power` or
-    /// `radiance`.
+    /// Only `point`, `spot`, `ies`, `projector`, `area` and `disk`: luminous flux of all emitted light in lm, instead
+    /// of `power` or `radiance`.
     lumen: Option<f64>,
-    /// Only `projector`: the camera along whose rays the image is projected, with the keys of a camera (size, intrinsics, lens and pose).
+    /// Only `projector`: the camera along whose rays the image is projected, with the keys of a camera (size,
+    /// intrinsics, lens and pose).
     camera: Option<CameraSpec>,
     /// Only `area`, `disk` and `sky`: luminance in cd/m², instead of `radiance`.
     nit: Option<f64>,

@@ -61,9 +61,9 @@ pub struct ObjectSpec {
 
     /// Subdivision: a number of levels of Loop's scheme, or { levels, scheme = "loop" or "midpoint" }.
     pub refine: Option<Refine>,
-    /// True, or a table { max_edge, zero, max_triangles }, moves the surface itself by the texture `height`: the mesh is
-    /// refined until edges are as short as a texel, and its vertices move along the normals. Default: only the shading
-    /// normals are bent.
+    /// True, or a table { max_edge, zero, max_triangles }, moves the surface itself by the texture `height`: the mesh
+    /// is refined until edges are as short as a texel, and its vertices move along the normals. Default: only the
+    /// shading normals are bent.
     pub displace: Option<DisplaceSpec>,
     /// Linear colours per triangle (before `refine`), each 0 to 1; an empty list removes those of the file.
     pub face_colors: Option<Vec<[f32; 3]>>,
@@ -136,8 +136,8 @@ pub struct ObjectSpec {
     /// With type = "glass" or "principled": a whole number, default 0. Where closed meshes of clear media overlap, the
     /// medium with the highest priority fills the space; among equal priorities, the inner medium.
     pub priority: Option<i32>,
-    /// With type = "glass", "principled" or "boundary": the matter inside of the closed mesh, by the name of a preset or by
-    /// its coefficients per metre.
+    /// With type = "glass", "principled" or "boundary": the matter inside of the closed mesh, by the name of a preset
+    /// or by its coefficients per metre.
     pub medium: Option<MediumSpec>,
     /// With type = "principled": 0 for a dielectric (default) to 1 for a metal.
     pub metallic: Option<f32>,

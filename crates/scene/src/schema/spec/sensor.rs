@@ -62,7 +62,8 @@ with_pose! {
         /// Rays per pulse: 1, 7, 19 or 37.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub beam_samples: Option<u32>,
-        /// The width of the beam where it leaves the device, at 1/e², in metres: one number, or horizontal and vertical.
+        /// The width of the beam where it leaves the device, at 1/e², in metres: one number, or horizontal and
+        /// vertical.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub beam_width: Option<Splat<2>>,
         /// The full divergence of the beam at 1/e², in radians: one number, or horizontal and vertical.

@@ -1,4 +1,5 @@
-// The WebSocket of the live view. It is opened before the client's script has been read, so it keeps what arrives until the client listens.
+// The WebSocket of the live view. It is opened before the client's script is loaded, so it stores received events until
+// the client listens.
 
 const PROTOCOL = "raycam.view.1";
 

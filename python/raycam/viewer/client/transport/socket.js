@@ -65,7 +65,7 @@ export class SocketTransport {
       if (type === "open") opened = true;
       else if (type === "message") {
         this.decoding = this.decoding.then(() => this.receive(data)).catch((error) => {
-          this.say?.({ type: "error", text: `A message of the server is damaged: ${error}` });
+          this.say?.({ type: "error", text: `Damaged message from the server: ${error}` });
         });
       } else {
         this.closed(code, reason);
