@@ -103,7 +103,8 @@ fn record() -> CameraRecord {
     record
 }
 
-/// The document without its single-line members, so that some seeds are complete worlds.
+/// glTF documents: complete, without images, and without images and the texture extension, so that some seeds are
+/// readable worlds.
 fn documents() -> Vec<String> {
     let bare = GLTF.replace(
         "\"images\": [{\"bufferView\": 0, \"mimeType\": \"image/png\"}],\n",
@@ -116,7 +117,7 @@ fn documents() -> Vec<String> {
     vec![GLTF.into(), bare, untextured]
 }
 
-/// The first byte of an input of `named_cameras`.
+/// Returns the first byte of an input of `named_cameras`, which selects the format.
 fn pick(format: &str) -> u8 {
     let place = raycam_calibration::formats().position(|name| name == format);
     place.expect("a format") as u8

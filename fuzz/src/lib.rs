@@ -9,7 +9,7 @@ use raycam_formats::codec::{draco, meshopt};
 use raycam_formats::{Budget, ColorUse, AssetRoot, decode_image, decode_model, world_file};
 use raycam_scene::{AssetLoader, PixelCenter, World};
 
-/// Separates the files of an input that contains several.
+/// Separator between the files of an input that contains several files.
 pub const BETWEEN: &[u8] = b"\n\0\n";
 
 /// Folder for files that a reader opens by itself, one for each process. It is in memory if the system has such a
@@ -62,7 +62,7 @@ pub fn model(name: &str, bytes: &[u8]) {
     }
 }
 
-/// Reads an image whose first bytes are `magic`. Its length selects its use, which only affects how numbers are read.
+/// Reads an image whose first bytes are `magic`. The image is read as colours if its length is even, otherwise as data.
 pub fn image(magic: &[u8], bytes: &[u8]) {
     let file = [magic, bytes.strip_prefix(magic).unwrap_or(bytes)].concat();
     let color_use = match file.len() % 2 {

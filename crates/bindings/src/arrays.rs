@@ -10,9 +10,9 @@ use crate::error::settings_error;
 /// A read-only float64 array.
 pub(crate) type Floats<'py> = PyReadonlyArrayDyn<'py, f64>;
 
-/// A new array.
+/// New NumPy array of any number of dimensions.
 pub(crate) type NewArray<'py, T> = Bound<'py, PyArrayDyn<T>>;
-/// A new array, dict or bytes; or an exception.
+/// Result of a Python function: a new array, dict or bytes object, or an exception.
 pub(crate) type ArrayResult<'py, T> = PyResult<NewArray<'py, T>>;
 pub(crate) type DictResult<'py> = PyResult<Bound<'py, PyDict>>;
 pub(crate) type BytesResult<'py> = PyResult<Bound<'py, PyBytes>>;
@@ -30,7 +30,7 @@ pub(crate) fn array<'py, T: Element>(py: Python<'py>, data: Vec<T>, shape: &[usi
     data.into_pyarray(py).reshape(shape)
 }
 
-/// Rows of an array [..., N], in order.
+/// Returns the rows of an array [..., N], in C order.
 pub(crate) fn rows<'a, T: Element, const N: usize>(
     array: &'a PyReadonlyArrayDyn<'_, T>,
     name: &str,

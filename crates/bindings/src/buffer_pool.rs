@@ -94,7 +94,7 @@ fn aligned_range<T>(start: *const T, values: usize) -> Range<usize> {
     first..first + values
 }
 
-/// View of a plane in the shape of its channel.
+/// Returns a view of a plane, in the shape of its channel.
 fn view<'py, T: Element>(
     py: Python<'py>,
     array: &Py<PyArray1<T>>,
@@ -108,7 +108,7 @@ fn view<'py, T: Element>(
 }
 
 impl BufferPool {
-    /// Begins an image; returns the arrays that are no longer kept.
+    /// Starts a render: removes and returns the arrays that have been idle for too many renders.
     fn begin_render(&mut self) -> Vec<PoolEntry> {
         self.renders += 1;
         let oldest = self.renders.saturating_sub(MAX_IDLE_RENDERS);
@@ -156,7 +156,7 @@ struct ImagePlane {
     zero: bool,
 }
 
-/// Planes of an image to be rendered.
+/// Planes that a render writes.
 pub(crate) struct OutputPlanes(Vec<ImagePlane>);
 
 impl OutputPlanes {

@@ -77,9 +77,9 @@ fn scene_error(error: &SceneError, place: &str) -> PyErr {
     }
 }
 
-/// Returns the equivalent exception.
+/// Conversion of a Rust error to the equivalent Python exception.
 pub(crate) trait IntoPyErr {
-    /// Converts.
+    /// Returns the exception.
     fn into_py_err(self) -> PyErr;
 }
 

@@ -65,7 +65,7 @@ pub(crate) fn run_cancellable<T: Send>(
             let (sender, receiver) = channel();
             let control = &control;
             let worker = scope.spawn(move || {
-                // The receiver exists as long as this thread.
+                // Sending does not fail: the receiver outlives this thread.
                 let _ = sender.send(work(control));
             });
             let mut stopped = None;

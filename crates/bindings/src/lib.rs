@@ -104,7 +104,7 @@ mod core {
         rows.flat_map(|row| row.words.iter().map(|word| (*word, row.ours[0]))).collect()
     }
 
-    /// Returns the names among `expected` that mean the same as a term of other programs.
+    /// Returns the names among `expected` that mean the same as `word`, a term of other programs.
     #[pyfunction]
     fn names_for_foreign_term(word: &str, expected: Vec<String>) -> Vec<String> {
         let names: Vec<&str> = expected.iter().map(String::as_str).collect();

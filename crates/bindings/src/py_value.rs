@@ -9,7 +9,7 @@ use raycam_scene::schema::{Entry, SpannedValue, Value};
 
 use crate::error::{check_memory, world_error};
 
-/// Maximum nesting depth, because a list may contain itself.
+/// Maximum nesting depth. Without this limit, a list that contains itself would be read forever.
 const MAX_DEPTH: usize = 16;
 /// Keys whose uint8 arrays are in sRGB.
 const SRGB_KEYS: [&str; 3] = ["color", "face_colors", "vertex_colors"];
@@ -85,7 +85,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
 
 fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value> {
     let shape = array.shape().to_vec();
-    // Memory for the array as 64-bit numbers, stored twice, and for the parts of a mesh.
+    // Memory for two copies of the array as 64-bit numbers, and for the mesh built from the array.
     check_memory(&format!("{path}, an array of {} numbers,", array.len()), array.len().saturating_mul(40))?;
     let kind = array.dtype().kind();
     let last = path.rsplit('.').next().unwrap_or(path);

@@ -1,8 +1,8 @@
 //! OFF (Geomview, "OFF Files"): text, with the prefixes ST, C and N for texture coordinates, colours and normals.
 //!
-//! Colours of a file are 0..=255 in sRGB if all are whole numbers, otherwise 0..=1 and linear; whole numbers that never
-//! exceed 1 count as the latter. Texture coordinates have their origin at the bottom left in the file and at the top
-//! left here.
+//! If all colour values of a file are whole numbers, they are sRGB in 0..=255; otherwise, or if no value exceeds 1,
+//! they are linear in 0..=1. Texture coordinates have their origin at the bottom left in the file and at the top left
+//! here.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ use crate::geometry::vertex_dedup::Corner;
 use crate::io::lexer::{self, Lines, Words};
 use crate::io::{AssetRoot, Diagnostics, InputFile};
 
-/// Attributes of vertices according to the first word, in this order.
+/// Attributes that follow each vertex's position, in this order; the first word of the file specifies which exist.
 #[derive(Clone, Copy, Debug, Default)]
 struct OffHeader {
     normals: bool,
@@ -282,7 +282,7 @@ struct OffColors {
     /// NaN for a missing colour.
     values: Vec<[f64; 3]>,
     missing: usize,
-    /// Indices into a colour map.
+    /// Number of colours that are given as indices into a colour map.
     mapped: usize,
     fractions: bool,
     translucent: usize,

@@ -108,7 +108,7 @@ pub fn read_model(path: &Path, budget: &Budget) -> Result<MeshFile> {
 fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile> {
     match named_format(path) {
         Some(format) => assets.read_head(path, format.head),
-        // The contents may determine its format.
+        // The extension is unknown, so the complete file is read: its contents may determine the format.
         None => assets.read(path),
     }
 }
@@ -151,7 +151,7 @@ fn text_extension(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// A complete file.
+/// `head` of a format whose reader requires the complete file.
 fn read_whole(_: &File, _: u64) -> Option<u64> {
     None
 }
@@ -189,11 +189,11 @@ pub(crate) fn read_mesh_file(source: InputFile, assets: &mut AssetRoot) -> Resul
     Ok(model)
 }
 
-/// File whose bytes may have the format of its extension, converted from UTF-16 to UTF-8 if marked, and the reader of
-/// this format.
+/// Converts a file from UTF-16 to UTF-8 if it is marked as UTF-16, and finds its format. Returns the file, and the
+/// reader of the format; contents that contradict the extension are an error.
 fn checked(mut source: InputFile) -> Result<(InputFile, &'static Reader)> {
     source.bytes = lexer::without_utf16(source.bytes);
-    // For a file that is read in parts, the length has confirmed the format.
+    // The format of a file that is read in parts is certain, because its length has been checked.
     let format = match source.rest {
         Some(_) => format_of(&source.path)?,
         None => format_of_content(&source.path, &source.bytes)?,
@@ -210,7 +210,7 @@ fn checked(mut source: InputFile) -> Result<(InputFile, &'static Reader)> {
 fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
     let mut found = NonFinite::default();
     for part in &mut model.parts {
-        // Checking all vertices takes time, and the validation has to check them anyway.
+        // Only invalid parts are searched for vertices that are not finite, because the search takes time.
         if let Err(source) = part.mesh.validate() {
             let dropped = finite::drop_non_finite(&mut part.mesh);
             if dropped.vertices == 0 {

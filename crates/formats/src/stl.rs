@@ -106,7 +106,7 @@ fn is_binary(source: &InputFile) -> bool {
     let first = Lines::new(&text).map(|(_, line)| lexer::trim(line)).find(|line| !line.is_empty() && !is_comment(line));
     let begins = |word: &[u8]| word.eq_ignore_ascii_case(b"solid") || word.eq_ignore_ascii_case(b"facet");
     let solid = first.and_then(|line| line.get(..5)).is_some_and(begins);
-    // Text contains no zero byte.
+    // A zero byte means that the file is binary, because text contains no zero bytes.
     !solid || text.contains(&0)
 }
 
@@ -183,7 +183,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     Ok(Solid { name: String::new(), vertices, triangles, colors, color })
 }
 
-/// The two bytes after a facet.
+/// Value of the two bytes after a facet's corners.
 fn attribute(facet: &[u8; FACET_BYTES]) -> u16 {
     u16::from_le_bytes([facet[48], facet[49]])
 }

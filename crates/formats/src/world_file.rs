@@ -60,7 +60,7 @@ fn truncate_after_empty(node: &mut SpannedValue) {
 fn parse_tree(text: &str, path: &Path) -> Result<SpannedValue> {
     match parse_in_pieces(text, path) {
         Some(node) => Ok(node),
-        // Parsed at once: either the text is short, or an error must be reported as in the complete text.
+        // The text is parsed as a whole if it is short, or to report an error with its position in the whole text.
         None => parse_piece(text, 0..text.len(), path),
     }
 }
@@ -69,7 +69,8 @@ fn parse_tree(text: &str, path: &Path) -> Result<SpannedValue> {
 /// each table, several times the memory of the result.
 const PIECE_BYTES: usize = 1 << 16;
 
-/// Tree of a text whose objects are parsed a few at a time; `None` if the text has another form.
+/// Tree of a text whose objects are parsed a few at a time; `None` if the text is short or cannot be divided in this
+/// way.
 fn parse_in_pieces(text: &str, path: &Path) -> Option<SpannedValue> {
     const OBJECT: &str = "[[object]]";
     if text.len() < 2 * PIECE_BYTES {
@@ -144,7 +145,7 @@ impl TextPiece<'_> {
                 value: self.value(value)?,
             });
         }
-        // As written, not sorted by name.
+        // The entries are put in the order of the file; the parser sorts them by name.
         entries.sort_by_key(|entry| entry.key_span.as_ref().map(|span| span.start));
         Ok(SpannedValue { value: Value::Table(entries), span: Some(self.shift_span(span)) })
     }

@@ -30,7 +30,8 @@ pub fn version() -> String {
     env!("CARGO_PKG_VERSION").into()
 }
 
-/// Returns all channels except the parts of the colour as JSON: name, number type, and numbers per pixel.
+/// Returns name, number type, and numbers per pixel of each channel, as JSON; channels that contain a part of the
+/// colour, such as `direct`, are omitted.
 #[wasm_bindgen]
 pub fn channels() -> String {
     let row = |channel: Channel| {
@@ -126,7 +127,7 @@ impl World {
         found.map(|inner| Camera { inner }).map_err(failure)
     }
 
-    /// Returns the world in the middle of the exposure of the line at pixel coordinates.
+    /// Returns the world at the middle of the exposure of the line that contains this pixel.
     ///
     /// # Errors
     /// Errors of `raycam_scene::World::at_line`.
@@ -302,7 +303,7 @@ impl Frame {
         self.notices.iter().map(Notice::to_string).collect()
     }
 
-    /// Code of each notice, as in the reference.
+    /// Code of each notice, as listed in the documentation.
     #[wasm_bindgen(getter, js_name = noticeCodes)]
     pub fn notice_codes(&self) -> Vec<String> {
         self.notices.iter().map(|notice| notice.code.to_string()).collect()

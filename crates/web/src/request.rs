@@ -21,7 +21,7 @@ struct CallArguments {
     surface: Option<String>,
 }
 
-/// Settings of a request for a world with these options, and notices.
+/// Returns the render settings of a request, and notices; `world` contains the options of the world's `[render]`.
 pub fn settings(request: &str, world: &RenderOptions) -> Result<(Settings, Vec<Notice>), String> {
     let invalid = |error: serde_json::Error| failure(format!("render: {error}"));
     let arguments: Map<String, Value> = serde_json::from_str(request).map_err(invalid)?;

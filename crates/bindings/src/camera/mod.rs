@@ -35,7 +35,7 @@ pub(crate) fn pixel_center(name: &str) -> PyResult<PixelCenter> {
     }
 }
 
-/// Converts the result of a constructor.
+/// Converts a Rust camera to a Python camera; an error becomes an exception.
 fn wrap(camera: Result<camera::Camera, SceneError>) -> PyResult<Camera> {
     camera.map(|inner| Camera { inner }).or_raise()
 }
@@ -46,7 +46,7 @@ type Vector = [f64; 3];
 /// Camera for Python.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct Camera {
-    /// The camera of `raycam-scene`.
+    /// The Rust camera that this class wraps.
     pub(crate) inner: camera::Camera,
 }
 
@@ -103,7 +103,7 @@ impl Camera {
         wrap(camera::Camera::from_opengl(matrix3(k), pose, size, center))
     }
 
-    /// Returns a copy with a lens.
+    /// Returns a copy with a lens model, given by its name and distortion coefficients.
     fn with_lens(&self, model: &str, distortion: Vec<f64>) -> PyResult<Self> {
         let model = LensModel::from_name(model).or_raise()?;
         let lens = Lens::new(model, &distortion).or_raise()?;
@@ -213,7 +213,7 @@ impl Camera {
         Ok((array(py, origins.into_flattened(), &shape)?, array(py, directions.into_flattened(), &shape)?))
     }
 
-    /// Returns the camera for a description as in a world file.
+    /// Builds the camera that a dict describes, with the keys of a camera in a world file.
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
         let spec: CameraSpec = from_value(&to_value(description, "")?).or_raise()?;
@@ -242,8 +242,8 @@ impl Camera {
         Some((&background.image, fit, taker))
     }
 
-    /// Returns a copy with a background image, which covers the frame or was taken by a camera, or a copy without
-    /// background.
+    /// Returns a copy with a background image, or without one if `image` is None. If `covers`, the image fills the
+    /// frame; otherwise `camera` took it.
     fn with_background(&self, image: Option<String>, covers: bool, camera: Option<&Self>) -> Self {
         let fit = if covers { BackgroundFit::Cover } else { BackgroundFit::Exact };
         let camera = camera.map(|camera| camera.inner.clone().with_background(None).into());
@@ -275,7 +275,7 @@ impl Camera {
     }
 }
 
-/// Returns the names of the lens models, with True for panoramas.
+/// Returns the name of each lens model, and true if the model is a panorama.
 #[pyfunction]
 pub(crate) fn lens_models() -> Vec<(&'static str, bool)> {
     LensModel::ALL.iter().map(|model| (model.name(), model.is_panorama())).collect()

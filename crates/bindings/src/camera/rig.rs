@@ -15,7 +15,7 @@ use crate::py_value::to_value;
 /// Cameras on one body.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct Rig {
-    /// The rig of `raycam-scene`.
+    /// The Rust rig that this class wraps.
     pub(crate) inner: camera::Rig,
 }
 
@@ -38,7 +38,7 @@ impl Rig {
         wrap(spec.build(self::up(up)?, "", &mut NoAssets))
     }
 
-    /// The other sensors of worlds and world files.
+    /// Returns the rig's sensors that are not cameras.
     fn sensors(&self) -> Vec<SensorData> {
         self.inner.sensors().iter().map(sensor_data).collect()
     }

@@ -11,7 +11,7 @@ use crate::arrays::{ArrayResult, array};
 use crate::interruptible::run_for_work;
 use crate::world::state::World;
 
-/// Answers a query of a world, which is prepared first. The query can be interrupted unless it `is_brief`.
+/// Prepares a world and answers a query with it. The query can be interrupted unless it `is_brief`.
 fn answer<T: Send>(
     world: &Bound<'_, World>,
     threads: Option<usize>,
@@ -22,7 +22,7 @@ fn answer<T: Send>(
     run_for_work(world.py(), is_brief, None, |control| work(&prepared, control))
 }
 
-/// Same as [`answer`], as a one-dimensional array.
+/// Same as [`answer`], but returns the answer as a one-dimensional array.
 fn answer_array<'py, T: Element + Send>(
     world: &Bound<'py, World>,
     threads: Option<usize>,

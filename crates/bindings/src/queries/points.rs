@@ -45,7 +45,7 @@ impl PointArguments<'_> {
     }
 }
 
-/// Returns the closest surface point for each query point, with the names of `World.closest_points`.
+/// Returns the closest surface point for each query point, as a dict with the field names of `World.closest_points`.
 #[pyfunction]
 pub(crate) fn world_closest_points<'py>(world: &Bound<'py, World>, query: PointArguments<'py>) -> DictResult<'py> {
     let (arrays, threads) = (query.arrays()?, query.threads);
@@ -208,7 +208,7 @@ pub(crate) fn world_velocities<'py>(
     array(py, found.into_flattened(), &[n, 3])
 }
 
-/// (closed, oriented, boundary edges [k, 2], volume, components).
+/// Topology of a mesh: (closed, oriented, boundary edges [k, 2], volume, components).
 type TopologyParts<'py> = (bool, bool, NewArray<'py, i32>, f64, usize);
 
 /// Returns the topology of an object's mesh; the volume is the volume of the placed object.

@@ -17,7 +17,7 @@ use crate::interruptible::run_for_work;
 use crate::queries::{answer, answer_array};
 use crate::world::state::World;
 
-/// Converts to a one-dimensional array.
+/// Returns the values of an array in C order, without copying.
 pub(crate) fn flat<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyResult<&'a [T]> {
     array.as_slice().map_err(|_| settings_error(format!("{name}: expected a C-contiguous array")))
 }
@@ -34,7 +34,7 @@ pub(crate) struct RayArguments<'py> {
     exact: bool,
     coherent: Option<bool>,
     objects: Option<PyReadonlyArrayDyn<'py, bool>>,
-    /// Objects and triangles that rays start from, [n] each.
+    /// For each ray, the object and the triangle that it starts on, which are ignored: two arrays [n].
     skip: Option<(PyReadonlyArrayDyn<'py, i32>, PyReadonlyArrayDyn<'py, i32>)>,
     facing: String,
     surface: String,
@@ -71,13 +71,13 @@ impl RayArguments<'_> {
         })
     }
 
-    /// Time of each ray.
+    /// Returns the time of each ray, if given.
     fn times(&self) -> PyResult<Option<&[f64]>> {
         self.times.as_ref().map(|times| flat(times, "times")).transpose()
     }
 }
 
-/// Selected objects.
+/// Returns one flag per object (true selects the object), or none if all objects are selected.
 pub(crate) fn mask<'a>(objects: Option<&'a PyReadonlyArrayDyn<'_, bool>>) -> PyResult<Option<&'a [bool]>> {
     objects.map(|objects| flat(objects, "objects")).transpose()
 }

@@ -14,7 +14,7 @@ use crate::camera::Camera;
 use crate::error::{OrRaise, catch_panic, check_memory, detached, settings_error};
 use crate::notice::Notices;
 
-/// Any array of numbers.
+/// Array of any supported number type.
 #[derive(FromPyObject)]
 pub(crate) enum ArrayView<'py> {
     U8(PyReadonlyArrayDyn<'py, u8>),

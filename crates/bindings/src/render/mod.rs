@@ -18,11 +18,12 @@ use crate::render::frame::FrameParts;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
 
-/// Fraction of a pixel's light that its brightest sample contributes, the instances on its path, and the ray to the
-/// light: origin, direction, distance.
+/// Brightest sample of a pixel: the sample's fraction of the pixel's light, the instances that its path hits, and the
+/// ray towards the light (origin, direction, distance).
 pub(crate) type BrightestSample = (f64, Vec<u32>, [f64; 3], [f32; 3], f64);
 
-/// Returns the brightest sample of some pixels of an image; None for a world that moves while the shutter is open.
+/// Returns the brightest sample of each given pixel, None for a black pixel. The list is empty if the world moves while
+/// the shutter is open.
 pub(crate) fn brightest(
     py: Python<'_>,
     world: &World,

@@ -1,5 +1,5 @@
-//! Images that Python passes as arrays. The arrays are converted immediately, and the description refers to the images
-//! like files.
+//! Images that Python passes as arrays. Each array is converted at once, and the description contains a name in its
+//! place, as for an image file.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::world::shared_files::SharedFiles;
 
 /// Prefix of an array's number in its name; no file has such a name.
 const MARK: &str = "\0array ";
-/// Name that replaces the image of a light.
+/// File name of a light's image that was given as an array.
 pub(crate) const NAME: &str = "array";
 
 /// The images of a description that were given as arrays, in the order of their numbers.
@@ -100,8 +100,7 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
         let texels = texels_of(&bytes, channels, 1)?;
         Texels::Srgb8(texels.into_iter().map(|texel| texel.map(|value| value * 255)).collect())
     } else if array.dtype().kind() == b'u' && array.dtype().itemsize() == 2 {
-        // These values are later converted to colours if the image is used for colours, which depends on the key's
-        // name.
+        // The values are converted to colours later, if the key that contains the image expects colours.
         let values = array.call_method1("astype", ("uint16",))?.cast_into::<PyArrayDyn<u16>>()?;
         Texels::Linear16(texels_of(&values, channels, u16::MAX)?)
     } else if array.dtype().kind() == b'f' {
@@ -126,11 +125,11 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
 fn texels_of<T: numpy::Element + Copy>(array: &NewArray<'_, T>, channels: usize, opaque: T) -> PyResult<Vec<[T; 4]>> {
     let view = array.readonly();
     let copied: Vec<T>;
-    // `as_slice` also accepts Fortran order.
+    // `as_slice` also accepts Fortran order, so the order is checked.
     let data = match view.as_slice().ok().filter(|_| view.is_c_contiguous()) {
         Some(data) => data,
         None => {
-            copied = view.as_array().iter().copied().collect(); // C order, whatever the strides
+            copied = view.as_array().iter().copied().collect(); // iteration is in C order for any strides
             &copied[..]
         }
     };
@@ -142,7 +141,7 @@ fn texels_of<T: numpy::Element + Copy>(array: &NewArray<'_, T>, channels: usize,
     })
 }
 
-/// Files of a description, and its arrays.
+/// Sources of a description's images and meshes: files, arrays, and files that other worlds have read.
 pub(crate) struct FilesAndArrays<'a> {
     pub(crate) files: &'a mut AssetRoot,
     pub(crate) arrays: &'a ArrayImages,

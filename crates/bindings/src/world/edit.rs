@@ -54,7 +54,7 @@ pub(crate) fn affine(rows: &[f64]) -> PyResult<DAffine3> {
     Ok(DAffine3::from_mat3_translation(linear, DVec3::new(d, h, l)))
 }
 
-/// Changes an object by a description, whose files may be anywhere.
+/// Changes an object as described; the files that the description names may be in any folder.
 #[pyfunction]
 pub(crate) fn world_set_object(world: &World, which: Which, description: &Bound<'_, PyDict>) -> PyResult<()> {
     let py = description.py();

@@ -145,7 +145,7 @@ impl World {
         py.detach(|| self.modify_or_restore(self.with_files(within, change)))
     }
 
-    /// Change of the world, with the files to which it refers.
+    /// Applies a change to the world, with access to the files that the change refers to.
     fn with_files<T>(
         &self,
         within: Option<PathBuf>,

@@ -33,7 +33,7 @@ use crate::render::settings::RenderArguments;
 use crate::world::light::light_dict;
 use crate::world::state::{World, budget};
 
-/// Object for `objects`: name, category, mesh, triangles, world_from_mesh, visible, shadow catcher.
+/// Entry of `objects`: name, category, mesh, triangles, world_from_mesh, visible, shadow catcher.
 type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4], bool, bool);
 
 #[pymethods]
@@ -96,7 +96,7 @@ impl World {
         self.snapshot().notices.clone().into()
     }
 
-    /// Replaces the notices by the notices of another reader.
+    /// Replaces the notices of the world.
     fn set_notices(&self, notices: Notices) -> PyResult<()> {
         self.modify_unseen(|world| {
             world.notices = notices.0;
@@ -156,7 +156,7 @@ impl World {
         self.state().world.objects.len()
     }
 
-    /// True if an object is a shadow catcher.
+    /// True if any visible object is a shadow catcher.
     #[getter]
     fn has_catchers(&self) -> bool {
         self.state().world.objects.iter().any(|object| object.shadow_catcher && object.visible)
@@ -222,7 +222,7 @@ impl World {
         Ok(Some(dict))
     }
 
-    /// Returns `[render]` with the names of `raycam.render`.
+    /// Returns the options of the world's `[render]` section, with the argument names of `raycam.render`.
     #[getter]
     fn render_settings<'py>(&self, py: Python<'py>) -> DictResult<'py> {
         crate::render::settings::options_dict(py, &self.snapshot().render)

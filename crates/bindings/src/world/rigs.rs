@@ -38,10 +38,10 @@ pub(crate) fn world_add_sensor(world: &World, name: String, kind: String, settin
     })
 }
 
-/// Object, its reflectance, its retroreflection, and the table of its retroreflection.
+/// Index of an object, its reflectance, its retroreflection, and the table of its retroreflection.
 type LidarSurfaceParts = (usize, Option<f64>, Option<f64>, Option<Vec<[f64; 2]>>);
 
-/// Values for lidars of the objects with a key `lidar`.
+/// Returns the lidar properties of each object that has the key `lidar`.
 #[pyfunction]
 pub(crate) fn world_lidar_surfaces(world: &World) -> Vec<LidarSurfaceParts> {
     let world = world.snapshot();

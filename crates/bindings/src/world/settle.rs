@@ -11,15 +11,14 @@ use crate::world::state::World;
 
 /// Density, friction, restitution and the number of convex parts.
 type PhysicsParts = (f64, f64, f64, u32);
-/// Attempts, steps, penetration and motion.
+/// Report about settled bodies: numbers of attempts and steps, remaining penetration and remaining motion.
 type ReportParts = (usize, usize, f64, f64);
 
 fn properties((density, friction, restitution, parts): PhysicsParts) -> Physics {
     Physics { density, friction, restitution, parts }
 }
 
-/// The numbers of attempts and steps, the penetration and remaining motion of the objects at rest, and their
-/// world_from_mesh.
+/// The report, and the world_from_mesh of each moved object.
 type SettledParts = (ReportParts, Vec<[[f64; 4]; 4]>);
 /// Code and message of an error.
 type Fault = (&'static str, String);

@@ -53,12 +53,12 @@ impl SharedFiles {
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A mesh file that was read with the same up axis.
+    /// Returns a mesh file that was read with the same up axis, if it is kept.
     pub(crate) fn mesh(&self, file: &str, up: Option<Up>) -> Option<Read<SingleMesh>> {
         self.lock().meshes.get(&(file.to_owned(), up)).cloned()
     }
 
-    /// Keeps a mesh file.
+    /// Keeps a mesh file for other worlds.
     pub(crate) fn keep_mesh(&self, file: &str, up: Option<Up>, mesh: &SingleMesh, notices: &[Notice]) {
         let images: usize = mesh.textures.iter().map(|texture| image_bytes(&texture.image)).sum();
         // Positions, normals and texture coordinates of each vertex, indices of each triangle.

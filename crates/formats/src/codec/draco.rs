@@ -87,7 +87,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedM
     })?;
 
     let count = mesh.num_points();
-    // A stream may declare any number of points.
+    // The number of points is charged too, because a stream may declare more points than its faces use.
     let corners = 3 * mesh.num_faces() as u64;
     budget.take_elements(path, (count as u64).saturating_add(corners))?;
     let triangles: Vec<_> = mesh.faces().iter().map(|face| face.map(|p| p.0)).collect();
@@ -104,7 +104,7 @@ pub fn decode(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<DecodedM
     Ok(DecodedMesh { triangles, count, attributes })
 }
 
-/// Attribute of every point, of `size` bytes each.
+/// The attribute's values for all points; a value takes `size` bytes.
 fn values(attribute: &PointAttribute, count: usize, size: usize) -> Result<Attribute, String> {
     let id = attribute.unique_id();
     let component = match attribute.data_type() {

@@ -46,11 +46,11 @@ fn project(corners: &[DVec3]) -> Option<Vec<DVec2>> {
 fn strictly_convex(flat: &[DVec2]) -> bool {
     let at = |i: usize| flat[i % flat.len()];
     (0..flat.len()).all(|i| signed_area2(at(i), at(i + 1), at(i + 2)) > 0.0)
-        // A contour that always turns left but goes around more than once is a star.
+        // This condition excludes stars: contours that always turn left but go around more than once.
         && (1..flat.len() - 1).all(|i| signed_area2(flat[0], flat[i], flat[i + 1]) > 0.0)
 }
 
-/// Marks a neighbour of a corner that has been clipped.
+/// Index of the next corner that marks a corner as clipped.
 const REMOVED: u32 = u32::MAX;
 
 /// Remaining polygon: a ring of corners.

@@ -190,7 +190,7 @@ impl Polygons {
             }
             points.clear();
             points.extend(self.get(polygon).map(&position));
-            // Such a face is omitted later, so a single triangle represents it.
+            // A face with a corner that is not finite is omitted later, so a single triangle represents it.
             if let Some(bad) = points.iter().position(|point| !point.is_finite()) {
                 let count = corners.len();
                 triangle(polygon, [0, 1, 2].map(|i| self.corner_at(corners.start + (bad + i) % count)));

@@ -30,7 +30,7 @@ fn flat(points: &[[f64; 2]]) -> Vec<DVec3> {
     points.iter().map(|p| DVec3::new(p[0], p[1], 0.0)).collect()
 }
 
-/// No triangle is reversed or missing: together they cover the polygon.
+/// Asserts that no triangle is reversed and that the areas of all triangles add up to the polygon's area.
 fn covers(corners: &[DVec3], normal: DVec3) {
     let areas = areas(corners, normal);
     let whole = signed_area(corners, normal);

@@ -21,7 +21,7 @@ impl Corner {
 
 /// Value for a missing attribute.
 pub(crate) const NO_INDEX: u32 = u32::MAX;
-/// Value for an attribute of a vertex that no corner has used yet.
+/// Index of texture coordinates and of a normal in a reserved vertex that no corner has used yet.
 const UNUSED: u32 = u32::MAX - 1;
 /// Maximum length of the linked list of vertices at one position; further vertices are hashed, so that no file makes
 /// the search slow.
@@ -29,7 +29,7 @@ const MAX_CHAIN: usize = 32;
 
 /// Vertices of one mesh, in the order in which they are found.
 pub(crate) struct VertexDeduper {
-    /// Corner of each vertex; `uv` is above every valid index if no corner uses the vertex.
+    /// Corner of each vertex; in a vertex that no corner uses, `uv` is above every valid index.
     pub(crate) corner_of: Vec<Corner>,
     /// Next vertex at the same position.
     next: Vec<u32>,

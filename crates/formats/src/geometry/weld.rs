@@ -148,7 +148,8 @@ fn shard_of(hash: u64) -> usize {
     (hash >> 32) as usize % SHARDS
 }
 
-/// Points of some triangles, and per shard the points with their indices, for sequential access.
+/// The distinct points of a block of triangles, and the same points with their indices, grouped by shard so that each
+/// shard is read sequentially.
 struct WeldBlock {
     points: Vec<[f32; 3]>,
     shards: Vec<Vec<(u32, [f32; 3])>>,
@@ -202,7 +203,7 @@ pub(crate) fn weld_triangles<E: Send>(
         }
         Ok::<(), Infallible>(())
     });
-    // Optimised to a no-op, because the layout is the same.
+    // This conversion takes no time, because both types have the same memory layout.
     let points = points.into_iter().map(DVec3::from_array).collect();
     Ok((points, triangles))
 }

@@ -93,7 +93,7 @@ impl Decoder<'_> {
         Image::new(self.path.display().to_string(), size, texels)
     }
 
-    /// Eight bits per channel, for the image's use.
+    /// Texels of eight bits per channel: sRGB for colours, linear for data.
     pub(crate) fn texels8(&self, texels: Vec<[u8; 4]>) -> Texels {
         match self.color_use {
             ColorUse::Color => Texels::Srgb8(texels),
@@ -101,7 +101,7 @@ impl Decoder<'_> {
         }
     }
 
-    /// Sixteen bits per channel, for the image's use.
+    /// Texels of sixteen bits per channel: converted from sRGB to linear for colours, unchanged for data.
     pub(crate) fn texels16(&self, texels: Vec<[u16; 4]>) -> Texels {
         match self.color_use {
             ColorUse::Color => Texels::from_srgb16(texels),
@@ -109,7 +109,7 @@ impl Decoder<'_> {
         }
     }
 
-    /// Float values, which are neither infinite nor NaN.
+    /// Texels of floats. Infinities become the largest float16 and NaN becomes 0, with a notice.
     pub(crate) fn float_texels(&mut self, mut texels: Vec<[f32; 4]>) -> Texels {
         const LARGEST: f32 = 65504.0;
         let mut replaced = 0;

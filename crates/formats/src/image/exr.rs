@@ -145,7 +145,7 @@ fn straighten(texel: &mut [f32; 4]) {
     }
 }
 
-/// Conversion of IEC 61966-2-1, for D65.
+/// Converts CIE XYZ to linear RGB with the primaries of sRGB and the white point D65 (IEC 61966-2-1).
 fn srgb_of_xyz([x, y, z, alpha]: [f32; 4]) -> [f32; 4] {
     [
         3.240_97 * x - 1.537_383_2 * y - 0.498_610_8 * z,
@@ -164,7 +164,7 @@ fn headers(file: &Decoder<'_>) -> Result<Headers> {
 fn take_part(file: &mut Decoder<'_>, part: &Header, index: usize) -> Result<[u32; 2]> {
     let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
     let size = [side(part.layer_size.0), side(part.layer_size.1)];
-    // Unused channels are decompressed too.
+    // The memory limit covers all channels, because the decoder also decompresses unused ones.
     let texel = part.channels.bytes_per_pixel.max(16) as u64;
     let whole = file.take_pixels(size, texel)?;
     check_blocks(file, part, index, whole)?;
@@ -242,7 +242,7 @@ fn color_layers(part: &Header) -> impl Iterator<Item = String> {
     })
 }
 
-/// Texels of the first part that has these channels, with rows of `columns` pixels.
+/// Reads the given channels of the first part that has them, as texels in rows of `columns` pixels.
 fn read_pixels(file: &Decoder<'_>, columns: usize, channels: &ShownChannels) -> Result<Vec<[f32; 4]>, Error> {
     let set = move |texels: &mut Vec<[f32; 4]>, at: Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
         if let Some(texel) = texels.get_mut(at.1 * columns + at.0) {

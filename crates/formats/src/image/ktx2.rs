@@ -114,7 +114,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     Ok(file.image(header.size, texels))
 }
 
-/// Little-endian numbers and byte ranges of a file.
+/// Bytes of a file, from which little-endian numbers and byte ranges are read.
 #[derive(Clone, Copy)]
 struct FileBytes<'a>(&'a [u8]);
 
@@ -172,7 +172,7 @@ fn read_header(file: &Decoder<'_>) -> Result<Ktx2Header> {
     check_keys(file, &file.bytes[keys.0..keys.1])?;
     let [start, length] = [48, 52].map(|at| bytes.u32(at).into());
     let descriptor = bytes.part(file, "the format descriptor", start, length)?;
-    // Size of all descriptors, header of the first, its colour model, primaries and transfer function.
+    // The 12 bytes before these contain the size of all descriptors and the header of the first descriptor.
     let [model, _, transfer, flags] = match file.bytes[descriptor.0..descriptor.1].get(12..16) {
         Some(&[model, primaries, transfer, flags]) => [model, primaries, transfer, flags],
         _ => return Err(file.fault(ErrorCode::MissingValue, "the data format descriptor is missing")),
@@ -297,7 +297,8 @@ fn unpack(file: &Decoder<'_>, packed: &[u8], length: u64, check: bool) -> Result
 
 /// Decodes Basis Universal's blocks.
 fn transcode(file: &Decoder<'_>, header: &Ktx2Header, source: SourceFormat, level: &[u8]) -> Result<Vec<[u8; 4]>> {
-    // UASTC is passed as a file with only this level, without supercompression; ETC1S shares its code books.
+    // The decoder receives UASTC as a file with only this level and without supercompression. It receives ETC1S as the
+    // original file, because all levels share the code books.
     let alone;
     let bytes = if source == SourceFormat::Etc1s {
         file.bytes
@@ -329,7 +330,8 @@ fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u
     let descriptor_at = HEADER_BYTES + LEVEL_ENTRY_BYTES;
     let level_at = (descriptor_at + descriptor.len()).next_multiple_of(16);
     let mut out = bytes[..40].to_vec();
-    // One level, no scheme; the descriptor; no keys and no global data.
+    // The words are: number of levels, supercompression scheme, offset and length of the descriptor, offset and length
+    // of the key list (empty). The global data is empty too.
     for word in [1, 0, descriptor_at as u32, descriptor.len() as u32, 0, 0] {
         out.extend(word.to_le_bytes());
     }
@@ -342,7 +344,7 @@ fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u
     out
 }
 
-/// Channels as stored; missing channels are 0, as in Vulkan, and missing alpha is 1.
+/// Texels with the channels as stored; missing colour channels are 0, as in Vulkan, and missing alpha is 1.
 fn plain_texels(file: &mut Decoder<'_>, level: &[u8], sample: SampleType, channels: usize) -> Texels {
     fn spread<T: Copy, const N: usize>(
         level: &[u8],

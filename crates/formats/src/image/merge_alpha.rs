@@ -46,7 +46,7 @@ pub(crate) fn merge_alpha(color: Option<&Texture>, opacity: &Texture, budget: &m
             texels.iter_mut().zip(alphas).for_each(|(t, a)| t[3] = a);
         }
         Texels::Float(texels) => texels.iter_mut().zip(alphas).for_each(|(t, a)| t[3] = a),
-        Texels::Paged(_) => {} // the texels are in memory here
+        Texels::Paged(_) => {} // not reached: the texels are in memory
     }
     Ok(Image::new(name, size, texels))
 }

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_pixels, decoder_error, texel_bytes};
 
 pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image> {
-    // Maximum number of bytes to which chunks other than the pixels may decompress.
+    // This limits the bytes to which chunks without pixels may decompress.
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some((64 << 20) + 16 * file.bytes.len() as u64);
     let decoder = PngDecoder::with_limits(Cursor::new(file.bytes), limits);

@@ -32,9 +32,9 @@ pub struct AssetRoot {
     /// Remaining budget.
     pub budget: Budget,
     notices: Vec<Notice>,
-    /// True if the calling program itself names the files, which may then be anywhere.
+    /// True if the calling program itself names the files, which may then be in any folder.
     trusted: bool,
-    /// Files in memory, if any: then nothing is read from a disk.
+    /// Files in memory; if present, nothing is read from a disk.
     memory: Option<MemoryFiles>,
     /// Limits the memory of images, if set.
     texture_memory: Option<Arc<TextureCache>>,
@@ -44,7 +44,7 @@ pub struct AssetRoot {
 
 /// Name of a file that does not exist.
 enum Fault {
-    /// Reason for a refusal.
+    /// Reason why the name is refused.
     Refused(String),
     Io(FormatError),
 }
@@ -362,7 +362,7 @@ impl AssetRoot {
         Ok(InputFile::new(shown, bytes))
     }
 
-    /// Result of `read` for a file that a description names.
+    /// Calls `read` with a file that a description names, and with the folder from which this file may read.
     pub(crate) fn read_asset<T>(
         &mut self,
         file: &str,

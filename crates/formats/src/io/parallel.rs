@@ -10,7 +10,7 @@ use std::thread;
 /// The threads exist only during the call: a file is read once, and a longer-lived pool would not survive a fork.
 fn run_on_threads(count: usize, work: &(dyn Fn() + Sync)) {
     let threads = match count {
-        // `available_parallelism` opens files.
+        // A single task does not call `available_parallelism`, which opens files.
         0 | 1 => 1,
         count => thread::available_parallelism().map_or(1, |cores| cores.get().min(count)),
     };

@@ -38,7 +38,7 @@ pub fn check(path: &Path, bytes: &[u8]) -> Result<()> {
 /// The reason why the bytes are not the expected data; `None` if they may be.
 fn reason(bytes: &[u8]) -> Option<&'static str> {
     let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
-    // Usually a mesh or an image.
+    // Files with any other first byte, such as most meshes and images, need no further test.
     if !matches!(head.first(), Some(b'<' | b'v' | b'V' | b'/' | b'{' | b'4')) {
         return None;
     }

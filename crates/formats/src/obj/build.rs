@@ -36,7 +36,7 @@ pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result
     Ok(model)
 }
 
-/// Name and contents of each part, in the order of their first faces.
+/// Name and polygons of each part, in the order of the parts' first faces.
 fn group_parts(obj: &Obj, runs: Vec<RunRange>) -> Vec<(String, Vec<RunRange>)> {
     let mut parts: Vec<(String, Vec<RunRange>)> = Vec::new();
     let mut number_of = HashMap::new();
@@ -53,7 +53,7 @@ fn group_parts(obj: &Obj, runs: Vec<RunRange>) -> Vec<(String, Vec<RunRange>)> {
     parts
 }
 
-/// Part with this name and these polygons.
+/// Builds the part that has this name and these polygons.
 pub(crate) fn build_part(
     obj: &mut Obj,
     name: String,
@@ -105,7 +105,7 @@ pub(crate) fn build_part(
     Ok(MeshPart { name, mesh, materials: cut.materials })
 }
 
-/// Positions that these polygons use, in order; `None` if they are all polygons of the file.
+/// Indices of the positions that these polygons use, in order; `None` if the polygons are all polygons of the file.
 fn used_positions(obj: &Obj, runs: &[RunRange]) -> Option<Vec<u32>> {
     let count: usize = runs.iter().map(|run| run.polygons.len()).sum();
     if count == obj.polygons.len() {

@@ -70,19 +70,20 @@ const SKIPPED_CORNER: usize = usize::MAX;
 pub(crate) struct RelativeIndex {
     /// Index over all corners, or [`SKIPPED_CORNER`].
     pub(crate) corner: usize,
-    /// 0 position, 1 texture coordinate, 2 normal.
+    /// 0 for a position, 1 for texture coordinates, 2 for a normal.
     pub(crate) kind: usize,
     pub(crate) line: usize,
-    /// Negative.
+    /// The index as written in the file; always negative.
     pub(crate) value: i64,
-    /// Number of preceding elements of its kind in the piece.
+    /// Number of positions, texture coordinates or normals that precede the index in the piece.
     pub(crate) before: usize,
 }
 
-/// State from a polygon on; `None` is the state before the piece.
+/// Part, group, material and smoothing group of consecutive polygons. A value of `None` means that no statement in the
+/// piece has set it yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct StateRun {
-    /// Its first polygon.
+    /// Index of the first of these polygons.
     pub(crate) start: usize,
     /// Index into `parts`.
     pub(crate) part: Option<usize>,
@@ -129,7 +130,7 @@ impl ColorBounds {
     }
 }
 
-/// At least one polygon, all with the same state.
+/// One or more polygons with the same part, group, material and smoothing group.
 pub(crate) struct RunRange {
     pub(crate) run: StateRun,
     pub(crate) polygons: Range<usize>,
@@ -139,7 +140,7 @@ pub(crate) struct RunRange {
 pub(crate) const INDEX_NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 impl Chunk {
-    /// Reads a piece up to its end or its first error.
+    /// Reads a piece of a file; stops at the first error.
     pub(crate) fn read(stretch: &TextChunk<'_>) -> Self {
         let mut chunk = Self { runs: vec![StateRun::default()], ..Self::default() };
         chunk.error = chunk.lines(stretch).err();
@@ -362,7 +363,7 @@ impl Chunk {
         Ok(0)
     }
 
-    /// Changes the state from the next polygon on.
+    /// Changes the state of all following polygons.
     fn change_state(&mut self, change: impl FnOnce(&mut StateRun)) {
         let start = self.polygons.len();
         let mut run = self.runs[self.runs.len() - 1];
@@ -375,7 +376,7 @@ impl Chunk {
     }
 }
 
-/// One to three numbers, at least `least`.
+/// Reads one to three numbers; fewer than `least` are an error.
 fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3], LineError> {
     let mut values = [0.0; 3];
     let mut count = 0;

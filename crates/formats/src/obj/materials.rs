@@ -60,7 +60,7 @@ impl Materials {
                 None => {
                     undefined.extend(name.filter(|name| !name.is_empty()));
                     let name = lexer::name(name.unwrap_or_default());
-                    // Material of a mesh without a definition, with or without colours.
+                    // A name without a definition gets the default material of a mesh with or without vertex colours.
                     let colors = (!obj.colors.is_empty()).then(Vec::new);
                     let plain = Material::for_mesh(&Mesh { vertex_colors: colors, ..Mesh::default() });
                     Material { name, ..plain }
@@ -91,7 +91,7 @@ fn is_height_map(texels: &Texels) -> Result<bool> {
         Texels::Srgb8(texels) | Texels::Linear8(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
         Texels::Linear16(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
         Texels::Float(texels) => texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]),
-        Texels::Paged(_) => false, // the texels are in memory here
+        Texels::Paged(_) => false, // not reached: the texels are in memory
     })
 }
 

@@ -51,7 +51,7 @@ impl MtlMaterial {
         Self { diffuse: Some(color.map(share)), opacity: share(opacity), ..Self::with_defaults(name) }
     }
 
-    /// Values before its first statement.
+    /// Material with the values that apply if no statement sets them.
     fn with_defaults(name: &[u8]) -> Self {
         Self {
             name: name.into(),
@@ -309,7 +309,7 @@ impl Statement<'_> {
         odd.note_kind(code, &format!("{} {done}", key.to_lowercase()), Location::Line(self.line), message);
     }
 
-    /// The first number, clamped to a range; `None` if the word is not a number.
+    /// The statement's first number, clamped to a range; `None` if the word is not a number.
     fn number(&self, expected: &str, range: RangeInclusive<f64>, odd: &mut Diagnostics) -> Option<f64> {
         let expected = format!("a number from {expected}");
         match Words(self.rest).next().and_then(lexer::number).filter(|value| !value.is_nan()) {
@@ -357,7 +357,7 @@ impl Statement<'_> {
         Some(values.map(|value| value.clamp(0.0, most) as f32))
     }
 
-    /// A number in 0..=1.
+    /// The statement's number, clamped to 0..=1; `None` if the word is not a number.
     fn unit_number(&self, odd: &mut Diagnostics) -> Option<f32> {
         // Programs that use Tr as opacity write 1 for opaque.
         let value = self.number("0 to 1", 0.0..=1.0, odd)? as f32;

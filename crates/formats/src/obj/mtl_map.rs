@@ -121,7 +121,7 @@ struct Given<'a> {
     /// In lower case.
     name: Vec<u8>,
     values: Vec<&'a [u8]>,
-    /// Returns false if the option has fewer values than required.
+    /// False if the option has fewer values than required.
     has_values: bool,
 }
 
@@ -188,7 +188,7 @@ impl MapOptions {
     /// Applies an option; false if its value is not supported.
     fn apply(&mut self, option: &[u8], values: &[&[u8]], role: MapRole) -> bool {
         let numbers = || values.iter().map(|v| lexer::number(v).filter(|v| v.abs() < 1e6));
-        // Up to two numbers in place of their defaults; `None` if one of the words is not a number.
+        // Returns two numbers, with defaults for missing ones; `None` if one of the words is not a number.
         let pair = |default: f64| {
             let mut pair = [default; 2];
             for (to, number) in pair.iter_mut().zip(numbers()) {
@@ -213,7 +213,7 @@ impl MapOptions {
             b"-t" => numbers().all(|v| v == Some(0.0)),
             b"-mm" => numbers().eq([Some(0.0), Some(1.0)]),
             b"-cc" => !values[0].eq_ignore_ascii_case(b"on"),
-            // Colour space in which a map of this role is read anyway.
+            // The option is accepted if it specifies the colour space in which maps of this role are read anyway.
             b"-colorspace" => {
                 let color = matches!(role, MapRole::Color | MapRole::Emission);
                 values[0].eq_ignore_ascii_case(if color { b"sRGB" } else { b"linear" })

@@ -27,7 +27,7 @@ pub(crate) struct Obj {
     /// Unit length, or zero if the file's normal has no direction.
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) polygons: Polygons,
-    /// State by first polygon, in order.
+    /// Runs of polygons with the same part, group, material and smoothing group, in order.
     pub(crate) runs: Vec<StateRun>,
     /// Names of `usemtl`, each once.
     pub(crate) materials: Vec<Vec<u8>>,
@@ -60,7 +60,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], size: usize) -> Result<Obj> {
     builder.finish(path)
 }
 
-/// Statements of the pieces so far.
+/// Statements of the pieces that have been appended.
 #[derive(Default)]
 struct ObjBuilder {
     obj: Obj,
@@ -310,7 +310,7 @@ fn libraries(names: &[u8], known: &mut Vec<Vec<u8>>) {
 mod tests {
     use super::*;
 
-    /// All contents of a file, independent of its division into pieces.
+    /// Everything that is read from a text, as one string; must not depend on the size of the pieces.
     fn said(text: &str, size: usize) -> String {
         match parse(Path::new("a.obj"), text.as_bytes(), size) {
             Err(error) => error.to_string(),

@@ -25,7 +25,7 @@ enum RowSource<'a> {
         /// Number of rows that continue after their last value, and the line of the first.
         long: Option<(usize, usize)>,
     },
-    /// The whole file.
+    /// All bytes of a binary file, and the offset of the next byte to be read.
     Binary { bytes: ByteSource<'a>, at: usize, big_endian: bool },
 }
 

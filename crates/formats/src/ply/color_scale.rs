@@ -20,7 +20,7 @@ pub(crate) struct PlyColors {
 struct Scale {
     white: f64,
     linear: bool,
-    /// Guess that a notice reports to the user.
+    /// Description of a guessed range, for a notice.
     guess: Option<&'static str>,
 }
 
@@ -54,8 +54,8 @@ impl PlyColors {
         }
     }
 
-    /// Linear colours, and true if some colours are translucent; none if the colours cannot be interpreted. `note`
-    /// receives the notices.
+    /// Linear colours, and true if some colours are translucent. Returns no colours if they cannot be interpreted.
+    /// `note` receives the notices.
     pub(crate) fn settle(self, mut note: impl FnMut(NoticeCode, String)) -> (Option<Vec<Rgb>>, bool) {
         let Some(Scale { white, linear, guess }) = self.scale() else {
             note(NoticeCode::IgnoredColors, "colours of an unknown range are ignored".into());

@@ -156,7 +156,7 @@ impl<'a> Columns<'a> {
         if self.color.is_float() { 1.0 } else { 255.0 }
     }
 
-    /// Colours of this element, being collected.
+    /// Empty list that collects the colours of this element; `None` if the element has no colours.
     pub(crate) fn colors(&self) -> Option<PlyColors> {
         let alpha = self.have(&[Alpha]);
         self.have(&[Red, Green, Blue]).then(|| PlyColors::new(self.color, alpha))

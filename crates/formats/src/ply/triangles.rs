@@ -23,7 +23,7 @@ pub(crate) fn read(
     let (bytes, big_endian) = body.peek(element.count.checked_mul(stride)?)?;
     let skip = bytes.len();
     let rows = TriangleRows { bytes, stride, three: before..before + length.bytes(), vertices };
-    // The length 3 in the type of the list's length.
+    // The number 3, encoded in the number type of the list's length.
     let mut three = [0; 8];
     let three = &mut three[..length.bytes()];
     match length {

@@ -81,7 +81,7 @@ fn bundle_round_trip_returns_an_equal_world() {
     let same = World { notices: world.notices.clone(), textures: world.textures.clone(), ..back.clone() };
     assert_eq!(same, world);
     assert_eq!(bundle::write(&back).unwrap(), bytes);
-    // Any change of the world changes the bytes.
+    // Any change to a world changes its bytes.
     let mut other = world.clone();
     other.lights.truncate(0);
     assert_ne!(bundle::write(&other).unwrap(), bytes);
@@ -94,7 +94,7 @@ fn bundle_read_of_damaged_bytes_never_panics() {
         assert!(read(&bytes[..end]).is_err(), "the first {end} bytes");
     }
     for place in 0..bytes.len() {
-        // Anything except a panic: a changed byte may only change a colour.
+        // Reading damaged bytes must not panic; it need not fail, because a changed byte may only change a colour.
         for flip in [0x01, 0x80, 0xff] {
             let mut changed = bytes.clone();
             changed[place] ^= flip;
@@ -148,7 +148,7 @@ fn bundle_stores_image_files_instead_of_texels() {
     // Pixels are charged like those of any file.
     let small = Budget { pixels: 1000, ..Budget::default() };
     assert!(matches!(bundle::read(&bytes, Path::new("w"), small), Err(raycam_formats::FormatError::Budget { .. })));
-    // A changed image is stored as its texels.
+    // An image that differs from its file is stored as its texels.
     let changed = Image::new("b.png", texture.image.size, texture.image.texels.clone());
     world.textures = vec![Arc::new(Texture { image: Arc::new(changed), sampler: TextureSampler::default() })];
     assert!(bundle::write(&world).unwrap().len() > 4 * 256 * 256);

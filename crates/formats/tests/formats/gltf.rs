@@ -32,7 +32,7 @@ pub fn base64(bytes: &[u8]) -> String {
     text
 }
 
-/// A triangle whose corners are at a URI; `more` is added to the document's top level.
+/// A document with a triangle whose corners are at a URI; `more` is added to the document's top level.
 pub fn document(uri: &str, more: &str) -> String {
     format!(
         r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"name": "a", "mesh": 0}}],
@@ -238,7 +238,7 @@ fn common_exporter_faults_are_read_as_intended() {
     bytes[end..].fill(0);
     let path = file("a.glb", &bytes);
     assert_eq!(load(&path, &Budget::default()).unwrap().objects.len(), 1);
-    // Another version is reported before any of its differences.
+    // The error reports the version, and not the parts of the document that are different in that version.
     let old = r#"{"asset": {"version": "1.0"}, "scenes": {"a": {}}, "nodes": {}}"#;
     assert!(error(old).contains(r#"asset.version "1.0" is not supported (UNKNOWN_ASSET_MAJOR_VERSION)"#));
     let draft = r#"{"asset": {"version": 0.8}, "accessors": {"a": {}}}"#;

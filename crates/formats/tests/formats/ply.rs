@@ -101,7 +101,8 @@ fn polygons_become_triangles_with_their_colours() {
     assert!((area(&mesh) - (2.5 + 2.0)).abs() < 1e-12, "{}", area(&mesh));
 }
 
-/// A square whose faces have these corners, with a property before and one after them.
+/// A binary file with four vertices of a square and faces with these corners; each face has a property before its list
+/// and one after it.
 fn square(big: bool, length: &str, index: &str, faces: &[&[i32]]) -> Vec<u8> {
     let order = if big { "big" } else { "little" };
     let mut bytes = format!(
@@ -286,7 +287,8 @@ fn ply_errors_contain_line_or_byte() {
     assert!(message(read_model(&path, &Budget::default()).unwrap_err(), &path).starts_with("crash.ply:"));
 }
 
-/// A triangle whose vertices have these colours of a type, as text and in a little-endian binary file.
+/// Reads a text PLY file with a triangle whose vertices have these colours, in a number type. Returns the linear
+/// colours, and the texts of the notices.
 fn colored(kind: &str, rows: [&str; 3]) -> (Vec<[f32; 3]>, Vec<String>) {
     let text = format!(
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -369,7 +371,7 @@ fn each_image_becomes_a_separate_material() {
         texture.map(|texture| rgb(&model.textures[texture.texture]))
     };
     assert_eq!([shown(0), shown(1), shown(2)], [Some(vec![[1; 3]]), Some(vec![[2; 3]]), None]);
-    // Only the face without an image keeps its colours.
+    // Only the corners of the face without an image keep their colours.
     let colors = mesh.vertex_colors.as_ref().unwrap();
     let of = |triangle: usize| mesh.triangles[triangle].map(|vertex| colors[vertex as usize]);
     assert_eq!((of(0), of(2), of(3)), ([[1.0; 3]; 3], [[1.0; 3]; 3], [[1.0, 0.0, 0.0]; 3]));

@@ -110,8 +110,8 @@ fn material_libraries_next_to_files_with_relative_paths_are_found() {
     assert!(data("concave_polygon.obj").exists());
 }
 
-/// A mesh of 120 000 triangles with every arrangement of accessors in a buffer, as GLB; `value` is the last of its
-/// coordinates.
+/// A GLB file with a mesh of 120,000 triangles and with every arrangement of accessors in a buffer; `value` is the last
+/// coordinate.
 fn large_glb(value: f32) -> Vec<u8> {
     let count = 150_000_u32;
     let (mut bytes, mut stride) = (Vec::new(), Vec::new());
@@ -206,7 +206,7 @@ fn large_ply_files_with_an_irregular_row_are_read_row_by_row() {
                 assert_eq!(read.meshes[0].triangles.len(), count);
                 assert_eq!(read.meshes[0], decoded.meshes[0]);
                 assert_eq!(read.notices, decoded.notices);
-                // Another column is ignored.
+                // The second notice reports an ignored column.
                 assert_eq!(read.notices.len(), 2);
             }
             (Err(read), Err(decoded), Err(message)) => {

@@ -87,7 +87,7 @@ fn stl_errors_contain_line_or_byte() {
     assert_eq!(error("a.stl", "hello"), short);
 }
 
-/// A file with one of these changes, and the codes of its notices with their lines.
+/// Each case replaces a text in a file; the notices must have these codes and lines.
 #[test]
 fn stl_text_with_irregular_lines_is_read_with_a_notice() {
     use NoticeCode::{IgnoredKey, InvalidFile, TruncatedData};

@@ -39,7 +39,7 @@ pub fn model(name: &str, bytes: impl AsRef<[u8]>) -> MeshFile {
     decode(name, bytes).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Its only mesh.
+/// Mesh of the only part of a model in a file of these bytes.
 pub fn mesh(name: &str, bytes: impl AsRef<[u8]>) -> Mesh {
     let mut model = model(name, bytes);
     assert_eq!(model.parts.len(), 1);
@@ -56,7 +56,7 @@ pub fn message(error: FormatError, path: &Path) -> String {
     error.to_string().replace(&format!("{}/", path.parent().unwrap().display()), "")
 }
 
-/// Surface area.
+/// Surface area of a mesh.
 pub fn area(mesh: &Mesh) -> f64 {
     let corner = |i: u32| mesh.vertices[i as usize];
     let triangle = |&[a, b, c]: &[u32; 3]| (corner(b) - corner(a)).cross(corner(c) - corner(a));

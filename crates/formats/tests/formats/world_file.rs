@@ -50,7 +50,7 @@ irradiance = [3, 3, 3]
     assert_eq!(world.cameras[0].camera.size(), [640, 480]);
     assert_eq!(world.objects[1].world_from_mesh.translation.to_array(), [0.0, 0.0, 5.0]);
     assert_eq!(rgb(&world.textures[0]), [[255, 0, 0], [0, 0, 255]]);
-    // The alpha of an image specified here is used, and no notice says otherwise.
+    // The image is specified in the world file, so its alpha is used without a notice.
     let material = &world.materials[world.objects[1].materials[0]];
     assert_eq!((material.opacity, material.alpha), (1.0, Alpha::Blend));
     assert!(!world.notices.iter().any(|notice| notice.to_string().contains("alpha")), "{:?}", world.notices);
@@ -150,7 +150,7 @@ fn mesh_files_used_by_several_objects_are_read_once() {
     fs::write(folder.join("i.png"), &image).unwrap();
     let text = "[[object]]\nmesh = \"t.obj\"\n[[object]]\nmesh = \"t.obj\"\ncolor = [0, 1, 0]\n[[object]]\n\
         mesh = \"t.obj\"\nrefine = 1\n[[object]]\nmesh = \"t.obj\"\nlocation = [1, 0, 0]\n";
-    // Exactly the bytes of a single read.
+    // The budget is exactly sufficient to read each file once.
     let budget = Budget {
         bytes: (obj.len() + "newmtl red\nKd 1 0 0\nmap_Kd i.png\n".len() + image.len()) as u64,
         ..Budget::default()
@@ -179,7 +179,8 @@ fn reading_stops_at_the_first_empty_object() {
     assert!(error.starts_with("room.toml:3: object[1]"), "{error}");
 }
 
-/// A text with this number of objects, each with a table, after `first` and with a light before the `last` of them.
+/// World file with this number of objects, each with a table: first the text `first`, then the objects, with a light
+/// before the last `last` objects.
 fn long(objects: usize, first: &str, last: usize, light: &str) -> String {
     let mut text = first.to_owned();
     for i in 0..objects {
@@ -208,7 +209,7 @@ fn long_world_files_are_read_like_short_world_files() {
     for (i, object) in whole.objects.iter().enumerate() {
         assert_eq!(object.name, format!("tile {i}"));
     }
-    // Whatever is at the position where the text is divided.
+    // The result and the error's line do not depend on the position at which the text is divided.
     let line = |error: String| error.split(' ').next().unwrap().to_owned();
     for i in [0, 1777, 2999] {
         let name = format!("\"tile {i}\"");
@@ -225,7 +226,7 @@ fn long_world_files_are_read_like_short_world_files() {
         assert_eq!(found.objects.len(), count);
         assert_eq!(found.objects[i].name, format!("[[object]]\n{i}"));
     }
-    // At the position where it is divided, a line may look like a header without being one.
+    // At such a position, a line inside a string may look like the header of a table.
     let quoted = text.replace("\"tile ", "\"\"\"\n[[object]]\ntile ");
     let quoted = quoted.replace("\"\nplane", "\"\"\"\nplane");
     let found = world(&quoted).unwrap();

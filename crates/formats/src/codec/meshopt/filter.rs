@@ -47,7 +47,7 @@ pub(super) fn apply(filter: Filter, bytes: &mut [u8], stride: usize) -> Result<(
     }
 }
 
-/// Replaces every four components of `N` bytes.
+/// Replaces each element (four components of `N` bytes) by the result of `decode`.
 fn each<T: Copy, const N: usize>(
     bytes: &mut [u8],
     from: impl Fn([u8; N]) -> T,

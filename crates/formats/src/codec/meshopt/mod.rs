@@ -75,7 +75,7 @@ pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget)
 }
 
 impl ViewHeader {
-    /// Rules of the extension's JSON.
+    /// Checks the header against the rules of the glTF extension.
     fn check(self) -> Result<(), String> {
         let (stride, count) = (self.stride, self.count);
         let (strides, fits) = match self.mode {

@@ -7,7 +7,8 @@ pub(crate) struct Stream<'a> {
 }
 
 impl<'a> Stream<'a> {
-    /// Returns the first byte of the bytes, the stream, and its tail of `tail` bytes.
+    /// Splits the bytes of a view into the first byte, the stream and its tail. `tail` returns the tail's length, given
+    /// the first byte.
     pub(crate) fn open(bytes: &'a [u8], tail: impl Fn(u8) -> usize) -> Result<(u8, Self, &'a [u8]), String> {
         let (&header, rest) = bytes.split_first().ok_or("the stream is empty")?;
         let start = rest.len().checked_sub(tail(header));

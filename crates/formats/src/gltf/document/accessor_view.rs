@@ -99,7 +99,7 @@ impl AccessorView<'_> {
         if finite { Ok(made) } else { Err(self.non_finite_error::<N>()) }
     }
 
-    /// Same as `map_floats`, and true if all floats are finite.
+    /// Same as `map_floats`, but also accepts floats that are not finite; the flag is true if all floats are finite.
     pub(crate) fn map_any_floats<const N: usize, T: Copy + Default + Send>(
         &self,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
@@ -165,7 +165,8 @@ impl AccessorView<'_> {
         self.decode_checked::<S, N, V, T>(read, |_| true, make)
     }
 
-    /// Same as `decode`, and true if the bytes of all elements are `valid`. The function runs on several threads.
+    /// Same as `decode`, but the flag is true if `valid` returns true for the bytes of all elements. The function runs
+    /// on several threads.
     fn decode_checked<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
@@ -235,7 +236,7 @@ impl AccessorView<'_> {
         ))
     }
 
-    /// Iterates over single integers, `N` at a time; also returns the number of remaining integers.
+    /// Returns single integers in groups of `N`, and the number of integers after the last complete group.
     pub(crate) fn chunks<const N: usize>(mut self) -> Result<(Vec<[u32; N]>, usize)> {
         self.check_unsigned(1)?;
         let over = self.count % N;

@@ -27,9 +27,9 @@ struct View {
 }
 
 enum ViewStorage {
-    /// In a buffer.
+    /// Index of the buffer that contains the view, and the view's byte range in this buffer.
     Plain(usize, Range<usize>),
-    /// Decompressed.
+    /// Bytes of a view that has been decompressed.
     Decoded(Vec<u8>),
 }
 
@@ -49,7 +49,7 @@ impl<'a> Resources<'a> {
             let fault = |code: ErrorCode, message: String| {
                 FormatError::whole(&source.path, code.message(format!("{place}{message}")))
             };
-            // Decompressed views may replace the buffer.
+            // A buffer is not required if all its views are compressed, because their bytes come from another buffer.
             let mut views = root.buffer_views.iter();
             let unused = views.all(|view| view.buffer != i || is_compressed(view));
             let bytes = match (&buffer.uri, &container.binary) {
@@ -269,7 +269,8 @@ pub(crate) fn read_uri(
     Ok(file.map_err(named)?.bytes)
 }
 
-/// RFC 3986, section 2.1. A percent sign without two digits is kept.
+/// Replaces `%` and two hexadecimal digits by the byte that they represent (RFC 3986, section 2.1). A percent sign
+/// without two digits is kept.
 pub(crate) fn percent_decoded(text: &str) -> Cow<'_, [u8]> {
     if !text.contains('%') {
         return text.as_bytes().into();
@@ -291,7 +292,7 @@ pub(crate) fn percent_decoded(text: &str) -> Cow<'_, [u8]> {
     decoded.into()
 }
 
-/// RFC 4648, section 4, with or without padding.
+/// Decodes base64 (RFC 4648, section 4), with or without padding; `None` if the text is invalid.
 fn base64(text: &[u8]) -> Option<Vec<u8>> {
     const INVALID: u8 = 0xff;
     const VALUES: [u8; 256] = {

@@ -22,11 +22,11 @@ const BIN: &[u8; 4] = b"BIN\0";
 /// Byte ranges of the parts of a file.
 pub(crate) struct Container {
     pub(crate) json: Range<usize>,
-    /// Buffer without a URI.
+    /// Bytes of the buffer that has no URI: the binary chunk of a GLB file.
     pub(crate) binary: Option<Range<usize>>,
 }
 
-/// Number of bytes of a GLB file before the content of its binary chunk, if that chunk extends to the end.
+/// Number of bytes before the content of a GLB file's binary chunk, if that chunk extends to the end of the file.
 pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
     let (mut start, mut chunk) = ([0; 20], [0; 8]);
     file.read_exact(&mut start).ok()?;

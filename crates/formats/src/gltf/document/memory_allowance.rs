@@ -6,8 +6,7 @@ use std::path::Path;
 
 use crate::error::{FormatError, Result};
 
-/// Bytes that decoded geometry may use in addition to [`BYTES_PER_INPUT_BYTE`] for each byte of the file. With the
-/// bytes from which the geometry is decoded, the total is 64 MiB.
+/// Bytes that decoded geometry may use for a file of any size; each byte of the file adds [`BYTES_PER_INPUT_BYTE`].
 const BASE_ALLOWANCE: u64 = 48 << 20;
 const BYTES_PER_INPUT_BYTE: u64 = 16;
 

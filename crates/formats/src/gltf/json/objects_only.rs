@@ -1,5 +1,5 @@
-//! A deserializer in which a JSON list does not stand for an object: serde fills a struct's fields from a list in their
-//! order, so that `"translation"` would become a name.
+//! A deserializer that rejects a JSON list in place of an object. Without this check, serde would fill a struct's
+//! fields from the list's items in their order.
 
 use std::fmt;
 
@@ -9,8 +9,8 @@ use serde::de::{
 };
 use serde::forward_to_deserialize_any;
 
-/// Wraps a deserializer, a visitor or an access; the values inside are wrapped as well. Empty lists stand for empty
-/// objects, as some exporters write them.
+/// Wraps a deserializer, a visitor or an access; the values inside are wrapped as well. An empty list is accepted as an
+/// empty object, because some exporters write empty objects in this way.
 pub(crate) struct ObjectsOnly<T>(pub(crate) T);
 
 impl<'de, D: Deserializer<'de>> Deserializer<'de> for ObjectsOnly<D> {

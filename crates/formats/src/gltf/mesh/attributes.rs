@@ -30,7 +30,7 @@ impl<'a> AttributeSource<'a> {
         for name in primitive.attributes.keys() {
             let message = match name.rsplit_once('_') {
                 _ if matches!(&name[..], "POSITION" | "NORMAL" | "TANGENT" | "COLOR_0") => continue,
-                // Application-specific attribute.
+                // Names that begin with an underscore are application-specific attributes.
                 _ if name.starts_with('_') => continue,
                 Some(("COLOR", set)) if set.parse::<u32>().is_ok() => "ignored: only COLOR_0 is used",
                 Some(("TEXCOORD" | "JOINTS" | "WEIGHTS", set)) if set.parse::<u32>().is_ok() => continue,
@@ -98,8 +98,8 @@ impl<'a> AttributeSource<'a> {
         }))
     }
 
-    /// Vertices of the primitive's corners, in order and `N` at a time, and the number of remaining corners; `count` is
-    /// the number of vertices.
+    /// Vertex indices of the primitive's corners in groups of `N`, in order, and the number of corners after the last
+    /// complete group. `count` is the number of vertices.
     pub(crate) fn corners<const N: usize>(&'a self, count: usize) -> Result<(Vec<[u32; N]>, usize)> {
         let document = self.document;
         if let Some((_, mesh)) = &self.decoded {

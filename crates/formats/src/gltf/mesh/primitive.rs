@@ -167,7 +167,7 @@ impl PrimitiveReader<'_> {
         self.document.charge(&elements.place, elements.count as u64, 12)?;
         let widen = |v: [f32; 3]| v.map(f64::from);
         let (positions, finite) = elements.map_any_floats(widen)?;
-        // Optimised to a no-op, because the layout is the same.
+        // This conversion takes no time, because both types have the same memory layout.
         Ok((positions.into_iter().map(DVec3::from_array).collect(), finite))
     }
 

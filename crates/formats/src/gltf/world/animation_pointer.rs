@@ -46,7 +46,7 @@ pub(crate) const MATERIAL_PROPERTIES: &[(&str, MaterialProperty)] = &[
 
 type TextureFinder = fn(&Material) -> Option<&TextureInfo>;
 
-/// Texture of an extension.
+/// Function that returns the texture of a material's extension.
 macro_rules! of {
     ($extension:ident, $texture:ident) => {
         |m| m.extensions.$extension.as_ref()?.$texture.as_ref()

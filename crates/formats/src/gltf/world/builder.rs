@@ -46,7 +46,7 @@ pub(crate) struct ImportedMeshes {
 pub(crate) struct ImportedMesh {
     pub(crate) mesh: usize,
     pub(crate) materials: Vec<usize>,
-    /// Primitive of the document for each material slot's first use, for variants.
+    /// For each material slot, the index of the primitive that uses the slot first; variants are looked up there.
     pub(crate) primitives: Vec<usize>,
     /// Morph targets and skin, if the mesh has any.
     pub(crate) shape: Option<Arc<DeformableMesh>>,

@@ -14,10 +14,10 @@ use crate::gltf::json::lenient::Lenient;
 use crate::gltf::world::builder::Builder;
 use crate::gltf::world::builder::ImportedMesh;
 
-/// The list of material variants.
+/// Place of the list of material variants in the document.
 const VARIANTS: &str = "extensions.KHR_materials_variants.variants";
 
-/// The tree, parents before children.
+/// Node tree: the indices of the nodes, parents before children, and the parent of each node.
 struct NodeOrder {
     order: Vec<usize>,
     parents: Vec<Option<usize>>,
@@ -193,7 +193,8 @@ impl Builder<'_, '_> {
             if skin.is_some() {
                 world_from_mesh = DAffine3::IDENTITY;
             } else if flat && moving {
-                // The animation flattens the object at the times at which its transform is flat.
+                // The flat scale is removed from the rest state, because the animation applies it at the times at which
+                // the node is flat.
                 world_from_mesh.matrix3 = DMat3::IDENTITY;
             } else if flat {
                 let whole = self.world.meshes[mesh].clone();

@@ -30,7 +30,7 @@ impl Builder<'_, '_> {
         Ok(Some(TextureSlot { texture, uv_set: info.uv_set(), image_from_mesh: info.uv_transform().image_from_mesh() }))
     }
 
-    /// Texture for a use; `None` if the texture has no image.
+    /// Index of the world's texture for a document's texture and its use; `None` if the texture has no image.
     fn texture(&mut self, place: &str, index: usize, color_use: ColorUse) -> Result<Option<usize>> {
         let document = self.document;
         let Some(texture) = self.item_or_notice(&document.root.textures, index, place, "textures") else {
@@ -96,7 +96,7 @@ impl Builder<'_, '_> {
         let image = match self.decoded_image(index, color_use) {
             Ok(image) => Some(self.assets.store_texture(Arc::new(image))?),
             Err(error) if companion::can_be_left_out(&error) => {
-                // All notices contain the path.
+                // The path and the image's index are removed, because the notice adds them.
                 let text = error.to_string();
                 let text = text.strip_prefix(&format!("{}: ", self.document.path.display())).unwrap_or(&text);
                 let text = text.strip_prefix(&format!("images[{index}]: ")).unwrap_or(text);

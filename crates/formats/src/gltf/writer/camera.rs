@@ -40,7 +40,7 @@ impl Writer<'_> {
             }
             Center::Plane => {
                 let (xmag, ymag) = (width / (2.0 * x), height / (2.0 * y));
-                // Independent of the world's size, because nothing is clipped.
+                // raycam does not clip, so `far` need not depend on the world's size.
                 let far = 1e6 * xmag.max(ymag);
                 let lens = json!({ "xmag": xmag, "ymag": ymag, "znear": 0.0, "zfar": far });
                 ("orthographic", lens)

@@ -29,7 +29,7 @@ pub(crate) struct Writer<'a> {
 pub(crate) struct WrittenMeshes {
     /// Primitives without materials. A key is the mesh, and true for a deformed mesh.
     pub(crate) primitives: HashMap<(*const Mesh, bool), Vec<(usize, Value)>>,
-    /// Meshes of the document by their JSON.
+    /// Index of each mesh in the document, by the mesh's JSON.
     pub(crate) meshes: HashMap<String, usize>,
 }
 

@@ -14,7 +14,7 @@ use crate::gltf::writer::document::Writer;
 pub(super) type SlotVariants = Vec<(usize, Vec<(usize, usize)>)>;
 
 impl Writer<'_> {
-    /// Index of a mesh with these materials.
+    /// Index in the document of the mesh with these materials; written if it does not exist yet.
     pub(super) fn mesh(
         &mut self,
         mesh: &Arc<Mesh>,
@@ -94,7 +94,8 @@ impl Writer<'_> {
         primitives
     }
 
-    /// Triangles with these corners, `faces` of the mesh; `whole` if they are all triangles.
+    /// JSON of a primitive with the triangles that have these corners. `faces` contains the triangles' indices in the
+    /// mesh; `whole` is true if they are all triangles of the mesh.
     fn primitive(
         &mut self,
         mesh: &Mesh,
@@ -222,7 +223,7 @@ impl Writer<'_> {
         let zero = vec![[0.0; 3]; if target.vertices.is_none() { sources.len() } else { 0 }];
         let moved = match &target.vertices {
             Some(all) => gather(sources, |i| all[i]),
-            // glTF requires an attribute here.
+            // glTF requires positions in every morph target.
             None => zero,
         };
         let index = self.binary.floats(&moved, Vertices, true);

@@ -20,7 +20,7 @@ pub(crate) fn parts(translation: DVec3, rotation: DQuat, scale: DVec3) -> Map<St
     keys
 }
 
-/// Rounded, because decomposing a matrix makes the last digits inaccurate.
+/// Rounds a number to 13 decimals, because decomposing a matrix makes the last digits inaccurate.
 fn round_noise(value: f64) -> f64 {
     const DIGITS: f64 = 1e13;
     let rounded = (value * DIGITS).round() / DIGITS;

@@ -40,9 +40,9 @@ pub(super) fn jpeg(file: &mut Decoder<'_>) -> Result<Image> {
 /// Missing data without which an image can still be shown.
 #[derive(Clone, Copy, Debug, Default)]
 struct MissingData {
-    /// Scans that would add detail.
+    /// True if scans are missing that would add detail.
     scans: bool,
-    /// End of the last blocks of this scan.
+    /// Number of the scan whose last blocks are missing, if any.
     end_of: Option<usize>,
 }
 

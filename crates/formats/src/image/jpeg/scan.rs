@@ -21,19 +21,20 @@ impl FrameComponent {
     }
 }
 
-/// Contents of a scan for each block.
+/// Part of each block that a scan contains.
 #[derive(Clone, Copy)]
 pub(super) enum ScanKind {
     /// The whole block.
     Sequential,
-    /// Coefficient 0, or its next bit.
+    /// The first bits of coefficient 0, or its next bit.
     Dc { high: u8, low: u8 },
-    /// The scan contains these coefficients of one component, or the next bit of these coefficients.
+    /// The first bits of the coefficients from `first` to `last` of a single component, or the next bit of these
+    /// coefficients.
     Ac { first: u8, last: u8, high: u8, low: u8 },
 }
 
 impl ScanKind {
-    /// Kind of a progressive scan with these coefficients and bits.
+    /// Kind of a progressive scan with these coefficients and bits; `None` if the combination is invalid.
     pub(super) fn progressive([first, last]: [u8; 2], [high, low]: [u8; 2]) -> Option<Self> {
         let bits = low <= 13 && (high == 0 || high == low + 1);
         match (first, last) {
@@ -43,7 +44,7 @@ impl ScanKind {
         }
     }
 
-    /// True if such a scan has only one component.
+    /// True if scans of this kind have a single component.
     pub(super) fn is_single_component(self) -> bool {
         matches!(self, Self::Ac { .. })
     }
@@ -190,7 +191,7 @@ impl Scan<'_> {
     ) -> Result<(usize, bool), String> {
         let largest = |axis| components.iter().map(|c: &FrameComponent| c.factors[axis]).max();
         let largest = [0, 1].map(|axis| largest(axis).unwrap_or(1));
-        // Blocks of a single component, or units of several components.
+        // A scan of a single component consists of blocks, any other scan of units with blocks of several components.
         let blocks =
             |factor: [usize; 2]| [0, 1].map(|axis| (self.size[axis] * factor[axis]).div_ceil(8 * largest[axis]));
         let units = match chosen {
@@ -217,7 +218,7 @@ impl Scan<'_> {
             let mut run = 0;
             while unit < end {
                 let read = match self.kind {
-                    // Complete runs of blocks without data.
+                    // Blocks without data in this scan are skipped together.
                     ScanKind::Ac { high: 0, .. } if run > 0 => {
                         let passed = (end - unit).min(run as usize);
                         run -= passed as u32;
@@ -323,7 +324,8 @@ impl Scan<'_> {
             bits.skip(size.into())?;
             if refined {
                 (size < 2).then_some(())?;
-                // This number of coefficients stays zero; each nonzero coefficient on the way has a correction bit.
+                // The scan leaves this number of zero coefficients unchanged; each nonzero coefficient before the next
+                // new one has a correction bit.
                 while k <= last {
                     if *nonzero >> k & 1 == 1 {
                         bits.skip(1)?;

@@ -184,7 +184,7 @@ impl Layout {
         Ok(())
     }
 
-    /// Consecutive samples of a row.
+    /// Number of samples of a pixel that are adjacent in a row.
     pub(super) fn interleaved(&self) -> usize {
         if self.planar { 1 } else { self.samples }
     }

@@ -99,7 +99,7 @@ impl Colors {
                 return Err(file
                     .fault(ErrorCode::WrongShape, format!("a palette of {} values; expected 3 x {count}", map.len())));
             }
-            // Some programs write eight-bit values.
+            // Colour maps have 16 bits per value, but some programs write values of 8 bits.
             let eight = map.iter().all(|&value| value < 256);
             let color = |i: usize| [0, 1, 2].map(|c| (map[c * count + i] >> if eight { 0 } else { 8 }) as f32 / 255.0);
             palette = (0..count).map(color).collect();

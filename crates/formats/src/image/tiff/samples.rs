@@ -37,7 +37,7 @@ impl Presented {
         if native && layout.chroma == [1, 1] {
             return Self { size, chunk, bits, samples, format };
         }
-        // The samples are declared as bytes, which are unpacked later.
+        // The `tiff` crate receives samples of unusual sizes as bytes, which are unpacked later.
         let down = layout.chroma[1];
         Self {
             size: [bytes(size[0]), size[1].div_ceil(down)],
@@ -48,7 +48,7 @@ impl Presented {
         }
     }
 
-    /// Sizes in bytes of the rows of a chunk or of the whole image.
+    /// Number of bytes of an area of this size, a chunk or the whole image; each row is padded to a whole byte.
     fn bytes(&self, [columns, rows]: [u32; 2], interleaved: usize) -> u64 {
         u64::from(rows) * (u64::from(columns) * (interleaved * self.bits) as u64).div_ceil(8)
     }

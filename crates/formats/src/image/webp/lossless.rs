@@ -2,7 +2,8 @@
 //!
 //! Source: RFC 9649, 3.4 (header), 3.5 (transforms), 3.6 (prefix-coded data and codes).
 
-/// Minimum number of bits of a code's table in the decoder, and the share of this memory that a stream may use.
+/// Bytes that the decoder's code tables may use for a stream of any length, and additional bytes for each byte of the
+/// stream.
 const MIN_TABLE_BYTES: usize = 32 << 20;
 const TABLE_BYTES_PER_INPUT_BYTE: usize = 16;
 
@@ -26,9 +27,9 @@ type CodeGroup = [HuffmanCode; 5];
 /// Codes of an image, and the index of the code that each block uses.
 struct CodeGroups {
     groups: Vec<CodeGroup>,
-    /// Base-2 logarithm of a block's side in pixels; an image with one group has no blocks.
+    /// Base-2 logarithm of a block's side in pixels; unused in an image with a single group.
     block_bits: u32,
-    /// By block, with this number of blocks per row.
+    /// Index of the group of codes for each block, row by row, and the number of blocks per row.
     chosen: Vec<u16>,
     across: usize,
 }
@@ -218,7 +219,7 @@ impl<'a> LosslessValidator<'a> {
         None
     }
 
-    /// Length or distance.
+    /// Value of a length or distance, from its prefix code and the additional bits.
     fn prefix_value(&mut self, symbol: usize) -> Option<usize> {
         if symbol < 4 {
             return Some(symbol + 1);
@@ -227,7 +228,7 @@ impl<'a> LosslessValidator<'a> {
         Some(((2 + (symbol & 1)) << bits) + self.read_bits(bits)? + 1)
     }
 
-    /// Data of an image, whose colours are written to `colors` if requested.
+    /// Reads the pixels of an image; writes their colours to `colors` if given.
     fn entropy_coded_pixels(
         &mut self,
         [columns, rows]: [usize; 2],
@@ -254,7 +255,8 @@ impl<'a> LosslessValidator<'a> {
                     let place = (y >> bits) * groups.across + (x >> bits);
                     group = groups.groups.get(usize::from(groups.chosen[place]))?;
                 }
-                // None of these colours are written.
+                // If every code of a block has a single symbol, the block takes no bits and is skipped, unless its
+                // colours are requested.
                 let flat = |code: &HuffmanCode| code.symbols.len() == 1;
                 if colors.is_none() && group[..4].iter().all(flat) && group[0].symbols[0] < 256 {
                     at = end;
@@ -297,7 +299,7 @@ impl<'a> LosslessValidator<'a> {
 }
 
 impl HuffmanCode {
-    /// Code for these symbol lengths; 0 for symbols without a code.
+    /// Prefix code for symbols with these code lengths; length 0 marks a symbol without a code.
     fn new(lengths: &[u8]) -> Option<Self> {
         let mut counts = [0_u16; 16];
         for &length in lengths {

@@ -14,7 +14,7 @@ use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 use crate::image::webp::lossless::{LosslessValidator, check_stream};
 
 pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image> {
-    // Length declared by the container (RIFF, and a chunk of this many bytes after it).
+    // The container (RIFF) declares a length, and the bytes that follow must have at least this length.
     if let Some(length) = file.bytes.get(4..8).and_then(|b| b.first_chunk()) {
         let length = u64::from(u32::from_le_bytes(*length)) + 8;
         if (file.bytes.len() as u64) < length {
@@ -48,7 +48,7 @@ fn check_complete(mut chunks: &[u8]) -> Option<()> {
                 return alpha.map_or(Some(()), |chunk| check_alpha(chunk, size));
             }
             b"ALPH" => alpha = Some(chunk),
-            // Frame of an animation, and chunks in it.
+            // A frame of an animation contains the image's chunks.
             b"ANMF" => return check_complete(chunk.get(16..)?),
             _ => {}
         }

@@ -19,12 +19,12 @@ fn scans(file: &[u8]) -> Vec<usize> {
 fn bytes_missing_in_the_middle_are_detected() {
     for case in jpegs() {
         let start = scans(&case.file)[0];
-        // All but some bytes, followed by the end of the file.
+        // The data of the scan is cut after `left` bytes, and the end-of-image marker follows.
         for left in 0..case.file.len() - start - 40 {
             let mut cut = case.file[..start + left].to_vec();
             cut.extend([0xff, 0xd9]);
             match read(&case.name, &cut, ColorUse::Color) {
-                // Later scans add detail to an image.
+                // A progressive image without its later scans is shown with less detail.
                 Ok((_, notices)) => {
                     assert!(case.name.starts_with("progressive"), "{}", case.name);
                     let notice =
@@ -38,7 +38,7 @@ fn bytes_missing_in_the_middle_are_detected() {
                 }
             }
         }
-        // The first half of the remaining bytes is removed.
+        // In the first half of the data, all but four bytes are removed.
         let middle = start + 4..(start + case.file.len()) / 2;
         let cut = [&case.file[..middle.start], &case.file[middle.end..]].concat();
         let error = read(&case.name, &cut, ColorUse::Color).unwrap_err();
@@ -133,7 +133,7 @@ fn jpeg_frames_without_huffman_tables_use_the_standard_tables() {
             file.drain(at..at + 2 + usize::from(length));
         }
         assert!(file.len() + 100 < case.file.len(), "{name}");
-        // Header that AVI writes before its frames.
+        // A header as written before the frames of AVI files.
         file.splice(2..2, *b"\xff\xe0\0\x10AVI1\0\0\0\0\0\0\0\0\0\0");
         assert_shows_the_same(name, &file, &case.file);
     }

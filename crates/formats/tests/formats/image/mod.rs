@@ -94,7 +94,7 @@ pub fn damage_is_found_before(
             match (found, expected) {
                 (Ok(_), Ok(_)) => good += 1,
                 (Err(error), Err(_)) if error.ends_with(message) => bad += 1,
-                // Faults that are detected before the pixels are examined.
+                // The reader may report a fault that it detects before the decoder examines the pixels.
                 (Err(error), Err(late)) if !error.contains(&late.to_string()) => {}
                 (Err(error), Ok(_)) if !error.ends_with(message) => {}
                 (found, _) => panic!("{name}: {:?} {damaged:02x?}", found.map(|_| ())),
@@ -104,7 +104,7 @@ pub fn damage_is_found_before(
     assert!(good > 100 && bad > 100, "{good} {bad}");
 }
 
-/// Decoder behind a pointer.
+/// A boxed decoder as a type that implements `ImageDecoder`.
 struct Decoder<'a>(Box<dyn ::image::ImageDecoder + 'a>);
 
 impl ::image::ImageDecoder for Decoder<'_> {
@@ -154,7 +154,7 @@ fn decoded_images_match_other_readers() {
             "420.jpg" | "422.jpg" | "progressive.jpg" | "restart.jpg" => 6.0,
             name if name.ends_with(".jpg") => 3.0,
             name if name.starts_with("lossy") => 4.0,
-            // From five bits to eight: Pillow rounds up where the nearest value is below.
+            // Five bits are converted to eight: Pillow sometimes rounds up although the nearest value is below.
             "five.tga" | "565.bmp" => 1.0,
             _ => 0.0,
         };
@@ -211,7 +211,7 @@ fn ignored_colour_metadata_is_reported() {
     let linear = notices("uastclinear.ktx2", &|_| {}, ColorUse::Color);
     assert_eq!(linear.iter().map(|notice| notice.code).collect::<Vec<_>>(), [NoticeCode::IgnoredKey]);
     assert!(notices("uastc.ktx2", &|_| {}, ColorUse::Color).is_empty());
-    // The last texel of the last line's next-to-last channel becomes an infinity.
+    // In the last row, the last value of the next-to-last channel becomes an infinity.
     let infinite = |file: &mut Vec<u8>| {
         let at = file.len() - 2 * 21 - 2;
         file[at..at + 2].copy_from_slice(&0x7c00_u16.to_le_bytes());
@@ -262,10 +262,10 @@ fn uniform_images_may_have_short_files() {
         assert_eq!(texels.len(), (SIDE * SIDE) as usize);
         assert!(texels.iter().all(|&texel| texel == color), "{name}");
     }
-    // Truncated within its data, this is not an image at all.
+    // A file that ends within its data is an error.
     let error = read("a.png", &png[..png.len() - 40], ColorUse::Data).unwrap_err();
     assert!(error.to_string().starts_with("a.png: "), "{error}");
-    // Files of other formats cannot be this short for this size.
+    // A JPEG image of this size requires a larger file.
     let mut jpeg = b"\xff\xd8\xff\xc0\0\x0b\x08____\x01\x01\x11\0".to_vec();
     jpeg[7..11].copy_from_slice(&(SIDE << 16 | SIDE).to_be_bytes());
     jpeg.extend(b"\xff\xda\0\x08\x01\x01\0\0\x3f\0\xff\xd9");

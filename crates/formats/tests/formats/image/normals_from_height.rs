@@ -9,8 +9,8 @@ use crate::support::folder;
 
 const SIDE: usize = 64;
 
-/// A triangle whose material has this line, in a folder with `heights.png`; heights are a function of position, both in
-/// 0..=1.
+/// World with a triangle whose material has this MTL line, next to an image `heights.png`. `height` is a function of
+/// the position in the image; positions and heights are in 0..=1.
 fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> World {
     let folder = folder();
     let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n";
@@ -24,13 +24,13 @@ fn model(line: &str, height: impl Fn(f32, f32) -> f32) -> World {
     load(&folder.join("a.obj"), &Budget::default()).unwrap()
 }
 
-/// The heights of its material.
+/// The height map of the world's only material.
 fn heights(model: &World) -> HeightMap {
     assert!(model.materials[0].normal_map.is_none());
     model.materials[0].height_map.unwrap()
 }
 
-/// The world after it has been written as glTF and read again.
+/// The same world after writing it as glTF and reading it again.
 fn through_gltf(model: &World) -> World {
     let file = folder().join("a.glb");
     fs::write(&file, write_gltf(model).unwrap().0).unwrap();

@@ -16,7 +16,7 @@ fn truncated_alpha_channels_are_refused_before_pixels_are_stored() {
     let case = cases().into_iter().find(|case| case.name == "lossy.webp");
     let mut file = case.unwrap().file;
     let at = file.windows(4).position(|w| w == b"ALPH").unwrap() + 4;
-    // Only one byte of it remains; the rest is a chunk with another name.
+    // The alpha chunk keeps only two bytes; its other bytes become a chunk with another name.
     let length = u32::from_le_bytes(*file[at..].first_chunk().unwrap());
     let mut rest = (length - 10).next_multiple_of(2).to_le_bytes().to_vec();
     rest.splice(0..0, *b"rest");

@@ -100,7 +100,7 @@ fn files_named_by_the_program_may_be_anywhere_but_their_references_may_not() {
     for name in ["", "nowhere.obj", "../nowhere.obj", "http://a.obj", "a.obj\0"] {
         files.mesh(name).unwrap_err();
     }
-    // Its materials: next to it, but not in another folder.
+    // A mesh named by the program may refer to a material library in its own folder, but not in another folder.
     fs::write(around.join("green.mtl"), "newmtl g\nKd 0 1 0\n").unwrap();
     let red = format!("mtllib world/../green.mtl\nusemtl g\n{TRIANGLE}");
     fs::write(around.join("green.obj"), red).unwrap();
@@ -134,7 +134,7 @@ fn file_names_in_a_mesh_are_relative_to_its_folder() {
     fs::write(root.join("m/b.mtl"), "newmtl b\nKd 1 0 0\n").unwrap();
     let model = AssetRoot::new(&root, &Budget::default()).mesh("parts/b.obj").unwrap();
     assert_eq!(model.materials[0].color, [1.0, 0.0, 0.0]);
-    // If the file is requested directly, its own folder is the outermost folder.
+    // If the mesh file itself is loaded, names in it cannot refer to files outside its folder.
     let world = load(&root.join("parts/b.obj"), &Budget::default()).unwrap();
     assert!(world.notices[0].to_string().contains("it is outside the folder"), "{:?}", world.notices);
 }

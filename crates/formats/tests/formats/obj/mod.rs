@@ -149,8 +149,8 @@ fn ignored_statements_are_listed_once() {
 
 #[test]
 fn smoothing_groups_create_normals() {
-    // Three sides of a cube at a corner: the first two in one group, the third in a second group, and a fourth face
-    // without a group.
+    // Three sides of a cube that share a corner: the first two are in one smoothing group, the third is in a second
+    // group. A fourth face is in no group.
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 -1\nv 1 1 -1\nv 0 1 -1\n\
         s 1\nf 1 2 3 4\nf 2 5 6 3\ns 2\nf 4 3 6 7\ns off\nf 3 2 1\n";
     let mesh = mesh("a.obj", text);
@@ -164,7 +164,7 @@ fn smoothing_groups_create_normals() {
         found
     };
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    // The face without a group and the third are flat; normals between the two in one group are averaged.
+    // The third side and the face without a group are flat; normals are averaged between the first two sides.
     assert_eq!(at([1.0, 1.0, -1.0]), [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
     assert_eq!(at([0.0, 0.0, 0.0]), [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]);
     let corner = at([1.0, 1.0, 0.0]);
@@ -207,7 +207,7 @@ fn model_notices(extra: &str) -> String {
 
 #[test]
 fn faces_with_one_or_two_corners_are_skipped() {
-    // Indices count backwards, so that those of a skipped face must not shift the others.
+    // The indices count backwards: the skipped faces must not shift the indices of other faces.
     let thin = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\n";
     let read = model("a.obj", format!("{thin}f -4\nf -4 -3 -2\nf -2/-1 -1/-1\nf\nf 2 4 -2\n"));
     assert_eq!(read.parts[0].mesh.triangles, [[0, 1, 2], [1, 3, 2]]);
@@ -238,7 +238,7 @@ fn indices_of_missing_attributes_are_reported_and_ignored() {
             "a.obj:7: f: normal 9, but the file has no normals; the model is shown without them",
         ]
     );
-    // Existing attributes are kept: normals without texture coordinates.
+    // If texture coordinates are missing, the normals are kept.
     let normals = format!("{four}vn 0 0 1\nf 1/1/1 2/2/1 3/3/1\n");
     let read = model("a.obj", normals);
     assert_eq!(read.parts[0].mesh.normals, Some(vec![[0.0, 0.0, 1.0]; 4]));
@@ -300,7 +300,7 @@ fn damaged_obj_files_cause_an_error_or_a_notice() {
 fn faces_with_infinite_vertices_are_omitted() {
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for odd in ["nan 0 0", "0 1e999 0", "0 0 -1.#IND"] {
-        // Not used by any face, and used by a triangle and a square.
+        // The vertex that is not finite is first unused, then used by a triangle and by a square.
         let unused = model("a.obj", format!("{three}v {odd}\nf 1 2 3\n"));
         assert_eq!(area(&unused.parts[0].mesh), 0.5);
         let expected = "a.obj: 1 unused vertices are not finite";

@@ -6,7 +6,7 @@ use raycam_scene::{Alpha, MaterialModel, MeshFile, NoticeCode, Texels, Wrap};
 
 use crate::support::{folder, message, rgb, texts};
 
-/// A triangle with a material of this file, in a new folder with a texture.
+/// Model of a triangle whose material is defined by this MTL text, in a new folder with textures.
 fn model(mtl: &str) -> Result<MeshFile, String> {
     within(&Budget::default(), mtl)
 }
@@ -164,8 +164,7 @@ fn cut_out(maps: &str) -> Texels {
 
 #[test]
 fn opacity_maps_are_merged_into_the_colour_texture() {
-    // The opacity is the luminance of a texel, in either order of the maps; it is 9 of 255 at both texels of the colour
-    // image.
+    // In both orders of the maps, the opacity of a texel is the luminance of `grey.png`: 9 of 255 at both texels.
     let grey = Texels::Srgb8(vec![[255, 0, 0, 9], [0, 255, 0, 9]]);
     for maps in [
         "map_Kd wood.png\nmap_d grey.png",
@@ -174,21 +173,21 @@ fn opacity_maps_are_merged_into_the_colour_texture() {
     ] {
         assert_eq!(cut_out(maps), grey, "{maps}");
     }
-    // If one image is used for both, its own alpha is used.
+    // If both maps are the same image, the opacity is the image's own alpha, here 1.
     let both = Texels::Srgb8(vec![[255, 0, 0, 255], [0, 255, 0, 255]]);
     assert_eq!(cut_out("map_Kd wood.png\nmap_d wood.png"), both);
-    // Its alpha, if it has any; without a colour image, colours are white.
+    // An opacity image with alpha: the opacity is its alpha. Without a colour image, colours are white.
     let white = [[255, 255, 255, 255], [255, 255, 255, 51]];
     assert_eq!(cut_out("map_d clear.png"), Texels::Srgb8(white.into()));
-    // Luminance of the colours: Rec. 709's weights of red and green.
+    // An opacity image without alpha: the opacity is its luminance, here Rec. 709's weights of red and green.
     let shares = [[255, 255, 255, 54], [255, 255, 255, 182]];
     assert_eq!(cut_out("map_d wood.png"), Texels::Srgb8(shares.into()));
-    // A colour image of one texel with an opacity image of two.
+    // The colour image has one texel, the opacity image two.
     let nine = (65535.0 * linear_from_srgb(9.0 / 255.0)).round() as u16;
     let spread = [[nine, nine, nine, 65535], [nine, nine, nine, 13107]];
     let found = cut_out("map_Kd grey.png\nmap_d clear.png");
     assert_eq!(found, Texels::Linear16(spread.into()));
-    // The options of both maps are applied, and the result does not replace the colour image without opacity.
+    // The options of both maps are applied. The merged texture does not replace the colour image in other uses.
     let clamped = model("newmtl m 1\nmap_Kd -clamp on wood.png\nmap_d -clamp on grey.png\n").unwrap();
     assert_eq!(clamped.textures[0].sampler.wrap, [Wrap::Clamp; 2]);
     let glowing = model("newmtl m 1\nmap_Kd wood.png\nmap_d grey.png\nmap_Ke wood.png\n").unwrap();
@@ -260,7 +259,7 @@ fn missing_and_forbidden_files_are_omitted_with_a_notice() {
 
 #[test]
 fn invalid_mtl_values_are_clamped_or_ignored_with_one_notice_per_kind() {
-    // Statement, colour, the same for Ks, and the consequence.
+    // Each case: statement, resulting colour, and consequence in the notice.
     for (text, color, done) in [
         ("Kd 1.2 0.5 0", [1.0, 0.5, 0.0], "clamped"),
         ("Kd 1 2 3", [1.0; 3], "clamped"),
@@ -313,8 +312,7 @@ fn utf_16_libraries_are_read() {
     }
 }
 
-/// A triangle in each of these materials, with a library `a.mtl` of this text in the same folder; expects no notices,
-/// or notices with these words.
+/// Reads a triangle in each of these materials, with a library `a.mtl` of this text in the same folder.
 fn named(head: &str, names: &[&[u8]], mtl: &[u8]) -> MeshFile {
     let folder = folder();
     let path = folder.join("a.obj");
@@ -329,7 +327,7 @@ fn named(head: &str, names: &[&[u8]], mtl: &[u8]) -> MeshFile {
 
 #[test]
 fn material_names_may_have_any_encoding() {
-    // Red and blue in GBK, which become the same replacement characters in UTF-8.
+    // The names "red" and "blue" in GBK. Converted to UTF-8, both become the same replacement characters.
     let (red, blue) = (b"\xba\xec", b"\xc0\xb6");
     let mtl = [b"newmtl ", &red[..], b"\nKd 1 0 0\nnewmtl ", blue, b"\nKd 0 0 1\n"].concat();
     let uses = [red, blue].map(|name| [&b"usemtl "[..], name].concat());
@@ -338,7 +336,7 @@ fn material_names_may_have_any_encoding() {
     assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
     assert_eq!(model.parts[0].mesh.material_slots.as_deref(), Some(&[0, 1][..]));
     assert!(model.notices.is_empty(), "{:?}", model.notices);
-    // Files with such names.
+    // Texture files may have such names too.
     #[cfg(unix)]
     {
         use std::os::unix::ffi::OsStrExt;
