@@ -171,39 +171,43 @@ def load_cameras(
 
     * "opencv": FileStorage, YAML, JSON, XML, `.npz`, `.npy`, also compressed (`.yml.gz`); K and lens may have the keys
       that users commonly choose (`mtx`, `dist`, `K1 D1 K2 D2 R T`, a map for each camera, or keys with the cameras'
-      names, as `K_event` and `dist_event`), poses may be maps of a quaternion and a translation, and R and T may be in
-      `extrinsics.json` next to `intrinsics.json`; sensor files of EuRoC, Kimera
-    * "ros": CameraInfo of `camera_info_manager` or a message; a folder with left.yaml and right.yaml
-    * "kalibr": camchain; poses by `T_cam_imu` or `T_imu_cam`, else from cam0 by `T_cn_cnm1`; a rig
-    * "orb-slam": settings of ORB-SLAM2 and 3, one camera or a pair
-    * "camodocal", "vins": `model_type` PINHOLE, PINHOLE_FULL, MEI, KANNALA_BRANDT; with the mounts of VINS
-    * "ov2slam", "ncamera": OV2SLAM; camera systems of SVO and maplab (`T_B_C`), `cam_model` of SVO and FAST-LIVO2
-    * "basalt", "mrcal", "zed": files of these programs and cameras
+      names, such as `K_event` and `dist_event`); poses may be maps of a quaternion and a translation; R and T may be in
+      `extrinsics.json` next to `intrinsics.json`; also sensor files of EuRoC and Kimera
+    * "ros": files of `camera_info_manager`, CameraInfo messages as text, and folders with left.yaml and right.yaml
+    * "kalibr": camchain files, whose cameras form a rig, with poses from `T_cam_imu` or `T_imu_cam`, or else relative
+      to cam0 from `T_cn_cnm1`
+    * "orb-slam": settings of ORB-SLAM2 and 3, for one camera or a pair
+    * "camodocal", "vins": cameras with `model_type` PINHOLE, PINHOLE_FULL, MEI or KANNALA_BRANDT; for VINS also the
+      poses on the body
+    * "ov2slam": settings of OV2SLAM; "ncamera": camera systems of SVO and maplab (`T_B_C`), and files of SVO and
+      FAST-LIVO2 with `cam_model`
+    * "basalt", "mrcal", "zed": calibrations of Basalt, mrcal and ZED cameras
     * "anipose": `calibration.toml` of Anipose, Pose2Sim and FreeMoCap
     * "colmap": a folder of text files, or one of them, with rigs and frames; also "colmap-binary"
     * "metashape", "opensfm", "alicevision", "openmvg", "bundler", "realitycapture" (CSV), "realitycapture-xmp":
       reconstructions
-    * "nerf": transforms.json of NeRF, instant-ngp, nerfstudio; "blender" has one angle for all, "blender-splits"
-      train, val and test
-    * "3dgs", "polycam", "record3d", "camera-path": cameras.json of Gaussian splats; exports of these apps; a
-      viewer's path
-    * "poses": 4x4 matrices: one in a file (ScanNet, 7-Scenes, a folder of them), 16 numbers a line (Replica),
-      `.npy`
-    * "open3d", "redwood", "arkit": Open3D's JSON, `.log`, ARKitScenes' `.traj` and `.pincam`
-    * "mvsnet", "neus" (also DVR's), "pmvs" (also DTU's camera matrices, and `.npy`), "llff", "middlebury",
+    * "nerf": transforms.json of NeRF, instant-ngp and nerfstudio; "blender": the same file with one field of view for
+      all images; "blender-splits": a folder with such files for train, val and test
+    * "3dgs": cameras.json of Gaussian splats; "polycam", "record3d": exports of these apps; "camera-path": a
+      viewer's camera path
+    * "poses": 4x4 matrices: one per file (ScanNet, 7-Scenes; also a folder of such files), 16 numbers per line
+      (Replica), or `.npy`
+    * "open3d": Open3D's JSON; "redwood": `.log`; "arkit": ARKitScenes' `.traj` and `.pincam`
+    * "mvsnet", "neus" (also files of DVR), "pmvs" (also DTU's camera matrices, and `.npy`), "llff", "middlebury",
       "realestate10k": cameras of these benchmarks
-    * "kapture": a folder with `sensors/`, or a file in it
+    * "kapture": a folder with `sensors/`, or a file in `sensors/`
     * "cityscapes", "virtual-kitti", "tartanair", "scannetpp-iphone": cameras and poses of these data sets
     * "aria-mps": trajectories and `online_calibration.jsonl` of Project Aria's machine perception services
-    * "kitti": `P0` to `P3`, `calib_cam_to_cam.txt`; the world is rectified camera 0
-    * "kitti-poses": 12 numbers a line; "kitti-360": `poses.txt` of the body, `calib_cam_to_pose.txt`
-    * "bop", "hot3d": `scene_camera.json` (millimetres become metres), `camera.json`; `cam_model` of head-mounted
-      sets
+    * "kitti": `P0` to `P3`, or `calib_cam_to_cam.txt`; world coordinates are those of the rectified camera 0
+    * "kitti-poses": 12 numbers per line; "kitti-360": the body's `poses.txt`, and `calib_cam_to_pose.txt`
+    * "bop": `scene_camera.json` (millimetres become metres) and `camera.json`; "hot3d": `cam_model` of data sets from
+      head-mounted cameras
     * "nuscenes", "argoverse", "waymo": cameras of vehicles, from JSON tables (for Argoverse 2 also CSV)
-    * "replicator": camera_params of NVIDIA Replicator, one or a folder of them
-    * "tum", "euroc": trajectories, for "euroc" (`data.csv`) of the body; a header with the columns' names decides their
-      order. "tum-intrinsics": `calibration.txt`, also with the lens of DROID-SLAM (fx fy cx cy k1 k2 p1 p2)
-    * "realsense", "coco": intrinsics printed by librealsense; the `images` of data sets that raycam writes
+    * "replicator": a camera_params file of NVIDIA Replicator, or a folder of such files
+    * "tum", "euroc": trajectories of a camera, or of the body for "euroc" (`data.csv`); if the file has a header with
+      the columns' names, the columns may have any order. "tum-intrinsics": `calibration.txt`, also with the lens of
+      DROID-SLAM (fx fy cx cy k1 k2 p1 p2)
+    * "realsense": intrinsics printed by librealsense; "coco": the `images` of data sets that raycam writes
 
     Without `format`, the format is detected from the file's contents, then from its name; for a folder, from the files
     in it. For files that contain only poses, size, K and lens are taken from `intrinsics` (a camera or a calibration

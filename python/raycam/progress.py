@@ -107,7 +107,7 @@ class _Bar:
             self._write("")
 
     def _write(self, text: str) -> None:
-        from shutil import get_terminal_size  # imported here: `import raycam` does not wait for it
+        from shutil import get_terminal_size  # imported here, so that `import raycam` is fast
 
         text = text[: max(1, get_terminal_size().columns - 1)]
         sys.stderr.write("\r" + text.ljust(self._width) + "\r")

@@ -148,7 +148,7 @@ class Label:
 def join_labels(labels: Sequence[Label], name: str) -> Label:
     """Returns one label for the parts of an object: the union of the masks, under a new name.
 
-    All other values, such as the id and the box in space, come from the first part.
+    All other values, such as the id and the oriented box, come from the first part.
     """
     first = labels[0]
     left, top = (min(item.region[axis] for item in labels) for axis in (0, 1))

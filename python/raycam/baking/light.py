@@ -29,9 +29,9 @@ def light_values(
     max_depth: int | None,
     threads: int | None,
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-    """Returns a map's light [n, 3] at points, and its luminance's standard errors [n].
+    """Returns a map's light [n, 3] at points, and the standard errors [n] of the luminance.
 
-    Both are 0 without a surface. `pixels` [n, 2] select the random numbers.
+    Both are 0 for points without a surface. `pixels` [n, 2] select the random numbers.
     """
     depth = DIRECT_DEPTH if name == "direct" else max_depth
     options = {"integrator": "path", "samples": samples, "max_depth": depth, "threads": threads}

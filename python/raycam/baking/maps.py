@@ -79,9 +79,10 @@ def bake(
     as in `texture_from_photos`.
 
     `to="vertices"` bakes to the vertices, which are the different positions of the corners: arrays are [v] and [v, 3],
-    and `BakedMaps.to_world` returns a mesh in vertex colours. A value is the mean over the faces at the vertex, by
-    their area; rays start 1 % inside of the face. `size` and `uv_set` are ignored, because no texture coordinates are
-    needed; ids, `tangent_normal`, `atlas` and `denoise` are not supported.
+    and `BakedMaps.to_world` returns a mesh in vertex colours. A value is the area-weighted mean over the faces at the
+    vertex. For each face, it is computed at 1 % of the way from the corner to the face's centroid. `size` and `uv_set`
+    are ignored, because no texture coordinates are needed; ids, `tangent_normal`, `atlas` and `denoise` are not
+    supported.
 
     Gutters of 8 texels around the islands continue their values, except for ids. Notices report overlapping islands
     and, if light is baked, a world without lights. The same call returns the same bytes on any number of threads.
@@ -152,7 +153,7 @@ def _settings(
     max_depth: int | None,
     threads: int | None,
 ) -> BakeSettings:
-    """The settings of an object, checked."""
+    """Checks the arguments of `bake`, and returns them as settings."""
     diagonal = float(np.sqrt((np.ptp(world.triangles(number).reshape(-1, 3), axis=0) ** 2).sum()))
     angle = real("cone", cone, 0.0, what="degrees")
     if not 0 < angle <= 180:

@@ -135,9 +135,9 @@ def selfcheck(
     pixels and 8 bits of linear light. `progress(done, total)` counts the views; `keep(number, frame)` receives each
     image.
 
-    OpenCV receives only the number of coefficients. Raises `SettingsError` if OpenCV is not installed (`pip install
-    opencv-python-headless`) or detects the board in too few images, and `CameraError` for a lens that OpenCV does not
-    calibrate.
+    The calibration starts without the camera's values: OpenCV receives only the number of lens coefficients. Raises
+    `SettingsError` if OpenCV is not installed (`pip install opencv-python-headless`) or detects the board in too few
+    images, and `CameraError` for a lens that OpenCV does not calibrate.
 
     Source: OpenCV, `calib3d`: Z. Zhang, A Flexible New Technique for Camera Calibration, 2000.
     """

@@ -164,7 +164,7 @@ class Optics(CameraGeometry):
 
 
 def _moment(given: Any) -> tuple[float, Any]:
-    """A time and a camera of a track."""
+    """Checks an entry of a track, and returns its time in seconds and its camera."""
     try:
         time, camera = given
     except (TypeError, ValueError):

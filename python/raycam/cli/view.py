@@ -291,7 +291,7 @@ def _end_on_signals() -> None:
 
 
 def _photographed(cameras: Mapping[str, Camera], options: argparse.Namespace) -> dict[str, str]:
-    """Returns the photographs' names by the names of `--cameras`.
+    """Returns the photograph's name for each camera of `--cameras`, by the camera's name.
 
     Raises `SettingsError` without cameras.
     """

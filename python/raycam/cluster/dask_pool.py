@@ -275,7 +275,7 @@ class DaskPool:
         self.notices.append(Notice(f"{worker} cannot render frames: {reason}", "unusable_worker"))
 
     def _collect_result(self, ours: Future[FrameResult], theirs: Future[FrameResult]) -> None:
-        """Passes a result on; an unfit worker is probed again."""
+        """Copies a finished frame's result to the job's future; an unfit worker is probed again."""
         if self._submitted.pop(ours, None) is None:  # the frame was cancelled
             return
         fault = None if theirs.cancelled() else theirs.exception()
@@ -286,13 +286,16 @@ class DaskPool:
 
 
 def _resolve_future(ours: Future[FrameResult], theirs: Future[FrameResult]) -> None:
-    """Copies the outcome of Dask's future to ours, with Dask's exceptions translated."""
+    """Copies the outcome of Dask's future `theirs` to the job's future `ours`.
+
+    Dask's exceptions become the exceptions of `jobs.scheduler`.
+    """
     from distributed import KilledWorker
 
     try:
         ours.set_result(theirs.result())
     except KilledWorker as fault:
-        # All frames that waited at the dead worker get this exception, not only the one that it was rendering.
+        # All frames that waited at the dead worker get this exception, not only the frame that it was rendering.
         ours.set_exception(WorkerDied(str(fault), certain=False, deaths=fault.allowed_failures + 1))
     except CancelledError as fault:
         ours.set_exception(PoolLost(f"the scheduler has stopped {fault}".rstrip()))

@@ -28,7 +28,7 @@ def dask_setup(worker: object) -> None:
 def render_frame(task: FrameTask) -> FrameResult:
     """Renders a frame as `worker.render_frame` does.
 
-    `WorkerUnfit.worker` gets the address of this worker.
+    If `WorkerUnfit` is raised, its attribute `worker` is the address of this worker.
     """
     try:
         return worker.render_frame(task)

@@ -1,8 +1,8 @@
 """Pool of worker processes on this machine, and the protocol of their pipes.
 
 Each worker is `python -m raycam.cluster.process_worker`. It reads tasks as lines of JSON and answers each with a line
-of JSON and the bytes of the files. Files in pieces come before that line, each piece after a line with its size.
-Nothing is pickled. If a worker dies, the frame that it was rendering is known exactly.
+of JSON and the bytes of the files. Files that are sent in pieces come before the answer's line; each piece follows a
+line with its size. Nothing is pickled. If a worker dies, the frame that it was rendering is known exactly.
 """
 
 from __future__ import annotations

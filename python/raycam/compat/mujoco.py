@@ -79,7 +79,7 @@ class Renderer:
         return self._scene
 
     def _build(self, data: Any, groups: Groups) -> None:
-        """Creates the scene with the groups' elements; the flags are kept."""
+        """Creates a new scene with the elements of the visible groups, and copies the old flags."""
         flags = None if self._scene is None else self._scene.flags
         geoms, sites, tendons = groups
         self._scene = from_mujoco(self._model, data, groups=geoms, sites=sites, tendons=tendons)

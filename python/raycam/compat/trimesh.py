@@ -28,7 +28,7 @@ MERGE_TOLERANCE = 1e-8
 
 
 def __getattr__(name: str) -> Any:
-    """Raises `AttributeError` with an alternative.
+    """Raises an `AttributeError` that names an alternative.
 
     Only trimesh's names for rays and nearest points are supported.
     """
@@ -82,8 +82,8 @@ class RayMeshIntersector:
 
         With `return_locations`, the locations [m, 3] of the hits are also returned. The first hits of all rays are
         returned in the order of the rays, followed by all second hits, and so on. With `multiple_hits`, hits are
-        crossings (`World.intersections`), at most `max_hits` per ray. Without, a hit is the first triangle including
-        its edges (`World.cast_rays`), also at the border of an open mesh.
+        crossings (`World.intersections`), at most `max_hits` per ray. Without `multiple_hits`, a hit is the first
+        triangle including its edges (`World.cast_rays`), also at the border of an open mesh.
         """
         origins, directions = _rays(ray_origins, ray_directions)
         fields = ["triangle", "position"] if return_locations else ["triangle"]
@@ -262,7 +262,7 @@ def uninstall() -> None:
 
 
 def _world_for(mesh: Any) -> World:
-    """Returns the world of a mesh: the world of `mesh.ray` if that is an object of raycam."""
+    """Returns the world of `mesh.ray` if raycam created `mesh.ray`, otherwise a new world."""
     ray = getattr(mesh, "ray", None)
     return (ray if isinstance(ray, RayMeshIntersector) else RayMeshIntersector(mesh)).world
 

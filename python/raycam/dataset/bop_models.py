@@ -124,13 +124,13 @@ class Model:
     own_id: int | None
     """The id that was assigned to the model's objects, if any; it distinguishes models of equal shape."""
     categories: set[str]
-    """The categories of its objects."""
+    """The categories of the objects with this model."""
     names: set[str]
-    """The names of its objects."""
+    """The names of the objects with this model."""
     world: int
     """The index of the first world that contains the shape."""
     object: int
-    """The id of its first object in that world."""
+    """The id of the first object with this model in that world."""
     id: int = 0
     """The model's id in the data set, from 1."""
 

@@ -56,7 +56,7 @@ class Tracks:
             before = after[:, -1:]
 
     def _columns(self, columns: slice) -> npt.NDArray[np.uint8]:
-        """A range of bytes from the row of each image."""
+        """Reads the bytes `columns` of each image's row; returns them as uint8 [images, bytes]."""
         self._file.seek(0)
         size = max(PART // self._width, 1) * self._width
         parts = iter(lambda: self._file.read(size), b"")

@@ -145,7 +145,7 @@ def make(plan: Plan, number: int) -> Made:
 def scan_bytes(scan: Scan) -> bytes:
     """Returns the points of a scan as bytes: float32 [n, 5], little endian.
 
-    The columns are x, y, z, intensity and ring. Positions are as seen from the pose at the frame's start.
+    The columns are x, y, z, intensity and ring. Positions are in the axes of the sensor at the frame's start.
     """
     columns = [scan.deskewed(0.0), scan["intensity"], scan["ring"]]
     return np.column_stack(columns).astype("<f4").tobytes()

@@ -181,8 +181,8 @@ def write(
       frame, the others are sweeps; `fps` (20) for views without a time, `start_time` (0 s). nuScenes' tools require
       nuScenes' sensor names, such as CAM_FRONT and LIDAR_TOP
     * "colmap": `points` (10,000) sampled on visible surfaces; rigs are written as rigs and frames
-    * "nerf", "tum", "scannet": `depth_scale` (1, 0.2 and 1), millimetres per unit of depth; the last two: `fps` (30)
-      for the timestamps of views without a time
+    * "nerf", "tum", "scannet": `depth_scale` (1, 0.2 and 1), millimetres per unit of depth; "tum" and "scannet" also
+      have `fps` (30) for the timestamps of views without a time
     * "webdataset": `shard_size` (32) samples per tar file, `channels`, `segmentation`
     * "yolo": `task` ("detect", "segment", "pose" or "obb"), `splits` ({"train": 0.8, "val": 0.2}) by `split_seed`
       (0), where views of one world or of one pose of a rig stay together; `min_pixels` (1), `keypoints`
@@ -218,25 +218,25 @@ def write(
 
     With a `raycam.Recipe` as `world`, `count` randomised worlds are rendered, each with its own cameras or with
     `cameras`. "coco", "kitti", "webdataset", "yolo", "panoptic", "semantic", "hdf5" and "replicator" write all worlds
-    into one data set. "bop" does too, with a scene for each world, numbered from `scene`, and one model for each
-    shape in all scenes. The other formats write a data set for each world, in a folder with its number. A view
+    into one data set. "bop" also writes one data set, with a scene for each world, numbered from `scene`, and one model
+    for each shape in all scenes. The other formats write a data set for each world, in a folder with its number. A view
     depends only on the recipe, its seed and the world's number. Every worker reads the recipe's files from their
     original folder.
 
     Instead of `world`, the caller may pass `worlds`, for example from a simulator: a list, an iterator, or a function
     that returns world i, with their number in `count`. They are written like a recipe's worlds: each with its own
     cameras, which must have the same names in all worlds, or all with `cameras`. `categories` lists the categories of
-    all worlds; by default, they are those of a list's worlds, or else of the first world. The worlds are created in
+    all worlds (default: the categories of a list's worlds, or else of the first world). The worlds are created in
     this process and rendered on all threads; `shard` divides them among several processes. A resumed call does not
     request the worlds of finished views again. However, the index files of "bop" and of formats with one data set per
     world require all worlds again; these formats therefore require a list or a function.
 
-    The data set is a `raycam.jobs.Job`. Every file is written atomically, and the same call resumes an interrupted
-    one and keeps its finished views; `resume=False` starts again. `workers` and `shard` (i, n) are as in `make_pool`
-    and `Job.run`. The index files are written when all views are finished. Memory does not grow with the number of
-    views; "colmap" stores one bit for each point and view in a temporary file. `progress(done, total, failed)` is
-    called after each unit of work; `tell` is as in `make_pool`. `dataset_card.json` and `.md` contain counts, seeds,
-    versions and `licence`, the licence of the images.
+    The data set is a `raycam.jobs.Job`. Every file is written atomically. After an interruption, the same call keeps
+    the finished views and renders the others; `resume=False` starts again. `workers` and `shard` (i, n) are as in
+    `make_pool` and `Job.run`. The index files are written when all views are finished. Memory does not grow with the
+    number of views; "colmap" stores one bit for each point and view in a temporary file. `progress(done, total,
+    failed)` is called after each unit of work; `tell` is as in `make_pool`. `dataset_card.json` and `.md` contain
+    counts, seeds, versions and `licence`, the licence of the images.
 
     Raises `SettingsError` and `CameraError`, before anything is rendered, for options and cameras that the format
     does not support; `JobError` if the folder contains another data set, and at the end if views failed; and

@@ -13,7 +13,7 @@ DIGITS = 6
 
 
 def number(value: float, digits: int = DIGITS) -> str:
-    """A number with `digits` significant digits, and 0 for both zeros."""
+    """Returns a number with `digits` significant digits as text; -0.0 becomes 0."""
     return f"{value + 0.0:.{digits}g}"
 
 

@@ -21,6 +21,6 @@ PALETTE = {
 }
 """The colour of each symbol and line on a light page."""
 BRIGHT = {"P": "#8ab4ff", "r": "#ff8a80", "L": "#ffd166", "axis": "#8d93a1"}
-"""The same on a dark page, for lines over a picture."""
+"""The colours on a dark page, for lines over an image."""
 SHADES = {"plane": ("#7a36c0", 0x22 / 255), "inside": ("#00707a", 0x2E / 255)}
 """The colour and the opacity of areas on a light page."""

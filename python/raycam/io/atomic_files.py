@@ -181,7 +181,7 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
 
 def _temporary_folder() -> str:
     """The system's folder for temporary files."""
-    from tempfile import gettempdir  # imported here: `import raycam` does not wait for it
+    from tempfile import gettempdir  # imported here, so that `import raycam` is fast
 
     return gettempdir()
 
@@ -211,7 +211,7 @@ def _move(temporary: str, found: _Destination) -> None:
             # EBUSY: the file is mounted into a container.
             if fault.errno not in (errno.EBUSY, errno.EXDEV):
                 raise
-    from shutil import copyfileobj  # imported here: `import raycam` does not wait for it
+    from shutil import copyfileobj  # imported here, so that `import raycam` is fast
 
     with open(temporary, "rb") as source, open(found.path, "wb") as into:
         copyfileobj(source, into, 1 << 20)
@@ -290,7 +290,7 @@ def _check_destination(target: str, size: int = 0) -> _Destination:
         _check_not_protected(target, found)
     elif not os.access(folder, os.W_OK | os.X_OK):
         raise with_code(PermissionError(errno.EACCES, f"the folder {folder!r} is write-protected", target))
-    from shutil import disk_usage  # imported here: `import raycam` does not wait for it
+    from shutil import disk_usage  # imported here, so that `import raycam` is fast
 
     free = disk_usage(folder).free
     # An empty file also occupies a block.

@@ -34,7 +34,7 @@ def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]
     file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         _wait_for_lock(file, folder, patience)
-        from socket import gethostname  # imported here: `import raycam` does not wait for it
+        from socket import gethostname  # imported here, so that `import raycam` is fast
 
         os.ftruncate(file, 0)
         write_at(file, f"process {os.getpid()} on {gethostname()}".encode(), 0)

@@ -9,9 +9,7 @@ __all__ = ["html_table"]
 MAX_ROWS = 20
 """Maximum number of rows shown; further rows are counted."""
 CELL = 'style="padding: 2px 14px 2px 0; text-align: left"'
-"""The style of a cell. Style of table cells, because some notebooks, such as marimo, otherwise show cells without
-padding.
-"""
+"""The style of table cells. Without it, some notebooks, such as marimo, show cells without padding."""
 
 
 def html_table(
@@ -21,7 +19,7 @@ def html_table(
 
     All text is escaped.
     """
-    from html import escape  # imported here: `import raycam` does not wait for it
+    from html import escape  # imported here, so that `import raycam` is fast
 
     every = list(rows)
     parts = [f"<div><b>{escape(title)}</b>"]

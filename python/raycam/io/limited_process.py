@@ -48,9 +48,9 @@ def run_limited(
 ) -> tuple[int, str]:
     """Returns the exit status of a command and the end of its output.
 
-    Raises `FormatError` with `path` if it takes longer than `seconds`, the time limit for `what`.
+    Raises `FormatError` with `path` if the command takes longer than `seconds`, the time limit for `what`.
     """
-    # Imported here: `import raycam` does not wait for them.
+    # imported here, so that `import raycam` is fast
     import subprocess
     import tempfile
 

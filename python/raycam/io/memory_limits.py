@@ -111,7 +111,7 @@ MAC_AVAILABLE = ("free", "speculative", "inactive")
 
 def _command_output(*command: str) -> str:
     """The output of a system command; empty if the command fails."""
-    from subprocess import SubprocessError, run  # imported here: `import raycam` does not wait for it
+    from subprocess import SubprocessError, run  # imported here, so that `import raycam` is fast
 
     try:
         return run(command, capture_output=True, text=True, check=True, timeout=5).stdout

@@ -20,7 +20,7 @@ def npz_bytes(arrays: Mapping[str, Any], *, compressed: bool = False) -> bytes:
     Uncompressed files are equal on every system and Python version, because they contain no times, systems or file
     attributes. Compressed files also depend on the zlib library.
     """
-    import zipfile  # imported here: `import raycam` does not wait for it
+    import zipfile  # imported here, so that `import raycam` is fast
 
     buffer = io.BytesIO()
     kind = zipfile.ZIP_DEFLATED if compressed else zipfile.ZIP_STORED

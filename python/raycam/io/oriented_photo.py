@@ -25,9 +25,10 @@ def read_oriented(
 ) -> tuple[Pixels, list[Notice]]:
     """Returns the linear colours and opacity [h, w, 4] of a photograph, and notices.
 
-    `size` is the (width, height) of the camera that took it. With `orientation` "auto", the photograph is rotated by
-    its EXIF orientation if only the rotated photograph has the camera's shape, with a notice; otherwise a notice states
-    which of the two fits. "apply" always rotates it, like `cv2.imread`, and "ignore" never does.
+    `size` is the (width, height) of the camera that took the photograph. With `orientation` "auto", the photograph is
+    rotated by its EXIF orientation if only the rotated photograph has the camera's aspect ratio. A notice reports the
+    rotation, or why the photograph is not rotated. "apply" always rotates the photograph, like `cv2.imread`, and
+    "ignore" never rotates it.
 
     Raises `SettingsError` for another `orientation`, `FormatError` and `OSError` for the file.
     """

@@ -12,7 +12,7 @@ QUERY_LIMITED = 0x1000
 
 def limit_and_used() -> tuple[int, int]:
     """The machine's memory and the memory in use, in bytes."""
-    import ctypes  # imported here: `import raycam` does not wait for it
+    import ctypes  # imported here, so that `import raycam` is fast
 
     class MemoryStatus(ctypes.Structure):
         """MEMORYSTATUSEX."""

@@ -359,7 +359,7 @@ class Job:
         self._failed = {frame: error for frame, error in self._failed.items() if not self.has(frame)}
 
     def _erase_damaged(self, own: Path) -> None:
-        """Erases the damaged lines of `own`, and of the journals that no other process writes."""
+        """Erases the damaged lines of the journal `own`, and of journals without a writing process."""
         for path, place in self._damaged:
             with contextlib.ExitStack() as held, contextlib.suppress(JobError):
                 if path != own:

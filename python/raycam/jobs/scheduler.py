@@ -76,7 +76,7 @@ class Pool(Protocol):
         """
 
     def slots(self) -> int:
-        """The number of frames to have submitted at a time."""
+        """The maximum number of frames that are submitted at the same time."""
 
     def close(self) -> None:
         """Stops running frames and closes the pool."""
@@ -95,9 +95,9 @@ class FailedFrame:
 
 
 def shared_threads(cores: int, workers: int, left: int) -> int:
-    """`Pool.threads` for workers on one machine: the cores divided by the workers.
+    """Returns `Pool.threads` for workers on one machine: the cores divided among the workers.
 
-    If fewer frames than workers remain, each gets more threads, so that no core idles.
+    If fewer frames than workers remain, each remaining frame gets more threads, so that no core idles.
     """
     share = max(1, cores // workers)
     return share if left > workers else max(share, min(cores, -(-2 * cores // left)))
@@ -165,7 +165,10 @@ class _Scheduler:
                 outcome = None  # frees the files while waiting for the next frame
 
     def _fill(self) -> None:
-        """Submits frames while slots are free: new frames, then retries, then suspects."""
+        """Submits frames while slots are free: new frames, then retries, then suspect frames.
+
+        A suspect frame may have killed a worker, and is therefore rendered alone.
+        """
         while not self._alone and self._pending() < max(1, self._pool.slots()):
             task = next(self._tasks, None)
             if task is None and self._again:

@@ -59,8 +59,8 @@ def beam_rays(
 ) -> tuple[Floats, Floats, Floats]:
     """Returns the origins and directions [n, k, 3] of the rays of beams, and their weights [k].
 
-    The beams are along `directions` [n, 3]. `turns` [n], from 0 to 1, rotate the set of rays about each
-    beam's axis against moiré. The beam's horizontal axis is perpendicular to z.
+    The beams are along `directions` [n, 3]. `turns` [n] rotate the set of rays about each beam's axis by a
+    fraction of a full turn, which prevents moiré. The beam's horizontal axis is perpendicular to z.
     """
     places, weights = hexagonal_set(samples)
     if samples == 1:

@@ -226,7 +226,10 @@ def _climb(at: Floats, places: Floats, shares: Floats, sigma: float) -> Floats:
 
 
 def _shift(at: Floats, places: Floats, shares: Floats, sigma: float) -> tuple[Floats, Floats]:
-    """Returns the weighted mean of `places` around `at`, minus `at`, and their variance."""
+    """Returns the mean of `places` [n, m] near `at` [n] relative to `at`, and their variance.
+
+    A place's weight is its value in `shares` times a Gaussian of the distance from `at`.
+    """
     apart = places - at[:, None]
     seen = shares * np.exp(-0.5 * (apart / sigma) ** 2)
     total = np.maximum(seen.sum(axis=1), 1e-300)

@@ -34,7 +34,7 @@ class Fog:
     """The fog that a lidar is in."""
 
     visibility: float
-    """In metres."""
+    """The distance in metres after which 5 % of the light remains."""
     top: tuple[int, float] | None = None
     """The world's up axis (1 or 2), and the coordinate below which the fog is; None: everywhere."""
 

@@ -212,7 +212,7 @@ class _InterfaceVelocities:
 
     world: World
     times: Floats | None
-    """By pulse, in seconds after the world's time."""
+    """The time of each pulse [n], in seconds after the world's time; None for the world's time."""
     threads: int | None
 
     def at(self, hits: dict[str, npt.NDArray[Any]], pulse: npt.NDArray[np.int64], chosen: Any) -> Floats:

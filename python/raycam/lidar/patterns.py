@@ -100,7 +100,7 @@ def _golden(description: dict[str, Any], rate: float, frame: int) -> Pattern:
 
 
 def _line(description: dict[str, Any], rate: float, frame: int) -> Pattern:
-    """Returns the steps of a turning mirror, counterclockwise as seen from above."""
+    """Returns the pattern of a planar scanner, whose mirror turns counterclockwise in steps."""
     table = description["line"]
     steps = np.arange(table["first_step"], table["last_step"] + 1)
     azimuths = (2.0 * math.pi * (steps - table["front_step"]) / table["steps_per_turn"]).tolist()

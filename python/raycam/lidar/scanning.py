@@ -47,7 +47,7 @@ __all__ = [
 THRESHOLD = 5.0
 """The detection threshold, in standard deviations of the receiver's noise."""
 CERTAIN = 4.9
-"""Standard deviations below the threshold at which an echo is not detected in any of a million pulses."""
+"""Number of standard deviations below the threshold at which an echo is never detected in a million pulses."""
 RAYS_PER_BLOCK = 1 << 19
 KEPT, NOTHING_HIT, TOO_WEAK, TOO_NEAR, TOO_FAR, REFLECTED_AWAY, BY_CHANCE = range(7)
 
@@ -156,8 +156,9 @@ def scan_many(
     """Yields the scans of several frames one after another, so that only one scan is in memory.
 
     `frames` are the frames' numbers, or the number of frames, counted from frame 0. Frame k starts k / `rate` seconds
-    after the world's time; a world without a time is static. A lidar that is given by its name moves as `World.sensors`
-    at that time. Raises the errors of `scan`, and `SettingsError` for a frame number below 0.
+    after the world's time; a world without a time is static. If `lidar` is a name, each frame uses the sensor of this
+    name in `World.sensors` at the frame's start. Raises the errors of `scan`, and `SettingsError` for a frame number
+    below 0.
     """
     numbers = range(whole("frames", frames, 0, 2**31 - 1)) if isinstance(frames, int) else frames
     named = lidar_named(world, lidar) if isinstance(lidar, str) else lidar
@@ -171,8 +172,8 @@ def scan_many(
 def lidar_named(world: World, name: str) -> Lidar:
     """Returns a lidar of the world by its name.
 
-    The name without the rig is sufficient if only one lidar has it. Raises `LidarError`, with similar names, for an
-    unknown name.
+    For a lidar on a rig, the name without the rig's name is sufficient if only one lidar has this name. Raises
+    `LidarError`, with similar names, for an unknown name.
     """
     lidars = {key: sensor for key, sensor in world.sensors.items() if isinstance(sensor, Lidar)}
     if name in lidars:
@@ -193,7 +194,9 @@ def trace_pulses(
     pulses: tuple[int, int] | None = None,
     uses_energy: bool = True,
 ) -> Contributions:
-    """Returns the contributions of pulses: of all, or of `pulses[0]` to before `pulses[1]`.
+    """Returns the light that surfaces and fog return to pulses.
+
+    `pulses` (start, stop) selects a range of pulses, without `stop` (default: all pulses of the pattern).
 
     With `uses_energy=False`, the caller does not use the energy, and no notice reports that reflectances are derived
     from colours.

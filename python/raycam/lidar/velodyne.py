@@ -56,8 +56,8 @@ def velodyne_rings(lasers: Sequence[Laser]) -> list[int]:
 def velodyne_pattern(lasers: Sequence[Laser], offsets: Sequence[float], cycle: float, rate: float) -> Pattern:
     """Returns one turn, made of complete firing cycles.
 
-    A cycle takes `cycle` seconds, and laser i fires `offsets[i]` seconds after its start. The azimuth of the rotor is
-    360 degrees * rate * time, clockwise as seen from above, and 0 is x.
+    A cycle takes `cycle` seconds, and laser i fires `offsets[i]` seconds after its start. The azimuth of the rotor in
+    degrees is 360 * rate * time, clockwise as seen from above; the azimuth 0 is the x axis.
     """
     columns = math.floor(1.0 / rate / cycle)
     check_count(columns * len(lasers))
@@ -77,9 +77,9 @@ def velodyne_pattern(lasers: Sequence[Laser], offsets: Sequence[float], cycle: f
 def _decode(lasers: Sequence[Laser], cos_a: Floats, sin_a: Floats, distance: float | None) -> Floats:
     """Returns the position [columns, lasers, 3] that the driver computes for a distance.
 
-    `distance` is the measured distance; None is the distance that the constant correction turns into 0.
-    Positions are linear in the distance, also with two-point corrections, whose signs are taken from `FAR`:
-    so each beam is a line.
+    `distance` is the measured distance in metres; None means the distance whose corrected value is 0. A
+    two-point correction depends on the sign of the position, for which the position at the distance `FAR` is
+    used. Positions are therefore linear in the distance, and each beam is a line.
     """
     column = {name: np.array([asdict(laser)[name] for laser in lasers], dtype=float) for name in _NUMBERS}
     cos_v = cosines(column["vert_correction"].tolist())

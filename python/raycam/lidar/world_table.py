@@ -63,7 +63,10 @@ def read_lidar_table(
 
 @contextmanager
 def _written(name: str, contents: bytes) -> Iterator[Path]:
-    """A temporary file with this name and contents; errors name the file as the world file does."""
+    """Context with a temporary file with this name and contents.
+
+    Error messages contain the name from the world file instead of the temporary path.
+    """
     with TemporaryDirectory(prefix="raycam-") as folder:
         path = Path(folder, Path(name).name)
         path.write_bytes(contents)
@@ -104,7 +107,10 @@ def _along(lidar: Lidar, name: str, contents: bytes, time: float | None) -> Lida
 
 
 def _placed(lidar: Lidar, poses: Cameras, times: Any, chosen: Any) -> Lidar:
-    """Returns the lidar at poses of its body: R is body_from_world, the location is the body's."""
+    """Returns the lidar moving with its body.
+
+    At `times[i]`, the body is at the pose with the number `chosen[i]` of the trajectory.
+    """
     keys = list(poses)
     own = lidar.pose
     turns, places = [], []

@@ -209,7 +209,10 @@ def _adjustments(
 
 
 def _part_of(photos: PhotoSet, face: Ints, points: Floats) -> Callable[[Ints], SurfacePart]:
-    """Parts of points [m, 3] on faces [m], with wide footprints."""
+    """Returns a function that selects a part of the points [m, 3] on faces [m] by their indices.
+
+    Photographs are averaged over `EDGE_WIDTH_TEXELS` around these points.
+    """
     surface = photos.surface
 
     def part(some: Ints) -> SurfacePart:

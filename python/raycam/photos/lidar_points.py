@@ -124,7 +124,7 @@ def _nearest(
 
 
 def _ranges(first: npt.NDArray[np.int64], counts: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Returns the numbers `first[i]` to before `first[i] + counts[i]`, for each i."""
+    """Returns, concatenated for each i, the `counts[i]` consecutive numbers from `first[i]` on."""
     ends = np.cumsum(counts)
     found: npt.NDArray[np.int64] = np.arange(ends[-1] if len(ends) else 0) + np.repeat(
         first - ends + counts, counts

@@ -116,8 +116,9 @@ def solve_poisson(links: GridLinks, right: Floats) -> Floats:
 
     For each texel, the differences of the returned values [n, k] to linked neighbours sum to `right` [n, k].
 
-    Conjugate gradients, with a multigrid cycle of float32 as the preconditioner. Sources: Briggs, Henson and McCormick,
-    A multigrid tutorial, 2000; Braess, Towards algebraic multigrid for elliptic problems of second order, 1995.
+    The method is conjugate gradients, with a multigrid cycle in float32 as the preconditioner. Sources: Briggs, Henson
+    and McCormick, A multigrid tutorial, 2000; Braess, Towards algebraic multigrid for elliptic problems of second
+    order, 1995.
     """
     count = len(links.row)
     levels = [_Level(links, np.ones(len(links.first)), np.full(count, RIDGE))]

@@ -16,7 +16,7 @@ class PhotographFit:
     texels: int
     """The number of texels that the photograph shows."""
     gain: tuple[float, float, float]
-    """Factors of its linear red, green and blue, by which its colours were divided; 1 with exposure="off"."""
+    """Factors by which the photograph's linear red, green and blue were divided; 1 with exposure="off"."""
     shift_px: float
     """The photograph's shift relative to the other photographs, as the root mean square over its parts in pixels; NaN
     without overlap.

@@ -131,7 +131,7 @@ def take_survey(
 
 
 def _slopes(pyramid: Pyramid, places: Floats, footprint: Single) -> Single:
-    """Central differences [n, 2] of the luminance over a texel's width, and at least two pixels."""
+    """Returns central differences [n, 2] of the luminance over a texel, but at least two pixels."""
     reach = np.maximum(footprint, 1.0).astype(np.float64)
     found = np.empty((len(places), 2), np.float32)
     for axis in range(2):

@@ -60,7 +60,7 @@ def photo_truth(
 
     Numbered layouts have the photographs' names in `photographs.json`. `facing="front"` ignores surfaces seen from
     behind. `options` also include `workers`, `shard`, `resume` and `progress` of `raycam.dataset.write`; the same call
-    resumes an interrupted one. A notice is issued if fewer than half of the cameras show the world.
+    resumes an interrupted job. A notice is issued if fewer than half of the cameras show the world.
 
     Returns a `raycam.dataset.DatasetResult`. Raises `SettingsError`, `CameraError`, `JobError` and `OSError` as
     `raycam.dataset.write`.

@@ -279,7 +279,7 @@ class _Totals:
         total: npt.NDArray[np.int64],
         seen: Bools,
     ) -> None:
-        """Adds a chunk's faces that are visible to a camera, and marks their visible samples in `seen`.
+        """Adds a chunk's faces that are visible to a camera; marks visible samples in `seen`.
 
         The first sample of each face is tested first. After that, only samples that can change the result are
         tested: the samples of faces that are not visible so far, and samples that no earlier camera shows. With
@@ -302,7 +302,7 @@ class _Totals:
         hits: npt.NDArray[np.int64],
         seen: Bools,
     ) -> None:
-        """Tests samples of a chunk in a camera, and adds the visible samples to `hits` [k] and `seen` [m].
+        """Tests samples of a chunk in a camera; adds visible ones to `hits` [k] and `seen` [m].
 
         `chosen` are the chunk's faces [k], the index of each sample's face [m], and the indices of the samples to
         test. The first visible sample of a face represents the face.

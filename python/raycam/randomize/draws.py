@@ -23,9 +23,9 @@ DIGITS = 12
 
 
 class RejectedSample(WorldError):
-    """Error: an object has no space or a camera no view in this sample.
+    """Raised if an object has no space or a camera has no view in a sample.
 
-    The sample is drawn again.
+    The sample is then drawn again.
     """
 
 

@@ -327,7 +327,7 @@ class PlacementSampler:
         return found
 
     def _free(self, prism: ConvexPrism, gap: float) -> bool:
-        """True if no object, present before or placed, is closer than `gap`."""
+        """True if all other objects are at least `gap` metres away from the prism."""
         if any(prism.intersects(other, gap) for other in self._taken):
             return False
         # The base is excluded: it touches the ground, and may overlap it slightly if the ground is

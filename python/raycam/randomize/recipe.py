@@ -517,7 +517,7 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
 
 
 def _named(item: Mapping[str, Any], what: str) -> str:
-    """The name of an object with `physics`."""
+    """Returns the name of an object with `physics`; raises `WorldError` if it has no name."""
     if not isinstance(item.get("name"), str):
         raise WorldError(f"{what}: an object with physics needs a name", code="missing_value")
     return str(item["name"])

@@ -84,7 +84,7 @@ def place_camera(
 
 
 def _closest(best: tuple[float, float, float, float] | None, size: Floats) -> str:
-    """The closest attempt, as a part of a message."""
+    """Returns text for an error message: the attempt that came closest to the requirements."""
     across = " x ".join(f"{side:.3g}" for side in size)
     if best is None:
         return f" (size {across} m; the lens has no ray in its direction)"

@@ -71,8 +71,8 @@ def _stretched(
 ) -> npt.NDArray[np.float64]:
     """Returns the values scaled so that the lowest is 0 and the highest is 1.
 
-    Each component is scaled by itself. If `ends` is given, they replace the lowest and the highest value.
-    Pixels that are not `valid` have no meaningful value.
+    Each component is scaled separately. If `ends` is given, its two numbers replace the lowest and the highest
+    value. Pixels that are not `valid` have no meaningful value.
     """
     values = np.where(valid if plane.ndim == 2 else valid[..., np.newaxis], plane, 0).astype(np.float64)
     if not valid.any():

@@ -34,7 +34,7 @@ DISTANCE_TOLERANCE = 1e-3
 SKY_TYPES = ("environment", "sky", "daylight")
 SUN_TYPES = ("sun", "daylight")
 DAYLIGHT_SUN_DIAMETER_DEG = 0.53
-"""Diameter of a daylight's sun, in degrees."""
+"""Diameter of the sun of a light of type "daylight", in degrees."""
 SUN_MARGIN_DEG = 0.1
 """Maximum angle in degrees between a sun's disk and a ray at which the ray counts as a hit."""
 

@@ -136,7 +136,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         self.transparent = transparent
         """True for a transparent background: the colour is premultiplied by `alpha`, and images have an opacity.
 
-        Their opacity is that of the objects and of the mean shadow; EXR has the two apart.
+        Their opacity combines the opacity of the objects with the mean shadow; EXR files store both separately.
         """
         self.notices = list(notices)
         """Notices about the rendering for the user."""

@@ -93,7 +93,7 @@ class Frames(Sequence[Frame]):
 
     def _repr_html_(self) -> str:
         """The first eight images that a notebook shows: the colour, or else the first channel."""
-        from html import escape  # imported here: `import raycam` does not wait for it
+        from html import escape  # imported here, so that `import raycam` is fast
 
         shown = []
         channel = "color" if "color" in self._channels else next(iter(self._channels))
@@ -200,7 +200,7 @@ def _by_joints(
 ) -> tuple[list[tuple[str | int, npt.NDArray[np.float64]]], list[Camera]]:
     """Returns the poses [n, 4, 4] including the robots' objects, and the cameras.
 
-    Mounted cameras are at their places.
+    Cameras that are mounted on robots are at the poses that follow from the joint values.
     """
     moved = [(which, _matrices(which, matrices)) for which, matrices in (poses or {}).items()]
     if joints is None:

@@ -41,8 +41,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     A rig is immutable. `cameras` are given in body coordinates: their `R` is camera_from_body, their `C` the centre on
     the body. The body's pose is `R` [3, 3], the rotation body_from_world, and `C` [3], its position in the world. The
     rotation of a camera in the world is camera_from_body · body_from_world. If angles specify the pose (`placed`, world
-    files, videos), the body axes are those of ROS REP-103: x forward, y left, z up. Otherwise they are arbitrary:
-    Kalibr's body is the IMU, COLMAP's and KITTI's is the first camera.
+    files, videos), the body axes are those of ROS REP-103: x forward, y left, z up. Otherwise, the body axes are
+    arbitrary: Kalibr's body is the IMU, COLMAP's and KITTI's body is the first camera.
 
     `cameras` may also contain other sensors (`raycam.Sensor`), whose pose is then body_from_sensor; `sensors` lists
     them. Raises `CameraError` if there are no sensors, or if the pose is not a rotation and a finite position, and

@@ -43,7 +43,7 @@ class JointTrack(NamedTuple):
 
 
 class _State(NamedTuple):
-    """A message."""
+    """The names and positions of one `JointState` message, with its time in nanoseconds."""
 
     time_ns: int
     names: list[str]
@@ -53,7 +53,7 @@ class _State(NamedTuple):
 def read_joint_states(path: str | os.PathLike[str]) -> dict[str, JointTrack]:
     """Reads the joint states of a bag; returns the positions of each joint over time.
 
-    `path` is an .mcap or .db3 file or the folder of a bag, optionally followed by `:/TOPIC`. Without it, the topic is
+    `path` is an .mcap or .db3 file or the folder of a bag, optionally followed by `:/TOPIC`. Without a topic, it is
     /joint_states, or the only topic with joint states. Times come from the headers, or from the recorder if the headers
     have none; of several positions at one time, the last is used. Messages may contain different joints. Messages
     without positions are skipped.
@@ -242,11 +242,11 @@ class _Reader:
         return found
 
     def count(self) -> int:
-        """The length of a sequence."""
+        """Reads the length of a sequence."""
         return int(self.numbers("I", 1)[0])
 
     def text(self) -> str:
-        """A string."""
+        """Reads a string."""
         raw = b"".join(self.numbers("c", self.count()))  # type: ignore[arg-type]
         return raw.rstrip(b"\0").decode("utf-8", "replace")
 

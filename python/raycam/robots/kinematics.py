@@ -66,7 +66,7 @@ class Kinematics:
         self.root = next(name for name in robot.links if name not in self._joint_of)
 
     def _source(self, robot: RobotDescription, joint: Joint) -> Source:
-        """Follows mimics to the joint that determines the value."""
+        """Returns the source of a joint's values, which for a mimic joint is another joint."""
         multiplier, offset = 1.0, 0.0
         while joint.mimic is not None:
             followed, factor, addend = joint.mimic

@@ -98,7 +98,7 @@ class FileResolver:
         return self._checked(folders[-1] / inner, [folders[-1]])
 
     def _package_folders(self, package: str) -> list[Path]:
-        """The folders of this package: named so themselves, or inside a searched folder."""
+        """The folders with the package's name: searched folders, and folders directly inside them."""
         found = []
         for folder in self._searched():
             found += [folder] if folder.name == package else []
@@ -145,7 +145,7 @@ class FileResolver:
 
 
 def find_root(folder: Path) -> Path:
-    """Returns the folder that a description in `folder` may read without `folder=`."""
+    """Returns the root folder of a description in `folder` if the user specifies no root folder."""
     for above in [folder, *folder.parents][:MAX_LEVELS]:
         if (above / "package.xml").is_file():
             return above

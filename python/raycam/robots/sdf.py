@@ -52,11 +52,11 @@ class SdfModel:
     """A model of an SDF file."""
 
     description: RobotDescription
-    """Its links, all below the root link `__model__`, and joints."""
+    """The model's links, which are all below the root link `__model__`, and its joints."""
     world_from_model: Floats
-    """Its pose [4, 4]."""
+    """The model's pose [4, 4]."""
     cameras: list[SdfCamera]
-    """The cameras of its links."""
+    """The cameras on the model's links."""
     lights: list[SdfLight] = field(default_factory=list)
     """The lights of the file's worlds, with the first model."""
 

@@ -1,6 +1,7 @@
 """The process that expands a xacro file: `python -m raycam.robots.xacro_worker REQUEST`.
 
-To the file `answer` of the request, it writes "ok", xacro's warnings and the document, or the error's code and text.
+The process writes its answer to the file `answer` of the request. The answer is "ok", xacro's warnings and the
+document, or the code and text of an error.
 """
 
 from __future__ import annotations

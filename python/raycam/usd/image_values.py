@@ -19,7 +19,7 @@ __all__ = ["ValueChange", "is_grey", "value_change"]
 FLOATS = (".exr", ".hdr")
 """Endings of float image files; their values are linear, regardless of the shader's colour space."""
 USED_CHANNEL = {"roughness": 1, "metallic": 2}
-"""The channel of an image that an MTL file's map is, as in glTF."""
+"""The image channel that an MTL file's roughness or metallic map uses, as in glTF."""
 
 
 @dataclass(frozen=True)

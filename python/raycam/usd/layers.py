@@ -69,7 +69,7 @@ def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
 
 
 def _each_once(stage: Usd.Stage) -> Iterator[Usd.Prim]:
-    """All active prims; those inside of native instances with the same prototype only once."""
+    """Yields all active prims; the prims of a prototype are yielded for its first instance only."""
     entered = set()
     walk = iter(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimIsActive)))
     for prim in walk:

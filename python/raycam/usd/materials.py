@@ -339,7 +339,10 @@ class Materials:
         return found, factor
 
     def _transform(self, shader: UsdShade.Shader, path: str, coordinates: Coordinates) -> Any:
-        """image_from_primvar [2, 3] of an image; its primvar becomes that of the material."""
+        """Returns image_from_primvar [2, 3] of an image.
+
+        The primvar of the material's first image is stored in `coordinates`; a notice reports other primvars.
+        """
         matrix = np.eye(3)
         reader = _source(shader, "st")
         is_value = reader is None or reader.GetPrim() == shader.GetPrim()

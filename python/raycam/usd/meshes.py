@@ -67,7 +67,7 @@ class Appearance:
     materials: tuple[int, ...]
     corners: int
     color: tuple[float, float, float, float] | None = None
-    """Colour and opacity of a mesh with one plain material, to which other instances may give other values."""
+    """Colour and opacity of a mesh with one plain material; other instances of the mesh may have other values."""
     instance_inputs: frozenset[str] = frozenset()
     """Primvars of the instance that the mesh or its materials depend on."""
 
@@ -124,7 +124,10 @@ class Meshes:
         self.notices.append(StageNotice(code, text, f"{prim.GetTypeName() or 'prim'} {prim.GetPath()}"))
 
     def _find(self, prim: Usd.Prim, name: str, width: int, instance: InstanceValues | None) -> Primvar | None:
-        """The primvar that applies to a prim; notes that it depends on the instance if it does."""
+        """Returns the primvar that applies to a prim.
+
+        If an instance provides the primvar, the primvar's name is added to `_instance_inputs`.
+        """
         primvar = find_primvar(prim, name, width, self._time, instance)
         if primvar is not None and primvar.of_instance:
             self._instance_inputs.add(name)
@@ -293,7 +296,7 @@ class Meshes:
         faces: Faces,
         instance: InstanceValues | None,
     ) -> list[Group]:
-        """These faces in a material; several groups if their opacities differ."""
+        """Returns the faces `chosen`, which share a material, as groups of equal opacity."""
         if not len(chosen):
             return []
         if material is not None and self._materials.is_known(material):
@@ -435,7 +438,7 @@ class Meshes:
         faces: Faces,
         instance: InstanceValues | None,
     ) -> tuple[Any, Any]:
-        """The texture coordinates of a mesh, and the index of each of these corners."""
+        """Returns the texture coordinates of a mesh, and the index of each face corner into them."""
         tables: list[Any] = [np.zeros((0, 2), np.float32)]
         index = np.full(len(corner), NO_INDEX, np.uint32)
         start = before = 0

@@ -69,10 +69,10 @@ def read(
 ) -> StageContents:
     """Reads a USD file; its materials and images are written into `folder`.
 
-    Layers and images are read from `root` (default: the file's folder). `time` is in seconds (default: the first). With
-    `single`, all meshes are for one object without lights and cameras, turned to the axis `up`. `variant` selects
-    variants: "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several separated by commas. Raises `OSError` if the file cannot
-    be opened, `FormatError` if it cannot be read within the limits, `WorldError` for an unknown variant, and
+    Layers and images are read from `root` (default: the file's folder). `time` is in seconds (default: the first time).
+    With `single`, all meshes become one object, turned to the axis `up`, and lights and cameras are omitted. `variant`
+    selects variants: "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several separated by commas. Raises `OSError` if the file
+    cannot be opened, `FormatError` if it cannot be read within the limits, `WorldError` for an unknown variant, and
     `SettingsError` without the extra or for a wrong `root` or `time`.
     """
     budget = budget or UsdLimits()

@@ -146,7 +146,7 @@ class StageReader:
     def _entries(self, prims: Usd.PrimRange, inside: Usd.Prim | None = None) -> Iterator[Entry]:
         """Yields the prims that are read, with their roles.
 
-        Prims in native instances are omitted, except in `inside`, which is the range's root.
+        Prims in native instances are omitted, unless the instance is `inside`, the root of the range.
         """
         walk = iter(prims)
         for prim in walk:
@@ -304,7 +304,7 @@ class StageReader:
             self._placement.add(number, prim.GetName(), appearance, matrix if rank == 3 else np.eye(4))
 
     def _place(self, prim: Usd.Prim, numbers: Any, objects: Instances) -> None:
-        """Adds objects of an instancer; those with scale 0 along an axis are omitted, with a notice."""
+        """Adds objects of an instancer; objects with scale 0 are omitted, with a notice."""
         solid = is_solid(objects.matrices)
         if not solid.all():
             count = np.count_nonzero(~solid)

@@ -113,7 +113,7 @@ def _centers(cells: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
 
 
 def _lzw(pixels: bytes) -> bytes:
-    """Pixels as codes of variable length, of 9 to 12 bits, GIF89a appendix F."""
+    """Encodes pixels as LZW codes of 9 to 12 bits (GIF89a, appendix F)."""
     clear, end = 256, 257
     codes: dict[tuple[int, int], int] = {}
     out = bytearray()

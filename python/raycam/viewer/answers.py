@@ -48,7 +48,8 @@ class Answers:
 
     The answers of a client are computed in order, the answers of different clients concurrently.
 
-    Its daemon threads exist only while messages wait; `close` waits for the threads for at most `GRACE`.
+    Daemon threads compute the answers, and exist only while messages wait. `close` waits for these threads for at most
+    `GRACE` seconds.
     """
 
     def __init__(self) -> None:
@@ -61,7 +62,7 @@ class Answers:
     def queue_message(self, session: Session, message: Message) -> None:
         """Queues a message for an answer.
 
-        If too many messages of its client are waiting, a notice is sent instead.
+        If too many messages of the client are waiting, a notice is sent instead.
         """
         with self._changed:
             if sum(each is session for each, _ in self._waiting) >= MOST_WAITING:

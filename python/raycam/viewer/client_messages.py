@@ -121,9 +121,10 @@ class Message:
     UNDO: ClassVar[Literal["no", "step", "group"]] = "no"
     """Whether a change of the view can be undone; "group": changes with short pauses are one step."""
     CHANGES: ClassVar[Literal["nothing", "view", "world"]] = "nothing"
-    """What the message changes: nothing that others see, the client's view, or the world and what all clients share.
+    """The message's effect: "nothing" that other clients receive, the client's "view", or the "world" and other state
+    that all clients share.
 
-    With `follow=True`, followers cannot change the world, nor the view while it is the leader's.
+    With `follow=True`, followers cannot change the world, and cannot change the view while they show the leader's.
     """
 
 

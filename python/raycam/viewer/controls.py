@@ -145,7 +145,7 @@ class Control:
         return {"id": self.number, "kind": self.kind, "label": self.label, "folder": self._folder, **own}
 
     def line(self) -> Line:
-        """The line in 3D of a label or of lines."""
+        """The polyline or the labelled point of the control, in world coordinates."""
         name = self._properties.get("text", "")
         return Line(name, self._properties.get("color", CONTROL_COLOR), self._properties["points"])
 

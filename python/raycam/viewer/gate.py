@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 PROTOCOL = "raycam.view.1"
-"""The subprotocol of the WebSocket; another number is another set of messages."""
+"""The subprotocol of the WebSocket; its number increases when the messages change."""
 SOCKET = "/socket"
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 HOST = re.compile(r"(\[[0-9a-f:]+\]|[a-z0-9.-]+)(?::\d{1,5})?", re.I)

@@ -29,7 +29,7 @@ SPACE = (640, 480)
 class Recording:
     """The changes of a view over time.
 
-    `Viewer.record` starts a recording. If it is used as a context manager, it stops at the end of the block.
+    `Viewer.record` starts a recording. A recording that is used as a context manager stops at the end of the block.
     """
 
     def __init__(self, view: Callable[[], View], *, title: str, fps: float, seconds: float) -> None:

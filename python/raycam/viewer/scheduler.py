@@ -107,7 +107,10 @@ class Scheduler(threading.Thread):
         session.images.delay(RETRY_S)
 
     def _pause(self) -> float:
-        """Seconds until the next look for work: until a view rests, if that is soon."""
+        """Returns the seconds until the scheduler looks for work again.
+
+        The wait ends when the next view has been unchanged for `REST_S`, but at the latest after `IDLE_S`.
+        """
         now = time.monotonic()
         left = [each.images.touched + REST_S - now for each in self._sessions()]
         return max(MIN_WAIT_S, min([IDLE_S, *(each for each in left if each > 0)]))
@@ -170,7 +173,7 @@ class Scheduler(threading.Thread):
         self._send(session, view, version, fields, buffers, seconds)
 
     def _rest(self, session: Session) -> None:
-        """Renders the shown channel of the exact rays, at full size."""
+        """Renders the shown channel at full size, if it describes the pixels' centre rays."""
         with session.lock:
             view, version, cancel = session.view, session.images.version, session.images.cancel
         started = time.perf_counter()

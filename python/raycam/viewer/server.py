@@ -143,7 +143,7 @@ class Server:
         self.scheduler.join()
 
     def join(self, timeout: float | None = None) -> bool:
-        """Waits until the server has ended; returns True if it has."""
+        """Waits until the server has ended; returns False if `timeout` seconds have passed before."""
         # The thread is not joined: in Python 3.11, Ctrl-C during a join makes the thread look as if it had
         # ended.
         return self._ended.wait(timeout)
@@ -347,7 +347,7 @@ class Server:
             self.following.remove(session)
 
     def _follow(self, session: Session, message: Follow | Hold) -> None:
-        """Changes whom a client follows, or the pixel that its followers show.
+        """Makes a client follow, look around or lead, or changes the pixel that followers show.
 
         Raises `SettingsError` if the change is not allowed, and `BadMessage` if the view has no leader.
         """

@@ -147,7 +147,7 @@ def _load_bytes(data: bytes, suffix: str, options: _Options) -> World:
     if options.scale is not None:
         check_scalable(name, suffix, data[:HEAD_BYTES])
     if suffix in usd.SUFFIXES or is_robot(name):
-        from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
+        from tempfile import TemporaryDirectory  # imported here, so that `import raycam` is fast
 
         # Their readers require a file.
         with TemporaryDirectory(prefix="raycam-") as folder:
@@ -194,7 +194,7 @@ def _with_robots(
     lines = robot_lines(text)
     if not lines:
         return None
-    import tomllib  # imported here: `import raycam` does not wait for it
+    import tomllib  # imported here, so that `import raycam` is fast
 
     home = Path(path).parent
     if folder is not None and os.path.realpath(folder) != os.path.realpath(home):

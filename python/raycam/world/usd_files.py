@@ -30,7 +30,7 @@ def load_usd(
     variant: str | None,
 ) -> tuple[_core.World, list[str]]:
     """Returns the world of a USD file, and its variants as "SET=NAME"."""
-    from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
+    from tempfile import TemporaryDirectory  # imported here, so that `import raycam` is fast
 
     with TemporaryDirectory(prefix="raycam-usd-") as folder:
         stage = usd.read(path, Path(folder), root=root, time=time, variant=variant)
@@ -53,7 +53,7 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
     keys.setdefault("name", path.stem)
     upright = keys.pop("upright", None)
     up = core.up if (keys.get("matrix") is None if upright is None else upright) else None
-    from tempfile import TemporaryDirectory  # imported here: `import raycam` does not wait for it
+    from tempfile import TemporaryDirectory  # imported here, so that `import raycam` is fast
 
     with TemporaryDirectory(prefix="raycam-usd-") as folder:
         stage = usd.read(path, Path(folder), root=root if inside else None, single=True, up=up)

@@ -120,7 +120,7 @@ def apply_look(
 
 
 def _ground(options: argparse.Namespace) -> dict[str, Any]:
-    """The keys of the floor of `--ground`."""
+    """The object keys of the floor that `--ground` adds."""
     if options.ground == "shadow":
         return {"shadow_catcher": True}
     color = options.ground or (HDRI_GROUND_ALBEDO if options.hdri is not None else None)

@@ -54,7 +54,7 @@ def set_verbosity(quiet: bool, verbose: bool) -> None:
 
 
 def reset_messages() -> None:
-    """Forgets the messages and the verbosity of the previous command of this process."""
+    """Clears the printed notices and the verbosity of this process's previous command."""
     PRINTED_NOTICES.clear()
     set_verbosity(quiet=False, verbose=False)
 

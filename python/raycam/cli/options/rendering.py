@@ -106,7 +106,7 @@ def _add_render_option(group: argparse._ArgumentGroup, option: RenderOption) -> 
 
 
 def _help(option: RenderOption) -> str:
-    """The table's description with options as typed, and the defaults of the command line."""
+    """Returns an option's help: the table's description with option names, and the defaults."""
     text = option.help.replace("true, false, or the distance", "the distance")
     if option.name == "integrator":
         text += ' "reference": the image of "flat", computed by a slow NumPy program.'

@@ -3,8 +3,8 @@
 Usage: `from raycam.compat import open3d as o3d`.
 
 `o3d.t.geometry.RaycastingScene` has Open3D's interface and returns tensors that are NumPy arrays with Open3D's
-methods. `install()` replaces the class in an installed Open3D, where it returns Open3D's tensors. Results are
-computed exactly in float64 and rounded once; lists are in the order of t; overlapping bodies count as their union.
+methods. `install()` replaces the class in an installed Open3D, where it returns Open3D's tensors. Hits are computed
+exactly in float64 and rounded once. Intersections are sorted by t. Overlapping bodies count as their union.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def install() -> None:
     _originals["RaycastingScene"] = open3d.t.geometry.RaycastingScene
 
     class InstalledScene(RaycastingScene):
-        """Scene that answers in Open3D's tensors."""
+        """Scene whose results are Open3D's tensors."""
 
         @staticmethod
         def _tensor(array: Any) -> Any:
@@ -46,5 +46,5 @@ def uninstall() -> None:
 
 
 def __getattr__(name: str) -> Any:
-    """Raises `AttributeError` with an alternative."""
+    """Raises an `AttributeError` that names an alternative."""
     return raise_missing("open3d", name, "install Open3D")

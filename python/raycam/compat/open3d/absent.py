@@ -45,13 +45,13 @@ def raise_missing(owner: str, name: str, general: str) -> Any:
 
 
 class HintingType(type):
-    """Type of classes whose missing attributes raise an error.
+    """Metaclass of classes without some of Open3D's static methods.
 
-    The missing attributes are static methods, and the error names an alternative.
+    Access to a missing static method raises an error that names an alternative.
     """
 
     def __getattr__(cls, name: str) -> Any:
-        """Raises `AttributeError` with an alternative."""
+        """Raises an `AttributeError` that names an alternative."""
         return raise_missing(cls.__name__, name, getattr(cls, "_ALTERNATIVE", ""))
 
 
@@ -61,5 +61,5 @@ class Hints(metaclass=HintingType):
     _ALTERNATIVE = "install Open3D, or use trimesh"
 
     def __getattr__(self, name: str) -> Any:
-        """Raises `AttributeError` with an alternative."""
+        """Raises an `AttributeError` that names an alternative."""
         return raise_missing(type(self).__name__, name, type(self)._ALTERNATIVE)

@@ -233,7 +233,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
         return _as_tensor(array)
 
     def __getattr__(self, name: str) -> Any:
-        """Raises `AttributeError` with an alternative."""
+        """Raises an `AttributeError` that names an alternative."""
         return raise_missing("Tensor", name, NUMPY_INSTEAD)
 
 
@@ -348,5 +348,5 @@ def matmul(A: Any, B: Any) -> Tensor:
 
 
 def __getattr__(name: str) -> Any:
-    """Raises `AttributeError` with an alternative."""
+    """Raises an `AttributeError` that names an alternative."""
     return raise_missing("open3d.core", name, NUMPY_INSTEAD)

@@ -45,7 +45,7 @@ class TriangleMesh(Hints):
     def compute_vertex_normals(self, normalized: bool = True) -> TriangleMesh:
         """Sets `vertex_normals` and `triangle_normals`, and returns the mesh.
 
-        Vertex normals are means of the triangles' normals by area.
+        Vertex normals are area-weighted means of the triangles' normals.
         """
         vectors = math.face_vectors(self.vertices, self.triangles)
         self.triangle_normals = vectors
@@ -152,5 +152,5 @@ for _shape in SHAPES:
 
 
 def __getattr__(name: str) -> Any:
-    """Raises `AttributeError` with an alternative."""
+    """Raises an `AttributeError` that names an alternative."""
     return raise_missing("open3d.geometry", name, "install Open3D, or use trimesh")

@@ -181,9 +181,9 @@ def create_torus(
 
 
 def _caps(count: int, first: int, last: int) -> Ids:
-    """Returns the triangles from vertices 0 and 1 to two rings, in turn.
+    """Returns the triangles that connect vertices 0 and 1 with two rings of `count` vertices.
 
-    Vertex 0 is connected to the ring at `first`, and vertex 1 to the ring at `last`.
+    The triangles of vertex 0 and the ring at `first` alternate with those of vertex 1 and the ring at `last`.
     """
     j = np.arange(count)
     following = (j + 1) % count

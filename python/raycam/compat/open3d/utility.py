@@ -33,5 +33,5 @@ def Vector2iVector(values: npt.ArrayLike = ()) -> npt.NDArray[np.int32]:
 
 
 def __getattr__(name: str) -> Any:
-    """Raises `AttributeError` with an alternative."""
+    """Raises an `AttributeError` that names an alternative."""
     return raise_missing("open3d.utility", name, "use NumPy arrays, or Python's logging")

@@ -4,7 +4,7 @@ The package contains scenes, nodes, cameras, lights and `OffscreenRenderer`. Pro
 
     from raycam.compat import pyrender
 
-or, for code that cannot be edited, before it is imported:
+If the code that imports pyrender cannot be edited, call `install()` before that code is imported:
 
     import raycam.compat.pyrender
     raycam.compat.pyrender.install()

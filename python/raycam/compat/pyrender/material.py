@@ -64,7 +64,7 @@ class Material:
         return sum(1 << bit for bit, each in enumerate(self._each_texture()) if each is not None)
 
     def _each_texture(self) -> list[Any]:
-        """All textures or None, in the order of `TexFlags`."""
+        """The texture of each slot, or None for an empty slot, in the order of `TexFlags`."""
         return [self.normalTexture, self.occlusionTexture, self.emissiveTexture]
 
 
@@ -149,7 +149,7 @@ def _alpha_mode(value: Any) -> str:
 
 
 def _texture(value: Any, channels: str) -> Texture | None:
-    """Returns a texture; for a plain image, with these channels."""
+    """Returns a texture unchanged, and a plain image as a texture with the given channels."""
     if value is None or isinstance(value, Texture):
         return value
     return Texture(source=value, source_channels=channels)

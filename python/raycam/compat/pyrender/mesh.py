@@ -139,7 +139,7 @@ def _material_of(mesh: Any) -> Material:
 def _converted(given: Any) -> Material:
     """Returns the conversion of a trimesh material.
 
-    A PBRMaterial is converted with its values, and a SimpleMaterial to metal of its colour.
+    A PBRMaterial keeps its values, and a SimpleMaterial becomes a metal with the same colour.
     """
     if isinstance(given, Material):
         return copy.copy(given)

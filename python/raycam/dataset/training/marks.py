@@ -47,7 +47,7 @@ class LabelledPicture(NamedTuple):
     """An image of a data set with its labels."""
 
     file: str
-    """Its path in the data set's folder."""
+    """The image's path in the data set's folder."""
     size: tuple[int, int]
     marks: list[Mark]
     mask: str | None = None
@@ -75,7 +75,7 @@ def _size(picture: Path) -> tuple[int, int]:
 
 
 def _box(name: str, number: int, corners: Any) -> Mark:
-    """The mark of a box by its left, top, right and bottom ends."""
+    """Returns the mark of a box whose `corners` are its left, top, right and bottom edges."""
     left, top, right, bottom = (float(value) for value in corners)
     return Mark(name, COLORS[number % len(COLORS)], (left, top, right - left, bottom - top), [], [], [])
 

@@ -114,7 +114,7 @@ def _text(value: str) -> str:
 
 
 def _state(plan: Plan, robot: Robot, vector: Floats, stamp: int) -> list[Message]:
-    """The `JointState` of all joints with one value, including those that mimic another."""
+    """The `JointState` of all joints with one value, including mimic joints."""
     joints = [joint for joint in robot.description.joints.values() if WIDTHS[joint.type] == 1]
     positions = [float(robot._kinematics._values(joint, vector[None])[0, 0]) for joint in joints]
     if not joints:

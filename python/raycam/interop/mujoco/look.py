@@ -90,7 +90,7 @@ def model_lights(model: Any, data: Any) -> list[Light]:
 
 @dataclass(frozen=True)
 class _View:
-    """What an image is computed for."""
+    """The camera, lights and flags of one image, and values computed from them."""
 
     camera: Camera
     lights: list[Light]
@@ -150,7 +150,7 @@ class MujocoLook:
         return _View(camera, all_lights, _pixel_angle(camera), chosen, order, behind)
 
     def _colors(self, view: _View, pixels: Floats) -> Single:
-        """The colours [n, 3] seen at points of the image [n, 2]."""
+        """The sRGB colours [n, 3] at pixel positions [n, 2]."""
         origins, directions = view.camera.rays(pixels)
         colors = np.zeros((len(directions), 3), np.float32)
         sky_shown = self._skybox is not None and view.flags[SKYBOX]

@@ -126,7 +126,10 @@ class _Pyramid:
         return found
 
     def _level(self, level: int, layer: npt.NDArray[np.int64], place: Floats) -> Single:
-        """Bilinear interpolation; repeated outside 0 to 1, and clamped in the faces of cube maps."""
+        """Returns bilinearly interpolated texels of one level at texture coordinates `place` [n, 2].
+
+        Outside 0 to 1, a texture is repeated, but the faces of a cube map are clamped.
+        """
         image = self._levels[level]
         height, width = image.shape[1:3]
         x, y = place[:, 0] * width - 0.5, place[:, 1] * height - 0.5

@@ -1,6 +1,6 @@
 """The folder of pages for a browser.
 
-Browsers from snap cannot read the folder of temporary files.
+Browsers that are installed as snap packages cannot read the folder of temporary files.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ NAME = "raycam-pages"
 
 
 def browser_folder() -> Path | None:
-    """Returns the folder `raycam-pages` in the home folder if a browser is from snap, or None.
+    """Returns `raycam-pages` in the home folder if a browser is a snap package, otherwise None.
 
-    Only the user can read this folder. Browsers from snap have a private `/tmp` and cannot read hidden folders. None
-    means the system's folder of temporary files; it is also returned if the folder cannot be created.
+    Only the user can read this folder. Snap packages have a private `/tmp` and cannot read hidden folders. None means
+    the system's folder of temporary files. The result is also None if the folder cannot be created.
     """
     if not any((SNAP_COMMANDS / name).exists() for name in BROWSERS):
         return None

@@ -1,4 +1,4 @@
-"""Watching the files of a world: the view reloads it after a change."""
+"""Watching a world's files: after a change, the view loads the world again."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from ...errors import Notice
 __all__ = ["FILES", "camera_table", "camera_text", "render_command"]
 
 FILES = {"opencv": ("camera.yaml", [""]), "colmap": ("colmap", ["cameras.txt", "images.txt"])}
-"""The name that a format is written under, and its files that hold a camera."""
+"""For each format, the path that is written, and the files below it that contain the camera ("": the path itself)."""
 
 
 def camera_text(camera: Camera, format: str) -> tuple[str, list[Notice]]:

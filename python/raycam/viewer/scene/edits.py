@@ -180,7 +180,7 @@ class Edits:
 
     @property
     def redo_number(self) -> float:
-        """The number of the step that `redo` repeats; infinity if there is none."""
+        """The number of the step that `redo` repeats; infinity if there is no step."""
         return self._after[-1][0] if self._after else math.inf
 
     def _show(self, world: World) -> None:

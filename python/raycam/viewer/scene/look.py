@@ -197,7 +197,7 @@ class Look:
 
 
 def _needs_no_light(world: World, opened: World, camera: Camera) -> bool:
-    """True if edits removed the last light: default lights would replace it."""
+    """True if edits removed the last light; `render` would then use default lights."""
     return world is not opened and world.bounds is not None and is_unlit(world, camera, {})
 
 

@@ -16,7 +16,7 @@ from ...world import World
 __all__ = ["ScanPoints", "lidar_names", "scan_points"]
 
 MAX_POINTS = 6000
-"""The largest number of points that are drawn; of larger scans, every k-th point is."""
+"""The largest number of points that are drawn; of a larger scan, only every k-th point is drawn."""
 FIELDS = ("ring", "time", "intensity", "instance", "distance", "return")
 """The fields that the client shows for a point."""
 SURFACE = 1e-3

@@ -83,7 +83,10 @@ def set_texture(world: World, number: int, slot: str, image: str | None) -> Worl
 
 
 def _factor(world: World, number: int, slot: str) -> dict[str, Any]:
-    """The key that keeps the material's own value of a slot, which its texture multiplies."""
+    """Returns the key with the material's own value of a slot, so that a new texture keeps it.
+
+    The texture multiplies this value.
+    """
     found = json.loads(world._core.material(number, 0)) or {}
     if slot == "color" and "color" in found:
         return {"color": found["color"]}

@@ -1,4 +1,4 @@
-"""The camera messages of a connection: while the camera moves, at most one for each image."""
+"""The camera messages of a connection: at most one message per image while the camera moves."""
 
 from __future__ import annotations
 

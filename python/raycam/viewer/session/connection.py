@@ -37,7 +37,7 @@ class Connection:
         self._is_plane_due = False
         """True if the next still image is sent as exact numbers, although it may not be finished."""
         self.followers: tuple[Connection, ...] = ()
-        """Clients that receive the same images, while this client leads them."""
+        """The connections of the followers that receive this client's images, if this client leads."""
         self.cameras = CameraMessages()
         self._latest: tuple[dict[str, Any], Sequence[bytes]] | None = None
         self._pending: tuple[dict[str, Any], Sequence[bytes]] | None = None

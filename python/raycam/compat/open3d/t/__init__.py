@@ -9,5 +9,5 @@ __all__ = ["geometry", "io"]
 
 
 def __getattr__(name: str) -> Any:
-    """Raises `AttributeError` with an alternative."""
+    """Raises an `AttributeError` that names an alternative."""
     return raise_missing("open3d.t", name, "install Open3D")

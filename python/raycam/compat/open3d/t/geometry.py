@@ -97,10 +97,10 @@ class RaycastingScene(Hints):
         return self._tensor(np.asarray(counts))
 
     def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
-        """Returns all crossings of rays [..., 6], ray by ray in the order of t.
+        """Returns all crossings of rays [..., 6] as a dict of arrays, sorted by ray and t.
 
-        `ray_splits` uint32 [n + 1]: crossings of ray i are `ray_splits[i]:ray_splits[i + 1]`; `ray_ids`, `t_hit`,
-        `geometry_ids`, `primitive_ids`, `primitive_uvs`.
+        `ray_ids`, `t_hit`, `geometry_ids`, `primitive_ids` and `primitive_uvs` have one row for each crossing. The
+        crossings of ray i are the rows `ray_splits[i]:ray_splits[i + 1]`; `ray_splits` is uint32 [rays + 1].
         """
         fields = ["t", "instance", "triangle", "barycentric"]
         hits = self._world.intersections(*_rays(rays), fields=fields, threads=self._some(nthreads))
@@ -177,14 +177,14 @@ class RaycastingScene(Hints):
         return cls._tensor(rays.astype(np.float32))
 
     def _some(self, nthreads: int) -> int | None:
-        """The number of threads; None for all."""
+        """Returns the number of threads for Open3D's `nthreads`; None for all threads."""
         return thread_count(nthreads) or self._threads or None
 
     def _single(self, values: Array) -> Any:
         return self._tensor(values.astype(np.float32))
 
     def _ids(self, hits: dict[str, Array]) -> dict[str, Any]:
-        """Ids and weights of hits by Open3D's names."""
+        """Returns the ids and barycentric weights of hits, by Open3D's names."""
         return {
             "geometry_ids": self._tensor(self._geometry_ids.take(hits["instance"], mode="wrap")),
             "primitive_ids": self._tensor(hits["triangle"].astype(np.uint32)),
@@ -203,5 +203,5 @@ def _odd(nsamples: int) -> None:
 
 
 def __getattr__(name: str) -> Any:
-    """Raises `AttributeError` with an alternative."""
+    """Raises an `AttributeError` that names an alternative."""
     return raise_missing("open3d.t.geometry", name, "install Open3D, or use trimesh")

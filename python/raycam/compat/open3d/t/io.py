@@ -22,5 +22,5 @@ def read_triangle_mesh(filename: str | os.PathLike[str], *_: Any, **__: Any) -> 
 
 
 def __getattr__(name: str) -> Any:
-    """Raises `AttributeError` with an alternative."""
+    """Raises an `AttributeError` that names an alternative."""
     return raise_missing("open3d.t.io", name, "install Open3D, or use raycam.load")

@@ -123,7 +123,7 @@ class TriangleMesh(Hints):
         return self
 
     def compute_vertex_normals(self, normalized: bool = True) -> TriangleMesh:
-        """Sets `vertex.normals`, means of the triangles' normals by area, and `triangle.normals`."""
+        """Sets `vertex.normals` (area-weighted means) and `triangle.normals`; returns the mesh."""
         vectors = math.face_vectors(self._positions(), self._indices())
         total = math.sum_at_vertices(len(self._positions()), self._indices(), vectors)
         self._set(self.triangle, "normals", vectors)
@@ -151,7 +151,7 @@ class TriangleMesh(Hints):
         return self._point(self._positions().mean(axis=0))
 
     def get_min_bound(self) -> Tensor:
-        """Returns the least coordinates [3]."""
+        """Returns the smallest coordinates [3]."""
         return self._point(self._positions().min(axis=0))
 
     def get_max_bound(self) -> Tensor:

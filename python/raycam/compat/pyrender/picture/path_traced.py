@@ -121,7 +121,7 @@ def _material(material: Any, textured: bool) -> dict[str, Any]:
 
 
 def _texture(texture: Texture, channels: tuple[int, ...] = (0, 1, 2, 3)) -> dict[str, Any]:
-    """The keys of a texture with its channels in this order."""
+    """Returns the texture keys of a raycam material; `channels` are the texel channels in order."""
     sampler = texture.sampler
     nearest = sampler.magFilter == GLTF.NEAREST
     return {
