@@ -1,24 +1,25 @@
 # Daily work
-#   make check   formatting, ruff, mypy, cargo check, links in Rust documentation: half a minute
-#   make lint    formatting, clippy, ruff, mypy, stubs, types of JavaScript; warnings are errors
-#   make test    the checks of CI: lints as errors, then every test in its short form
-#   make proof   the slow tests: aimed rays, brute force over many meshes, jobs killed at every step, corpora, examples
+#   make check   checks formatting, ruff, mypy, cargo check and links in the Rust documentation: half a minute
+#   make lint    checks formatting, clippy, ruff, mypy, stubs and types of the JavaScript; warnings are errors
+#   make test    runs the checks of CI: the linters, then every test in its short form
+#   make proof   runs the slow tests too: rays aimed at edges, brute force over many meshes, jobs killed at every step,
+#                collections of files, examples
 #
-# Things to look at
+# Results to view
 #   make demo    renders images and a video into demo/
 #   make docs    builds the documentation in docs/_build/html
 #   make web     builds raycam as WebAssembly for live pages, in python/raycam/viewer/web/wasm/
 #
 # Measurements
 #   make bench   measures the figures in benchmarks/results/
-#   make leak    aims a thousand million rays at edges and vertices, none of which may leak; compares Embree
-#   make fuzz    feeds damaged files to each reader for a minute; needs nightly Rust and cargo-fuzz
+#   make leak    aims a thousand million rays at edges and vertices; none may pass through. Compares with Embree
+#   make fuzz    passes damaged files to each reader for a minute; requires nightly Rust and cargo-fuzz
 #
 # Releases
 #   make wheel   builds a wheel for this machine and the source archive, in dist/
-#   make smoke   installs both into empty environments and renders with them
-#   make wheels  builds every wheel that Linux can build, and the source archive, in dist/: about half an hour
-#   make check-wheels  checks the files for the package index, and renders with the wheel of this machine
+#   make smoke   installs the wheel and the source archive into empty environments, and renders with them
+#   make wheels  builds all wheels that can be built on Linux, and the source archive, in dist/: about half an hour
+#   make check-wheels  checks the files in dist/ for the package index, and renders with this machine's wheel
 #   make clean   removes all build outputs
 #
 # Each target installs what it needs into .venv. PYTHON selects the interpreter that creates .venv.
@@ -33,7 +34,7 @@ SHELL := /bin/bash
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
 
-# Every build uses the same interpreter; otherwise cargo would rebuild the bindings for each.
+# Every build uses the same interpreter; otherwise, cargo would rebuild the bindings for each interpreter.
 export PYO3_PYTHON := $(abspath $(BIN)/python)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
@@ -107,13 +108,13 @@ wheel: $(DONE)/builder
 	$(PYTHON) .ci/third_party.py --texts
 	$(BIN)/maturin build --release --locked --sdist --out dist; status=$$?; $(PYTHON) .ci/third_party.py; exit $$status
 
-# Compiles the source archive too, reusing the third-party crates that `make wheel` compiled.
+# The source archive is compiled too; it reuses the third-party crates that `make wheel` compiled.
 smoke: export CARGO_TARGET_DIR ?= $(abspath target)
 smoke: wheel
 	.ci/smoke dist $(abspath $(BIN)/python)
 	.ci/smoke --source dist $(abspath $(BIN)/python)
 
-# zig links for other systems. The Windows wheel needs mingw: apt install gcc-mingw-w64-x86-64.
+# zig is the linker for other systems. The Windows wheel requires mingw: apt install gcc-mingw-w64-x86-64.
 ZIG := --zig --compatibility
 # maturin finds the package ziglang through the Python on PATH.
 wheels: export PATH := $(abspath $(BIN)):$(PATH)
@@ -140,7 +141,7 @@ clean:
 	rm -rf $(VENV) target dist docs/_build docs/_generated docs/reference/api demo python/raycam/*.so
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
-# Installations. Each leaves a stamp file, so that it runs only once.
+# Installations. Each creates a stamp file, so that it runs only once.
 
 $(DONE)/toolchain.mk: .ci/prerequisites Cargo.toml
 	@PYTHON=$(PYTHON) .ci/prerequisites $(VENV)
@@ -167,13 +168,13 @@ $(DONE)/documentation: $(DONE)/builder
 	$(BIN)/python -m pip install -q --group docs
 	@touch $@
 
-# The extension, built with the profile of the Rust tests so that both share one compilation.
+# The extension is built with the profile of the Rust tests, so that both share one compilation.
 $(DONE)/build: $(DONE)/builder $(RUST_SOURCES)
 	rm -f python/raycam/_core*.so $(DONE)/release
 	$(BIN)/maturin develop -q --locked
 	@touch $@
 
-# The extension as in a wheel, optimised across crates, for measurements.
+# For measurements, the extension is built as in a wheel: optimised across crates.
 $(DONE)/release: $(DONE)/builder $(RUST_SOURCES)
 	rm -f python/raycam/_core*.so $(DONE)/build
 	$(BIN)/maturin develop -q --release --locked

@@ -1,7 +1,8 @@
-"""README.md for the package index, which shows it without the files beside it: relative links become addresses of this
-commit.
+"""Rewrites README.md for the package index, which does not contain the linked files.
 
     GITHUB_REPOSITORY=OWNER/NAME GITHUB_SHA=COMMIT python .ci/readme_of_index.py     rewrites README.md in place
+
+Relative links become GitHub addresses of this commit or tag.
 """
 
 from __future__ import annotations
@@ -12,14 +13,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
-"""A picture or a link of Markdown: its mark, its words, its target."""
+"""An image or a link in Markdown, with the groups: exclamation mark, text, target."""
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 
 
 def absolute(text: str, repository: str, version: str, root: Path = ROOT) -> str:
-    """The text with every relative link led to a version of a repository on GitHub.
+    """Returns the text, in which relative links become addresses of a version on GitHub.
 
-    A target that is not in `root` is a ValueError.
+    Raises `ValueError` if a target does not exist in `root`.
     """
 
     def target(match: re.Match[str]) -> str:
@@ -28,7 +29,7 @@ def absolute(text: str, repository: str, version: str, root: Path = ROOT) -> str
             return match[0]
         path = where.partition("#")[0]
         if not (root / path).exists():
-            raise ValueError(f"README.md: {where}: there is no such file beside it")
+            raise ValueError(f"README.md: {where}: file not found; links are relative to README.md")
         if picture:
             return f"![{words}](https://raw.githubusercontent.com/{repository}/{version}/{where})"
         kind = "tree" if (root / path).is_dir() else "blob"

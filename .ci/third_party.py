@@ -1,10 +1,11 @@
 """Writes THIRD-PARTY-NOTICES: the licences of the Rust crates in the wheel.
 
-    python .ci/third_party.py            writes the list that the repository has
-    python .ci/third_party.py --texts    writes it with all licence texts, as wheels have it
+    python .ci/third_party.py            writes the list, as in the repository
+    python .ci/third_party.py --texts    writes the list with all licence texts, as in wheels
     python .ci/third_party.py --check    fails if the list is out of date
 
-The crates are those that `cargo metadata` resolves for the extension, of normal dependencies on any platform.
+The list contains the crates that `cargo metadata` resolves for the extension, as normal dependencies on any
+platform.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ RULE = "-" * 100
 
 
 def crates() -> list[dict[str, object]]:
-    """The packages of the extension, without our own, by name."""
+    """Returns the packages on which the extension depends, without raycam's own, sorted by name."""
     found = subprocess.run(
         ["cargo", "metadata", "--locked", "--format-version", "1"], cwd=ROOT, check=True, capture_output=True
     )
@@ -45,7 +46,7 @@ def crates() -> list[dict[str, object]]:
 
 
 def notices(with_texts: bool) -> str:
-    """The text of the file."""
+    """Returns the content of THIRD-PARTY-NOTICES."""
     lines = [
         "The wheels of raycam contain these Rust crates. Wheels have their licence texts below, each once.",
         "",
@@ -73,7 +74,7 @@ def main() -> int:
     if "--check" in sys.argv[1:]:
         if TARGET.exists() and TARGET.read_text(encoding="utf-8") == text:
             return 0
-        print("THIRD-PARTY-NOTICES is out of date: python .ci/third_party.py", file=sys.stderr)
+        print("THIRD-PARTY-NOTICES is out of date; run python .ci/third_party.py", file=sys.stderr)
         return 1
     TARGET.write_text(text, encoding="utf-8")
     print(f"{TARGET.name}: {text.count(chr(10))} lines")

@@ -1,4 +1,7 @@
-"""Compares label images of raycam with BlenderProc's; `--python` is an interpreter with `blenderproc` and `bpy`."""
+"""Compares the time of label images in raycam and in BlenderProc.
+
+`--python` names an interpreter with `blenderproc` and `bpy`.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ WORKER = Path(__file__).with_name("blenderproc_worker.py")
 
 
 def described(world: raycam.World, seen: list[raycam.Camera], path: Path) -> None:
-    """Returns BlenderProc's input: triangles in the world, and cameras with OpenGL's axes."""
+    """Writes BlenderProc's input: triangles in the world, and cameras with OpenGL's axes."""
     numbers = {name: number for number, name in world.categories.items()}
     poses = np.tile(np.eye(4), (len(seen), 1, 1))
     for pose, camera in zip(poses, seen, strict=True):

@@ -1,4 +1,7 @@
-"""Compares cameras with OpenCV and with their formulas in 40 digits, and measures the speed of each lens."""
+"""Compares cameras with OpenCV and with their formulas in 40 digits.
+
+Also measures the speed of each lens model.
+"""
 
 from __future__ import annotations
 
@@ -73,7 +76,10 @@ def other_camera(name: str) -> raycam.Camera:
 
 
 def points_of(camera: raycam.Camera, count: int, seed: int) -> np.ndarray:
-    """Returns world points on the rays of random pixels inside the image and up to 10 pixels outside."""
+    """Returns world points [count, 3] on the rays of random pixels.
+
+    The pixels are inside the image and up to 10 pixels outside of it.
+    """
     random = np.random.default_rng(seed)
     found: list[np.ndarray] = []
     while sum(map(len, found)) < count:
@@ -84,8 +90,10 @@ def points_of(camera: raycam.Camera, count: int, seed: int) -> np.ndarray:
 
 
 def off_axis(camera: raycam.Camera, points: np.ndarray, pixels: np.ndarray) -> float:
-    """Returns the largest sine of the angle between ray(project(X)) and X - C (parallel rays: X minus the ray's
-    start).
+    """Returns the largest sine of the angle between a pixel's ray and its point's direction.
+
+    The point's direction runs from the camera's centre (for parallel rays: from the ray's start) to the
+    point.
     """
     origins, directions = camera.rays(pixels)
     true = points - (origins if camera.is_parallel else camera.C)
@@ -93,7 +101,7 @@ def off_axis(camera: raycam.Camera, points: np.ndarray, pixels: np.ndarray) -> f
     return float(np.linalg.norm(np.cross(directions, true), axis=1).max())
 
 
-# The models in mpmath, from points in camera axes to the image plane at focal length 1-----------------------
+# The models in mpmath: from points in camera axes to the image plane at focal length 1-----------------------
 
 
 def mp_pinhole(x, y, z):
@@ -186,7 +194,7 @@ FORMULAS: dict[str, Formula] = {
 
 
 def from_formula(name: str, camera: raycam.Camera, points: np.ndarray, pixels: np.ndarray) -> float:
-    """Returns the largest distance of pixels from the model's formula in 40 digits."""
+    """Returns the largest distance, in pixels, from the model's formula computed with 40 digits."""
     model, coefficients = OTHERS[name]
     worst = mpmath.mpf(0)
     with mpmath.workdps(40):
@@ -221,8 +229,9 @@ def room(middle: np.ndarray) -> raycam.World:
 
 
 def returned(camera: raycam.Camera) -> tuple[float, float]:
-    """Returns the largest distance after pixel to ray to hit to pixel, at the origin and a million units away from
-    it.
+    """Returns the largest reprojection error of an image's positions, in pixels.
+
+    The first value is that of a camera near the origin, the second that of a camera a million units away.
     """
     found = []
     for shift in (np.zeros(3), FAR):
@@ -233,7 +242,7 @@ def returned(camera: raycam.Camera) -> tuple[float, float]:
 
 
 def speed(camera: raycam.Camera, rounds: int) -> list[float]:
-    """Returns the seconds of a flat image with four rays per pixel."""
+    """Returns each round's seconds for a flat image with four rays per pixel."""
     world, seconds = room(np.zeros(3)).prepare(), []
     here = camera.at_pose(camera.R, [0.3, -0.2, 0.1])
     for _ in range(rounds + 1):

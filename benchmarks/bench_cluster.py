@@ -1,4 +1,7 @@
-"""Injects faults into a Dask cluster of four processes, and checks that its jobs lose no frame."""
+"""Injects faults into a Dask cluster of four processes.
+
+Checks that the cluster's jobs lose no frame.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +23,13 @@ WORKERS = 4
 
 
 def storms(folder: Path, count: int, pause: float) -> list[Row]:
-    """Kills workers, suspends and resumes one, and delivers every result twice."""
+    """Kills workers, suspends and resumes one worker, and delivers every result twice."""
     rows = []
     for seed in range(count):
         (folder / f"storm{seed}").mkdir()
         pool = connected(f"local:{WORKERS}")
         try:
-            # The other three workers render a frame in half a second, so the job takes longer than the pause.
+            # The other three workers take half a second per frame, so the job takes longer than the pause.
             seen = storm(
                 folder / f"storm{seed}",
                 pool,
@@ -51,7 +54,7 @@ def storms(folder: Path, count: int, pause: float) -> list[Row]:
 
 
 def poisons(folder: Path) -> list[Row]:
-    """Renders a frame that kills its workers."""
+    """Runs a job in which one frame kills every worker that renders it."""
     pool = connected(f"local:{WORKERS}")
     try:
         start = time.perf_counter()

@@ -1,4 +1,7 @@
-"""Compares radiance with Cycles (see `radiance_agreement.py`); `--python` is an interpreter with `bpy`."""
+"""Compares radiance with Cycles (see `radiance_agreement.py`).
+
+`--python` names an interpreter with `bpy`.
+"""
 
 from __future__ import annotations
 

@@ -53,8 +53,9 @@ def cameras(count: int) -> list[object]:
 
 
 def work(name: str, frames: int) -> None:
-    """Writes a data set in a separate process; prints the seconds and the growth of memory from the first to the
-    second half.
+    """Writes a data set in a separate process; prints seconds and memory growth as JSON.
+
+    The growth is that of the peak memory, from the first half of the images to the second half.
     """
     import raycam.dataset
 
@@ -64,7 +65,7 @@ def work(name: str, frames: int) -> None:
     def progress(done: int, total: int, failed: int) -> None:
         if done in (total // 8, total // 2, total):
             peaks[done] = peak()
-            # Resets the peak, so that the next peak is that of the next part.
+            # Resets the peak, so that the next value is the peak of the next part of the job.
             Path("/proc/self/clear_refs").write_text("5")
 
     with tempfile.TemporaryDirectory() as folder:

@@ -1,7 +1,8 @@
-"""Worlds that change: a 64 x 64 depth picture after an object moved, beside the same with the camera moved as far.
+"""Measures depth images of 64 x 64 pixels after an object of the world has moved.
 
-Processor time of all threads a call, in microseconds, best of several rounds in which the loops take turns. Every loop
-is the work of a user: tell the world what moved, ask for the picture.
+For comparison, the camera moves by the same distance. Figures are processor time of all threads per call, in
+microseconds: the best of several rounds, in which the loops alternate. Every loop does what a user's program
+does: it changes the world and renders an image.
 """
 
 from __future__ import annotations
@@ -28,8 +29,9 @@ def ball(levels: int) -> dict[str, object]:
 
 
 def cpu_in_turn(calls: list[tuple[Callable[[int], object], int]], rounds: int) -> list[float]:
-    """Returns each loop's processor time per call in microseconds: the best of several rounds, in which the loops
-    alternate.
+    """Returns each loop's processor time per call, in microseconds.
+
+    Each time is the best of several rounds, in which the loops alternate.
     """
     best = [np.inf] * len(calls)
     for number in range(rounds + 1):
@@ -62,8 +64,9 @@ def scene(levels: int, others: int, sky: int = 0, shining: int = 0) -> raycam.Wo
 
 
 def moved_cameras() -> list[raycam.Camera]:
-    """Returns cameras moved by the same distance as the object, so that the same number of triangles enters the
-    cache.
+    """Returns 64 cameras that move by the same distances as the object.
+
+    Therefore, the same number of triangles is loaded into the cache.
     """
     return [camera(np.subtract(place(i), [0, 0, 0.6])) for i in range(64)]
 
@@ -96,7 +99,7 @@ def rows(rounds: int, calls: int) -> list[list[str]]:
             depth(world)
 
         few = max(3, calls // 20) if "1,000" in name else calls
-        other = world.copy()  # the world itself is not changed
+        other = world.copy()  # a copy is changed instead of the world
         loops: list[Callable[[int], object]] = [
             lambda i, w=world: depth(w, i),
             lambda i, w=world: depth(w.at(i % 60 + 0.5)),
@@ -118,7 +121,7 @@ def rows(rounds: int, calls: int) -> list[list[str]]:
 
 
 def fresh() -> list[str]:
-    """Returns the seconds of a loop over moments of worlds that were never rendered themselves."""
+    """Returns notes on the processor time of images at times of worlds never rendered before."""
     notes = []
     for name, world in {
         "327,680 triangles": scene(7, 0),
@@ -136,8 +139,10 @@ def fresh() -> list[str]:
 
 
 def many(rounds: int) -> list[str]:
-    """A thousand poses in one call beside the time of their rays: pictures by a camera moved as far as the object is,
-    without the fixed cost of a call."""
+    """Compares a thousand poses in one call of `render_many` with the time of their rays.
+
+    The time of the rays is that of images by a moving camera, without the fixed cost of a call.
+    """
     notes = []
     cameras = moved_cameras()
     one = raycam.Camera.look_at([6, -6, 3], [0, 0, 0.5], [0, 0, 1], size=(1, 1), fov=40)

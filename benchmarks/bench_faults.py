@@ -1,9 +1,8 @@
-"""Tests full, read-only and write-protected disks during a video. Requires root on Linux, because it mounts its
-own disks. In each case, the command must report the cause with exit status 1 and keep complete frames; after
-the repair, the same command must finish with the bytes of an undisturbed run.
+"""Tests full, read-only and write-protected disks during a video.
 
-Each time: the command says what is wrong and its exit status is 1, what is finished is whole, and once the disk is
-repaired the same command goes on to the bytes of a run without trouble.
+Requires root on Linux, because the script mounts its own disks. In each case, the command must report the
+cause with exit status 1 and keep complete frames. After the repair, the same command must finish with the
+bytes of an undisturbed run.
 """
 
 from __future__ import annotations
@@ -43,7 +42,11 @@ def trouble(
     cause: Callable[[], object],
     repair: Callable[[], object],
 ) -> tuple[int, str]:
-    """Returns the number of frames after a failed run, and its output."""
+    """Causes a fault during a run, repairs it, and checks that the same command finishes.
+
+    Returns the number of frames that were complete after the failed run, and the last line of the run's
+    output.
+    """
     while len(list(disk.glob("*.png"))) < 5 and run.poll() is None:
         time.sleep(0.005)
     cause()

@@ -1,5 +1,6 @@
-"""Compares the time of a flat image with depth and ids of 1.3 million triangles with other renderers, in
-alternation.
+"""Compares the time of a flat image with depth and ids with other renderers.
+
+The mesh has 1.3 million triangles. The renderers run in alternation.
 """
 
 from __future__ import annotations
@@ -126,7 +127,7 @@ def trimesh_rays(vertices: np.ndarray, faces: np.ndarray) -> Picture:
 
 def pyrender_picture(vertices: np.ndarray, faces: np.ndarray) -> Picture:
     os.environ["PYOPENGL_PLATFORM"] = "osmesa"
-    np.infty = np.inf  # noqa: NPY201 - it asks for a name that NumPy 2 has removed
+    np.infty = np.inf  # noqa: NPY201 - pyrender uses this name, which NumPy 2 has removed
     import pyrender
 
     scene = pyrender.Scene(ambient_light=[1.0, 1.0, 1.0])
@@ -151,7 +152,10 @@ CONTENDERS = {
 
 
 def work(name: str, mesh: str) -> None:
-    """Prepares the world in a separate process, and renders one image for each line of the standard input."""
+    """Runs in a separate process: prepares the world, then renders an image per line of stdin.
+
+    Prints the seconds of each image.
+    """
     with np.load(mesh) as arrays:
         picture = CONTENDERS[name][1](arrays["vertices"], arrays["faces"])
     picture()
@@ -163,7 +167,11 @@ def work(name: str, mesh: str) -> None:
 
 
 def race(names: list[str], mesh: str, rounds: int, peers: str | None) -> dict[str, list[float]]:
-    """Returns the seconds per image of each renderer that starts, one process each, in alternation."""
+    """Returns the seconds of each image by renderer.
+
+    Each renderer runs in a process of its own; the processes render in alternation. Renderers that do not
+    start are omitted.
+    """
     workers, seconds = {}, {}
     for name in names:
         python = sys.executable if name.startswith("raycam") else peers or sys.executable

@@ -1,4 +1,7 @@
-"""Measures how the time of an image grows with triangles, pixels, samples and lights, one at a time."""
+"""Measures how the time of an image grows with triangles, pixels, samples and lights.
+
+Each run changes one of these quantities.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ STEPS: dict[str, list[int]] = {
 
 
 def seconds(triangles: int, pixels: int, samples: int, lights: int) -> tuple[float, float]:
-    """Returns the median seconds of a lit image, and of the preparation before the first one."""
+    """Returns the median seconds of a lit image, and the seconds of the preparation."""
     world = raycam.World()
     side = round((triangles / 2) ** 0.5)
     grid = [

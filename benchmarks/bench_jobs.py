@@ -25,7 +25,10 @@ Row = list[str]
 
 
 def kills(folder: Path, count: int) -> list[Row]:
-    """Kills a job at every step and at random times; counts damaged files, lost frames and different bytes."""
+    """Kills a job at every step and at random times.
+
+    Returns rows with the numbers of damaged files, lost frames and different bytes.
+    """
     plan = package()
     Job(folder / "whole", plan).run(Pool())
     whole = results(folder / "whole")
@@ -86,7 +89,7 @@ def kills(folder: Path, count: int) -> list[Row]:
 
 
 def overhead(folder: Path, where: object, name: str, frames: int) -> Row:
-    """Returns the time per frame in addition to rendering, for frames that take almost no time to render."""
+    """Returns a row with the time per frame for frames that take almost no time to render."""
     one = VideoPlan(world(), integrator="flat", samples=1, fps=frames, seconds=1.0).package()
     job = Job(folder / name.replace(" ", "-"), one)
     with make_pool(where, threads=1) as pool:  # type: ignore[arg-type]
@@ -146,8 +149,9 @@ def long_job(folder: Path, frames: int) -> list[Row]:
 
 
 def scaling(folder: Path, rounds: int, frames: int, samples: int) -> Row:
-    """Compares one worker with one thread and two workers on two cores, in alternation; returns the best round of
-    each.
+    """Compares two workers with one worker that has one thread, on two cores.
+
+    The workers run in alternation; the row contains the best round of each.
     """
     scene = raycam.World()
     scene.add_object(torus={"radius": 1, "tube": 0.4}, name="ring", refine=2)

@@ -1,8 +1,10 @@
-"""Measures the lecture's page: its size in bytes, the time until its first figure is live, and images per second while
-a figure is dragged.
+"""Measures the lecture's page: size in bytes, time to the first live figure, and frame rate.
 
-Needs `make web` and Chromium. Each figure is dragged by pointer events in every animation frame: on its first canvas
-that can be dragged, otherwise on its first slider.
+The frame rate is the number of images per second while a figure is dragged. The script requires `make web`
+and Chromium.
+
+Each figure is dragged by pointer events in every animation frame: on its first canvas that can be dragged,
+otherwise on its first slider.
 """
 
 from __future__ import annotations
@@ -56,7 +58,10 @@ DRAG = """
 
 
 def first(tab: Tab, path: Path, count: int) -> tuple[list[float], list[float]]:
-    """Milliseconds from the start of loading until the first figure is live, and until it has its picture."""
+    """Returns milliseconds from the start of loading to two events, for each of `count` loads.
+
+    The events are the moment when the first figure is live, and the moment when it shows its image.
+    """
     found = []
     for _ in range(count):
         tab.call("Page.navigate", url="about:blank")

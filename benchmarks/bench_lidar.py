@@ -1,11 +1,11 @@
-"""Pulses per CPU second of lidar scans, compared with Open3D's ray casting of the same rays.
+"""Compares the speed of lidar scans with Open3D's ray casting of the same rays.
 
     python benchmarks/bench_lidar.py [--rounds 3] [--triangles 1000000] [--only os1-128|hdl64e]
 
-Rates are pulses per second of the CPU time of all threads, the best of the rounds, in turns. The scenes are a town of
-boxes with a rough ground (`--triangles`), and a street of 128 boxes that move. Open3D casts the rays of the scan's
-pulses (float32) and returns distances, normals and ids; raycam's scan adds the fields, noise and echoes. HELIOS++ is
-measured if `pyhelios` is installed.
+Rates are pulses per second of CPU time of all threads: the best of the rounds, in which the programs
+alternate. The scenes are a town of boxes with a rough ground (`--triangles`), and a street of 128 boxes that
+move. Open3D casts the rays of the scan's pulses (float32) and returns distances, normals and ids. raycam's
+scan also computes the fields, noise and echoes. HELIOS++ is measured if `pyhelios` is installed.
 """
 
 from __future__ import annotations

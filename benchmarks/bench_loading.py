@@ -1,15 +1,16 @@
-"""Compares loading times with trimesh, Open3D and Mitsuba, for generated files of a million triangles or given
-files.
+"""Compares loading times with trimesh, Open3D and Mitsuba.
 
     python benchmarks/bench_loading.py [--peers PEERS/bin/python] [--before FOLDER] [--triangles N] [--rounds N]
         [FILE ...]
 
-With `--before`, the package `raycam` in that folder, of another build, takes turns with this one.
+Without a FILE, the script generates files of a million triangles. `--before` names the folder that contains
+the package `raycam` of another build; both builds then run in alternation.
 
-Every reader loads every file in a process of its own: a small one of the same kind, so that everything is imported;
-then the file, once and `rounds` times more. The first time is what a program sees that loads a file; the best of the
-others that of one which has had so much memory before, and may have kept it. And the peak memory of that process beyond
-what it had before (Linux: VmHWM). The files are in the file cache.
+Every reader loads every file in a process of its own. The process first loads a small file of the same kind,
+so that everything is imported; then it loads the file once, and `rounds` more times. The first time is what a
+program that loads one file experiences. The best of the other times applies to a program that has already
+used this much memory and may still hold it. The table also contains the peak memory of the process in
+addition to the memory before loading (Linux: VmHWM). The files are in the file cache.
 """
 
 from __future__ import annotations
@@ -68,8 +69,9 @@ def grid(triangles: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_files(folder: Path, triangles: int) -> list[Path]:
-    """Writes the mesh as OBJ with and without texture coordinates, binary PLY and STL, and GLB with and without
-    normals.
+    """Writes the mesh as OBJ, binary PLY, binary STL and GLB, and returns the paths.
+
+    OBJ is written with and without texture coordinates, GLB with and without normals.
     """
     vertices, faces = grid(triangles)
     lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices.tolist()]
@@ -135,7 +137,10 @@ def write_glb(path: Path, faces: np.ndarray, **attributes: np.ndarray) -> None:
 
 
 def main() -> None:
-    """Prints the first and the best seconds, and the additional memory in MiB, of each file and reader."""
+    """Prints a row for each file: the seconds and the memory of each reader.
+
+    The seconds are the first and the best; the memory is the additional memory in MiB.
+    """
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

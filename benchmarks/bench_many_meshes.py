@@ -1,8 +1,9 @@
-"""Measures the cost of dividing the same triangles into many overlapping meshes, as in models with one mesh per
-material.
+"""Measures the cost of dividing the same triangles into many overlapping meshes.
 
-A generated town of 400,000 triangles is dealt out, 500 in a row at a time, to 1, 10, 50 and 200 meshes: each of them
-is all over the town. Path traced under an even sky by raycam and by Mitsuba 3 (`--mitsuba PYTHON`, llvm), in turn.
+Models with one mesh per material are examples of such scenes. The triangles of a generated town (400,000) are
+distributed to 1, 10, 50 and 200 meshes, in runs of 500, so that each mesh is spread over the whole town.
+raycam and Mitsuba 3 (`--mitsuba PYTHON`, variant llvm) path trace the town under a uniform sky, in
+alternation.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ TRIANGLES, RUN = 400_000, 500
 
 
 def scene(folder: Path, meshes: int) -> Scene:
-    """Writes the town as `count` meshes."""
+    """Returns the town, distributed to `meshes` meshes, whose files are written to `folder`."""
     town = SCENES["town"](np.random.default_rng(1), TRIANGLES)
     whose = np.arange(len(town.faces)) // RUN % meshes
     objects = []

@@ -1,4 +1,7 @@
-"""Compares radiance with Mitsuba 3 (see `radiance_agreement.py`); `--python` is an interpreter with Mitsuba."""
+"""Compares radiance with Mitsuba 3 (see `radiance_agreement.py`).
+
+`--python` names an interpreter with Mitsuba.
+"""
 
 from __future__ import annotations
 

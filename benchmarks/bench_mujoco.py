@@ -1,7 +1,9 @@
-"""Compares raycam's replacement of `mujoco.Renderer` with MuJoCo's own renderer on OSMesa, by processor time.
+"""Compares raycam's replacement of `mujoco.Renderer` with MuJoCo's own renderer on OSMesa.
 
-Run `MUJOCO_GL=osmesa python benchmarks/bench_mujoco.py` from the project's root; it requires MuJoCo and OSMesa. It
-prints a table in Markdown: the best and the median of the rounds, in milliseconds.
+    MUJOCO_GL=osmesa python benchmarks/bench_mujoco.py
+
+Run the script in the project's root; it requires MuJoCo and OSMesa. It prints a Markdown table of processor
+times: the best and the median of the rounds, in milliseconds.
 """
 
 from __future__ import annotations
@@ -22,8 +24,9 @@ KINDS = ("box", "sphere", "capsule", "cylinder", "ellipsoid")
 
 
 def primitives(count: int = 30) -> mujoco.MjModel:
-    """Returns a model of a textured floor and `count` primitives on a grid, with a headlight and one light with a
-    shadow.
+    """Returns a model of a textured floor and `count` primitives on a grid.
+
+    The model has a headlight and one light that casts shadows.
     """
     geoms = "".join(
         f'<body pos="{0.5 * (i % 6) - 1.25} {0.5 * (i // 6) - 1} 0.3"><freejoint/>'
@@ -63,7 +66,7 @@ def mesh(triangles: int = 200_000) -> mujoco.MjModel:
 
 
 def renderers(model: mujoco.MjModel, size: tuple[int, int]) -> dict[str, Callable[[mujoco.MjData, str], Any]]:
-    """Returns functions that update a scene and render one kind of image, by the renderer's name."""
+    """Returns a function for each renderer that updates a scene and renders one kind of image."""
 
     def runner(renderer: Any) -> Callable[[mujoco.MjData, str], Any]:
         def run(data: mujoco.MjData, mode: str) -> Any:

@@ -1,7 +1,8 @@
-"""Compares path tracing with Mitsuba 3 and Cycles: mean radiance, and samples per second at equal path length.
+"""Compares path tracing with Mitsuba 3 and Cycles: mean radiance, and samples per second.
 
-The others are other Pythons' (`--mitsuba PYTHON`, with `mitsuba` installed; `--cycles PYTHON`, with `bpy`). A scene is
-the same triangles or spheres of triangles in all. Cycles is charged for its samples alone, not for what it prepares.
+All renderers use the same path length and the same triangles. Mitsuba and Cycles run in other interpreters:
+`--mitsuba PYTHON` with `mitsuba`, `--cycles PYTHON` with `bpy`. The time of Cycles includes its samples only,
+not its preparation.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ from path_scenes import DEPTH, SIZE, Array, scenes
 
 
 def measure(picture: Any, seconds: float) -> tuple[Array, float]:
-    """Returns the mean of as many images as fit into the time, and the best samples per second."""
+    """Returns the mean of three images, and the best number of samples per second.
+
+    The number of samples per pixel is chosen so that the three images take about `seconds`.
+    """
     picture(4, 0)
     _, once = picture(16, 1)
     samples = int(np.clip(16 * seconds / 3 / once, 4, 1024))

@@ -1,9 +1,10 @@
-"""Compares ray and point queries with trimesh (with embreex) and Open3D: rates per CPU second, and correctness.
+"""Compares ray and point queries with trimesh (with embreex) and Open3D.
 
     python benchmarks/bench_queries.py [--queries 100000] [--rounds 5] [--only rates|right] [--mesh scan.ply ...]
 
-Rates are queries a second of the CPU time of all threads, the best of the rounds, peers in turns. Meshes are a ball
-and a torus unless files are named. Peers that are not installed are left out.
+The tables contain rates and numbers of wrong results. Rates are queries per second of CPU time of all
+threads: the best of the rounds, in which the libraries alternate. The meshes are a ball and a torus unless
+files are given. Libraries that are not installed are omitted.
 """
 
 from __future__ import annotations
@@ -83,7 +84,10 @@ class Engines:
             self.mesh = trimesh.Trimesh(vertices, faces, process=False)
 
     def queries(self, origins: np.ndarray, directions: np.ndarray, near: np.ndarray) -> dict[str, Peers]:
-        """Returns each query of each library; `origins` fill the box, `near` are points close to the surface."""
+        """Returns each library's function for each query.
+
+        `origins` are random points in the mesh's box, `near` are points close to its surface.
+        """
         rays = np.concatenate([origins, directions], axis=1).astype(np.float32)
         box32, near32 = origins.astype(np.float32), near.astype(np.float32)
         world, scene, mesh = self.world, self.scene, self.mesh
@@ -154,7 +158,10 @@ def rates(meshes: dict[str, Mesh], count: int, rounds: int) -> None:
 
 
 def libigl_insides(mesh: Mesh, points: np.ndarray) -> list[np.ndarray | None]:
-    """Returns the inside test of libigl's signed distances: pseudonormals, and fast winding numbers."""
+    """Returns two inside tests of libigl's signed distances, bool [n] each.
+
+    The first uses pseudonormals, the second fast winding numbers; both are None if libigl is not installed.
+    """
     if igl is None:
         return [None, None]
     kinds = igl.SignedDistanceType
@@ -164,7 +171,7 @@ def libigl_insides(mesh: Mesh, points: np.ndarray) -> list[np.ndarray | None]:
 
 
 def wrong_insides(mesh: Mesh, points: np.ndarray, expected: np.ndarray) -> list[str]:
-    """Returns the number of points that each library puts on the wrong side."""
+    """Returns, for each library, the number of points with a wrong inside test."""
     engines = Engines(mesh)
     answers: list[np.ndarray | None] = [engines.world.inside(points), None, None]
     if engines.scene is not None:
@@ -176,8 +183,9 @@ def wrong_insides(mesh: Mesh, points: np.ndarray, expected: np.ndarray) -> list[
 
 
 def wrong_counts(mesh: Mesh, origins: np.ndarray, directions: np.ndarray, expected: int | None) -> list[str]:
-    """Returns the number of wrong crossing counts of each library; if `expected` is None, even numbers are
-    correct.
+    """Returns, for each library, the number of rays with a wrong count of crossings.
+
+    If `expected` is None, every even count is correct.
     """
     engines = Engines(mesh)
     counts: list[np.ndarray | None] = [engines.world.count_intersections(origins, directions), None, None]

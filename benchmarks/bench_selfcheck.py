@@ -1,4 +1,7 @@
-"""Runs the self-check at full size: the difference between OpenCV's calibration and the camera of the images."""
+"""Runs the self-check at full size.
+
+The result is the difference between OpenCV's calibration and the camera that rendered the images.
+"""
 
 from __future__ import annotations
 

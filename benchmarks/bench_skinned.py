@@ -1,4 +1,7 @@
-"""Compares four seconds of an animated skinned glTF model, 1280 x 720 at `flat`, with pyrender."""
+"""Compares the rendering of an animated, skinned glTF model with pyrender.
+
+Four seconds of the animation are rendered at 1280 x 720 pixels with the integrator `flat`.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ def film(model: str, samples: int, threads: int | None = None):
 
 
 def raycam_frames(model: str, samples: int) -> tuple[float, float]:
-    """Returns the seconds of all frames as 8-bit images, and those of moving and preparing the world alone."""
+    """Returns the seconds for rendering all frames as 8-bit images.
+
+    The second value is the time for moving and preparing the worlds of these frames only.
+    """
     world, _, movie = film(model, samples)
     movie.frame(0).to_srgb8()
     start = time.perf_counter()
@@ -48,7 +54,7 @@ def raycam_frames(model: str, samples: int) -> tuple[float, float]:
 
 
 def rebuilt(model: str) -> float:
-    """Returns the seconds of moving and preparing all frames if no tree can be refitted."""
+    """Returns the seconds for moving and preparing all frames if no tree can be refitted."""
     world, _, movie = film(model, 1)
     start = time.perf_counter()
     for number in range(len(movie)):
@@ -68,9 +74,12 @@ def raycam_video(model: str) -> float:
 
 
 def pyrender_frames(shapes: str) -> None:
-    """Uploads and draws every frame's vertices with pyrender, in its own environment; prints the seconds."""
+    """Runs in pyrender's interpreter: uploads and draws the vertices of every frame.
+
+    Prints the seconds, and the fraction of pixels that show the model.
+    """
     os.environ["PYOPENGL_PLATFORM"] = "osmesa"
-    np.infty = np.inf  # noqa: NPY201 - it asks for a name that NumPy 2 has removed
+    np.infty = np.inf  # noqa: NPY201 - pyrender uses this name, which NumPy 2 has removed
     import pyrender
     import trimesh
 

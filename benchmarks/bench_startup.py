@@ -1,4 +1,7 @@
-"""Compares the time until the first image, from process start to end, with other renderers, in alternation."""
+"""Compares the time from process start to process end for one image with other renderers.
+
+The renderers run in alternation.
+"""
 
 from __future__ import annotations
 

@@ -2,10 +2,13 @@
 
     python benchmarks/bench_textures.py [--images N] [--side TEXELS] [--limits SIZE ...] [--samples N]
 
-Every image is an object's texture, and all objects are seen from above, one beside the other; then ("near") one of them
-fills the picture, so that its texels are looked up one by one. Each limit has a process of its own; `none` is without.
-Given are the seconds to load and to render; the peak memory of the process beyond what it had before (Linux: VmHWM),
-while it loads and in all; the bytes read back from the temporary file; and whether the pictures are those of the first.
+Every image is the texture of one object. The first view shows all objects from above, next to each other. In
+the second view ("near"), one object fills the image, so that each texel is looked up. Each limit runs in a
+process of its own; `none` means no limit.
+
+The table contains the seconds for loading and rendering, the process's peak memory in addition to the memory
+before loading (Linux: VmHWM; while loading and in total), the bytes read from the temporary file, and whether
+the images equal those of the first limit.
 """
 
 from __future__ import annotations
@@ -60,8 +63,9 @@ print(json.dumps([loaded, *times, *peaks, peak() - before, read, digest.hexdiges
 
 
 def make(folder: Path, count: int, side: int) -> None:
-    """Writes images of coloured blocks and fine noise, which PNG compresses little; each is a shifted copy of the
-    same one.
+    """Writes images of coloured blocks with fine noise, which PNG compresses little.
+
+    All are shifted copies of one image.
     """
     random = np.random.default_rng(0)
     blocks = np.kron(

@@ -1,14 +1,16 @@
-"""Compares the time to equal error with Mitsuba 3 and Cycles, on the scenes of `path_scenes.py`.
+"""Compares the time to equal error with Mitsuba 3 and Cycles, on `path_scenes.py`.
 
-The error is the mean of (x - r)^2 / (r^2 + 0.01) over pixels and channels (relMSE), where r is a reference of 16384
-samples per pixel by the same renderer: none is charged for how another one reads the scene. Every renderer takes a
-ladder of samples per pixel, in turn with the others; the time to the error that the others' best setting has at 256
-samples is read off the ladder, by power laws between its rungs. Each of the others is tried in several settings, of
-which the fastest counts. Mitsuba and Cycles are other Pythons' (`--mitsuba PYTHON`, `--cycles PYTHON`); Cycles is
-charged for its samples alone.
+The error is the mean of (x - r)^2 / (r^2 + 0.01) over pixels and channels (relMSE). The reference r is an
+image by the same renderer with 16,384 samples per pixel, so that differences in how renderers interpret a
+scene do not count as errors.
 
-With `--keep FOLDER`, references and ladders are kept there and measured only where they are missing, so that a long run
-can be made in parts.
+Every renderer renders the scene with increasing numbers of samples per pixel, in alternation with the others.
+Power laws interpolate the time between these measurements. Mitsuba and Cycles are measured in several
+settings, and the fastest setting counts. The target is the smallest error that one of them has with 256 samples.
+
+Mitsuba and Cycles run in other interpreters (`--mitsuba PYTHON`, `--cycles PYTHON`). The time of Cycles
+includes its samples only. `--keep FOLDER` stores references and measurements and measures only missing ones,
+so that a long run can be divided into parts.
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ CYCLES: list[dict[str, Any]] = [{}, {"use_light_tree": False}, {"use_guiding": T
 
 @contextlib.contextmanager
 def renderer(name: str, python: str, scene: Scene, settings: dict[str, Any]) -> Iterator[Any]:
-    """Returns the renderer's function of samples and seed to (image, seconds)."""
+    """Yields a function that renders an image: (samples, seed) to (image, seconds)."""
     if name == "raycam":
         yield path_raycam.picture(scene, SIZE)
     else:
@@ -64,8 +66,9 @@ def reference(picture: Any) -> Array:
 
 
 def climb(pictures: dict[str, Any], count: int) -> dict[str, tuple[Array, Array]]:
-    """Renders several images for each number of samples, the renderers in alternation with pauses; returns the
-    best times.
+    """Renders several images for each number of samples; returns images and best seconds.
+
+    The renderers run in alternation, with pauses.
     """
 
     def rested(picture: Any, samples: int, seed: int) -> Any:
@@ -96,7 +99,11 @@ def rungs(path: Path, truth: Array) -> list[tuple[float, float]]:
 
 
 def time_to(error: float, ladder: list[tuple[float, float]]) -> float:
-    """Interpolates between the two surrounding measurements, or extrapolates from the nearest two."""
+    """Returns the seconds to an error, from measurements of (seconds, error).
+
+    The logarithms are interpolated between the two surrounding measurements, or extrapolated from the nearest
+    two.
+    """
     times, errors = np.log(np.array(ladder)).T
     at = int(np.clip(np.searchsorted(-errors, -np.log(error)), 1, len(ladder) - 1))
     slope = (times[at] - times[at - 1]) / (errors[at] - errors[at - 1])

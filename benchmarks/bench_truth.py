@@ -1,4 +1,7 @@
-"""Measures the cost of ground truth compared with a flat image, for generated worlds of one mesh and of many."""
+"""Measures the cost of ground truth compared with a flat image.
+
+The generated worlds consist of one mesh or of many meshes.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""Measures the live view, and compares it with other viewers: latency, images per second, bytes, start, memory.
+"""Measures the live view: latency, images per second, bytes, start and memory.
 
-The server is a process of its own; the page is in Chromium without a window, on the same machine. Latencies in the
-page run from the event to the animation frame after its picture, those on the socket from a message to the picture
-that shows it. `--rivals PYTHON` names an interpreter that has viser, f3d and open3d (`viewer_rivals.py`).
+The server runs in a process of its own, the page in headless Chromium on the same machine. In the page, a
+latency is the time from an event to the animation frame after its image; on the socket, it is the time from a
+message to the image that shows its effect. `--rivals PYTHON` names an interpreter with viser, f3d and open3d
+(`viewer_rivals.py`), which are measured for comparison.
 """
 
 from __future__ import annotations
@@ -185,7 +186,10 @@ def still(client: Client, samples: int) -> None:
 
 
 def moving(client: Client, seconds: float) -> list[Row]:
-    """Measures a camera that turns with 60 moves per second: latency, images per second, bytes, time to rest."""
+    """Measures a camera that turns, with 60 moves per second.
+
+    The rows contain the latency, images per second, bytes, and the time until the image is at rest.
+    """
     version = client.pictures[-1][0]["version"]
     client.pictures.clear()
     said: dict[int, float] = {}
@@ -275,7 +279,7 @@ def fit(tab: Tab, size: tuple[int, int]) -> None:
 
 
 def tree_time(pid: int) -> float:
-    """Returns the processor seconds of a browser's process and all its descendants."""
+    """Returns the processor seconds of the browser's process and all its descendants."""
     parents: dict[int, list[int]] = {}
     times = {}
     for folder in Path("/proc").iterdir():
@@ -295,7 +299,10 @@ def tree_time(pid: int) -> float:
 
 
 def dragged(tab: Tab, seconds: float, step: Callable[[int], tuple[float, float]]) -> float:
-    """Drags with the left button for some seconds, 60 events per second; returns the elapsed seconds."""
+    """Drags with the left button for some seconds, with 60 events per second.
+
+    Returns the elapsed seconds.
+    """
     tab.mouse("mousePressed", *step(0), button="left", clickCount=1)
     begun = time.perf_counter()
     for number in range(1, round(RATE * seconds)):
@@ -340,7 +347,10 @@ def in_the_page(tab: Tab, path: Path, size: tuple[int, int], seconds: float) -> 
 
 
 def samples_in_slices() -> list[Row]:
-    """Measures the cost of rendering in slices compared with one call, and the time to stop."""
+    """Measures the cost of rendering in slices compared with one call.
+
+    Also measures the time to stop.
+    """
     world = raycam.data.spot()
     camera = world.default_camera().resized((320, 200))
     most = DEFAULT_SAMPLES["direct"]
@@ -423,7 +433,10 @@ def write_triangles(path: Path) -> None:
 
 
 def rival(python: str, name: str, mesh: Path, seconds: float, tab: Tab) -> list[Row]:
-    """Returns the figures of another viewer. Raises `RuntimeError` with its last line of output if it fails."""
+    """Returns the figures of another viewer.
+
+    Raises `RuntimeError` with the viewer's last line of output if the viewer fails.
+    """
     worker = Path(__file__).with_name("viewer_rivals.py")
     begun = time.perf_counter()
     rows: list[Row] = []
@@ -455,8 +468,9 @@ def rival(python: str, name: str, mesh: Path, seconds: float, tab: Tab) -> list[
 
 
 def page_of_rival(tab: Tab, seconds: float) -> list[Row]:
-    """Returns the animation frames per second while a viewer's page, which redraws the world each time, is
-    dragged.
+    """Returns the animation frames per second while a viewer's page is dragged.
+
+    Such a page redraws the world in each animation frame.
     """
     tab.evaluate(
         "globalThis.frames60 = 0; (function next() { frames60++; requestAnimationFrame(next); })(); null"

@@ -1,7 +1,7 @@
-"""Measures raycam in a page: images per second while a camera moves, loading time, and the ratio to a native
-thread.
+"""Measures raycam in a page: images per second while a camera moves, and loading time.
 
-Needs `make web` and Chromium. Native pictures are those of the portable kernel, in a process of their own.
+The frame rate is compared with one native thread, which uses the portable kernel and runs in a process of its
+own. The script requires `make web` and Chromium.
 """
 
 from __future__ import annotations
@@ -47,7 +47,10 @@ WARM = 1.0  # seconds of movement, after which the browser has optimised the cod
 
 
 def moving(tab: Tab, rounds: int, warm: float = 0.0) -> list[float]:
-    """Returns milliseconds per image of a moving camera in the page, after `warm` seconds of movement."""
+    """Returns milliseconds per image of a moving camera in the page.
+
+    The measurement starts after `warm` seconds of movement.
+    """
     found: list[float] = tab.evaluate(
         f"""(async () => {{ const times = []; let camera = world.camera('view', 1, 1);
         const [R, C] = [camera.R, camera.C];

@@ -1,9 +1,10 @@
-"""Runs the same programs with pyrender and with raycam's replacement, and compares depth, silhouettes and colours.
+"""Runs the same programs with pyrender and with raycam's replacement of it.
 
     python benchmarks/beside_pyrender.py --python INTERPRETER
 
-INTERPRETER has pyrender 0.1.45, NumPy 1 and trimesh, and a way to draw without a screen (EGL or OSMesa). Each program
-runs in a process of its own, unchanged, with `pyrender` imported or served by `raycam.compat.pyrender.install`.
+The report compares depth, silhouettes and colours. INTERPRETER has pyrender 0.1.45, NumPy 1, trimesh, and EGL
+or OSMesa for drawing without a screen. Each program runs unchanged in a process of its own, where `import
+pyrender` loads pyrender, or raycam's replacement after `raycam.compat.pyrender.install`.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def boxes(pyrender: Any, trimesh: Any) -> Any:
 
 
 def segmentation(pyrender: Any, trimesh: Any) -> Any:
-    """Renders a segmentation: nodes in the colours of a map."""
+    """Renders a segmentation image: each node has the colour that `seg_node_map` assigns to it."""
     scene = pyrender.Scene(ambient_light=[1.0] * 3)
     nodes = {}
     for i, x in enumerate([-0.8, 0.0, 0.8]):

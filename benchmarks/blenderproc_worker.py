@@ -1,4 +1,7 @@
-"""Renders with BlenderProc for `bench_blenderproc.py`; arguments WORLD.npz THREADS FOLDER; prints seconds as JSON."""
+"""Renders with BlenderProc for `bench_blenderproc.py`; prints the seconds as JSON.
+
+Arguments: WORLD.npz THREADS FOLDER
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ import numpy as np
 
 
 def blenderproc() -> types.ModuleType:
-    """BlenderProc for a Python with Blender as a module: BlenderProc must not install packages into Blender."""
+    """Returns the module `blenderproc` in a Python with `bpy`, without installing packages.
+
+    BlenderProc would otherwise install packages into Blender.
+    """
     os.environ["INSIDE_OF_THE_INTERNAL_BLENDER_PYTHON_ENVIRONMENT"] = "1"
     packages = next(path for path in sys.path if path.endswith("site-packages"))
     # BlenderProc removes this path from sys.path; another spelling of it remains.

@@ -1,9 +1,10 @@
-"""Compares regions of images with Cycles: six scenes, plastic among them.
+"""Compares regions of images with Cycles, in six scenes, one of them with plastic.
 
     python benchmarks/cycles_regions.py --python PYTHON     PYTHON has bpy (Blender as a module)
 
-Both renderers make 16 independent images of each scene. Every image is divided into 24 regions; the report contains the
-largest difference of a region's mean, in per cent of Cycles' mean of this region, and that region's standard error.
+Both renderers compute 16 independent images of each scene. Every image is divided into 24 regions. The report
+contains the largest difference of a region's mean, in per cent of Cycles' mean of this region, and the
+standard error of that region.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ COLUMNS, ROWS = 6, 4
 
 
 def region_means(picture: Any, samples: int) -> Any:
-    """Returns the means of all regions over the colours, [pictures, rows, columns]."""
+    """Returns the means of all regions over the colours, [images, rows, columns]."""
     images = np.array(
         [picture(samples, seed)[0] for seed in range(1, SEED_STEP * PICTURES, SEED_STEP)], np.float64
     )

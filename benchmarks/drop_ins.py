@@ -1,14 +1,17 @@
-"""Runs the test suites of trimesh, Open3D and pyrender with raycam's replacements of these libraries.
+"""Runs the test suites of trimesh, Open3D and pyrender with raycam's replacements.
 
-python benchmarks/drop_ins.py trimesh FOLDER [--original] [-- PYTEST_OPTIONS]
-python benchmarks/drop_ins.py open3d FOLDER [--original | --alone] [-- PYTEST_OPTIONS]
-python benchmarks/drop_ins.py pyrender FOLDER [--original]
+    python benchmarks/drop_ins.py trimesh FOLDER [--original] [-- PYTEST_OPTIONS]
+    python benchmarks/drop_ins.py open3d FOLDER [--original | --alone] [-- PYTEST_OPTIONS]
+    python benchmarks/drop_ins.py pyrender FOLDER [--original]
 
-FOLDER is a checkout of the project's repository; nothing is downloaded. trimesh's own sources are used together with
-`raycam.compat.trimesh.install(nearest=True)`. For Open3D, `RaycastingScene` of the installed package is replaced;
-with --alone, raycam's module is the whole of `open3d`. pyrender's tests are long functions, so each statement runs on
-its own and the script counts assertions and `pytest.raises` blocks; the others run even if one fails.
-Each command prints the number of tests or checks that pass, and a line for each that does not.
+FOLDER is a checkout of the library's repository; nothing is downloaded. `--original` tests the library
+itself. trimesh's own sources are used together with `raycam.compat.trimesh.install(nearest=True)`. For
+Open3D, `RaycastingScene` of the installed package is replaced; with `--alone`, `raycam.compat.open3d`
+replaces the whole package `open3d`. pyrender's tests are long functions. Therefore, each of their statements
+runs separately, even if an earlier statement failed, and the script counts assertions and `pytest.raises`
+blocks.
+
+Each command prints the number of tests or checks that pass, and a line for each that fails.
 """
 
 from __future__ import annotations
@@ -65,7 +68,10 @@ def run_open3d(original: bool, alone: bool, options: list[str]) -> Counter[str]:
 
 
 class Statements:
-    """Statements of test functions, run one by one; counts the checks (assertions and expected errors)."""
+    """Runs the statements of test functions one by one, and counts the checks.
+
+    Checks are assertions and blocks that expect an error.
+    """
 
     def __init__(self) -> None:
         self.counts: Counter[str] = Counter()

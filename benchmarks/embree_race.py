@@ -2,9 +2,9 @@
 
     python benchmarks/embree_race.py [--seeds 1 2 3] [--threads 2] [--repeat 7] [--isa avx2] [--out FILE]
 
-Needs raycam, numpy and embreex (whose wheel brings Embree's library), a C++ compiler and cargo. Embree runs at medium
-and high quality and in robust mode; of each class of rays its best mode counts (single rays or packets of 16,
-coherent or not). raycam is always watertight.
+Requires raycam, numpy, embreex (whose wheel contains Embree's library), a C++ compiler and cargo. Embree runs
+at medium and high quality and in robust mode. For each class of rays, Embree's fastest mode counts (single
+rays, or packets of 16, coherent or not). raycam is always watertight.
 """
 
 import argparse
@@ -122,7 +122,7 @@ def main() -> None:
                 high = run([*base, "--quality", "high"])
                 again = run(ours_command)
                 robust = run([*base, "--robust"])
-                # A warm-up with so few rays that its time does not matter.
+                # The build rate is measured with so few rays that their time does not matter.
                 medium_build = [*base, "--size", "8x8"]
                 rates = best_builds({"medium": medium_build, "raycam": build_command})
                 build_ratios.append(rates["raycam"] / rates["medium"])

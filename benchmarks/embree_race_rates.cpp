@@ -1,7 +1,7 @@
-// Ray rates of Embree 4 (the library inside the embreex wheel) on one .tri scene: build, primary, shadow, bounce rays,
-// single-ray and 16-wide packets. Also dumps the rays and Embree's own answers so that another tracer runs the same work.
-// Compiled and run by embree_race.py.
-// usage: embree_race_rates SCENE_PREFIX [--threads N] [--size WxH] [--robust] [--compact] [--quality low|medium|high] [--isa avx2] [--dump DIR]
+// Measures the ray rates of Embree 4 (the library in the embreex wheel) on one .tri scene: the build, and primary,
+// shadow and bounce rays, as single rays and in packets of 16. `--dump` also writes the rays and Embree's results to files, so
+// that another ray tracer can trace the same rays. embree_race.py compiles and runs this program.
+// Usage: embree_race_rates SCENE_PREFIX [--threads N] [--size WxH] [--robust] [--compact] [--quality low|medium|high] [--isa avx2] [--dump DIR]
 #include <algorithm>
 #include <immintrin.h>
 #include <atomic>
@@ -15,7 +15,7 @@
 #include <string>
 #include <thread>
 #include <vector>
-// The part of Embree 4's C ABI that is used here, declared by hand so that the library inside the embreex wheel is enough.
+// The part of Embree 4's C ABI that this program uses. It is declared here, because the embreex wheel has no headers.
 extern "C" {
 struct RTCDeviceT; struct RTCSceneT; struct RTCGeometryT; typedef RTCDeviceT* RTCDevice; typedef RTCSceneT* RTCScene; typedef RTCGeometryT* RTCGeometry;
 struct alignas(16) RTCRay { float org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time, tfar; unsigned mask, id, flags; };
@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
   printf("build %.3f s  %.2f Mtri/s  held %.1f B/tri  peak %.1f B/tri\n", build, nt / build / 1e6, (double)held / nt, (double)peak / nt);
   V w = unit(at - eye), u = unit(cross(w, up)), t = cross(u, w); float k = std::tan(c[9] * float(M_PI) / 360);
   std::vector<Ray> prim, shadow, bounce; prim.reserve(W * H);
-  // tiles of 8 x 8 pixels made of four tiles of 4 x 4: 16 rays in a row are a 4 x 4 packet, 64 are an 8 x 8 one
+  // Rays are in tiles of 8 x 8 pixels, each made of four tiles of 4 x 4: 16 consecutive rays form a packet.
   for (int ty = 0; ty < H; ty += 8) for (int tx = 0; tx < W; tx += 8) for (int q = 0; q < 4; q++) for (int p = 0; p < 16; p++) {
     int x = tx + (q & 1) * 4 + (p & 3), y = ty + (q >> 1) * 4 + (p >> 2);
     float sx = (2 * (x + .5f) / W - 1) * k * W / H, sy = (1 - 2 * (y + .5f) / H) * k;

@@ -1,4 +1,4 @@
-"""Writes the scenes of `raycam bench` as files for `embree_race.py`: a new variation for every seed.
+"""Writes the scenes of `raycam bench` as files for `embree_race.py`, one variation per seed.
 
 `NAME.tri`: uint32 vertex count V, uint32 triangle count T, V x 3 float32, T x 3 uint32, little endian.
 `NAME.cam`: 13 float32: eye, target, up, vertical field of view in degrees, position of the light.

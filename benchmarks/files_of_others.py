@@ -1,12 +1,12 @@
-"""Reads every mesh and image in a folder, and compares the results with trimesh and Pillow, each in a separate
-process.
+"""Reads every mesh and image in a folder, and compares the results with trimesh and Pillow.
 
-python benchmarks/files_of_others.py FOLDER [--damage 4]
+    python benchmarks/files_of_others.py FOLDER [--damage 4]
 
-A line for each file that is refused, or of which the others make something else: another number of triangles, other
-bounds, texels more than 1.2 % of the range apart; and for each that takes more than a second or 64 MiB and 16 times
-its size to be refused. With --damage, that many damaged copies of each are read as well: cut off, with a bit or eight
-bytes changed, with a piece missing.
+Each library runs in a separate process. The script prints a line for each file that raycam refuses, and for
+each file that differs: another number of triangles, other bounds, or texels that differ by more than 1.2 % of
+the range. It also prints a line for each file whose refusal takes more than a second, or more memory than 64
+MiB and 16 times the file's size. With `--damage`, the given number of damaged copies of each file is read
+too: truncated, with a bit or eight bytes changed, or with a part missing.
 """
 
 from __future__ import annotations
@@ -127,7 +127,10 @@ def damaged(data: bytes, kind: int, draw: random.Random) -> bytes:
 
 
 def size_with_companions(path: Path) -> int:
-    """Returns the bytes that a file may use: those of its folder if it names other files."""
+    """Returns a file's size in bytes, from which its memory limit is computed.
+
+    For glTF and OBJ files, which refer to other files, this is the size of the folder.
+    """
     alone = path.suffix.lower() not in {".gltf", ".obj"}
     return sum(file.stat().st_size for file in ([path] if alone else path.parent.iterdir()) if file.is_file())
 

@@ -1,11 +1,11 @@
-"""Measures the time from the page's request to the first visible image of the live view, step by step.
+"""Measures the steps from the page's request to the first visible image of the live view.
 
     python benchmarks/first_image.py [--rounds N] [--servers N] [--world FILE]
 
-The server runs before the page is requested, in a window of 640 x 480 in Chromium without a graphics card. Each step
-is a time in milliseconds since the browser began to load the page. "painted" is the animation frame after the first
-image was drawn on the canvas, and "render" is the duration of that image on the server. The first load after a
-server's start is listed separately.
+The server has started before the page is requested. The page has a window of 640 x 480 pixels in Chromium,
+without a graphics card. Each step is a time in milliseconds since the browser began to load the page.
+"painted" is the animation frame after the first image was drawn on the canvas. "render" is the time in which
+the server rendered that image. The first load after a server's start is listed separately.
 """
 
 from __future__ import annotations

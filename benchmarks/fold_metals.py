@@ -1,10 +1,12 @@
-"""Averages measured spectra of metals to red, green and blue: writes the table of `crates/scene/src/metal.rs`.
-
-The reflectance of the published n and k is weighed by D65 and the CIE 1931 observer (C. Wyman, P.-P. Sloan and P.
-Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", 2013) and taken to linear Rec. 709,
-from 0 to 89 degrees. Per channel, the n and k that give these reflectances best are the metal's. Needs SciPy.
+"""Computes red, green and blue optical constants of metals from measured spectra.
 
     python benchmarks/fold_metals.py
+
+Prints the table of `crates/scene/src/metal.rs`. The reflectance of the published n and k, from 0 to 89
+degrees, is weighted by the illuminant D65 and the CIE 1931 observer (C. Wyman, P.-P. Sloan and P. Shirley,
+"Simple Analytic Approximations to the CIE XYZ Color Matching Functions", 2013) and converted to linear Rec.
+709. The table contains, for each colour, the n and k whose reflectances are nearest to these values. Requires
+SciPy.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ Array = npt.NDArray[np.float64]
 
 # P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974); aluminium: F. Cheng et al., ACS Nano
 # 10, 9852 (2016). The values are those of the refractiveindex.info database, which is in the public domain (CC0). Rows:
-# nm, n, k.
+# wavelengths in nm, n, k.
 WAVELENGTHS = "381.5 397.4 413.3 430.5 450.9 471.4 495.9 520.9 548.6 582.1 616.8 659.5 704.5 756.0"
 METALS = {
     "aluminium": (
@@ -60,7 +62,7 @@ RGB_FROM_XYZ = np.array(
         [0.0556434, -0.2040259, 1.0572252],
     ]
 )
-# The illuminant D65 with one value every 20 nm (CIE 15).
+# The spectrum of the illuminant D65, with one value every 20 nm (CIE 15).
 D65 = (
     np.arange(380, 781, 20),
     "49.98 82.75 93.43 104.9 117.8 115.9 109.4 104.8 104.4 100 95.79 90.01 87.70 83.70 80.21 78.28 78.28 71.61 69.89 "

@@ -1,8 +1,7 @@
-"""Scenes whose light is difficult to find, in the form of `path_scenes.py`: closed rooms, caustics, lamps behind
-glass.
+"""Scenes with light that is difficult to find, in the form of `path_scenes.py`.
 
-Lengths are in metres, and walls have the grey value 0.7 unless a scene specifies otherwise. Every room is closed, so
-that no path escapes.
+The scenes are closed rooms, caustics, and lamps behind glass. Lengths are in metres, and walls have the grey
+value 0.7 unless a scene specifies otherwise. Every room is closed, so that no path escapes.
 """
 
 from __future__ import annotations
@@ -56,8 +55,9 @@ def grid(heights: Array, size: tuple[float, float]) -> tuple[Array, Array]:
 
 
 def revolved(profile: list[tuple[float, float]], sides: int) -> tuple[Array, Array]:
-    """Returns a surface of revolution about z of a line of (radius, height); it faces outwards where the line
-    rises.
+    """Returns the surface of a profile that rotates about the z axis.
+
+    The profile consists of (radius, height) pairs. The surface faces outwards where the height increases.
     """
     turn = 2 * np.pi * np.arange(sides) / sides
     around = np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -123,7 +123,7 @@ class Builder:
 
 
 def hard_scenes(folder: Path) -> dict[str, Scene]:
-    """Returns the scenes by name; their triangles are written to the folder."""
+    """Returns the scenes by name, and writes their triangles to the folder."""
     builder = Builder(folder)
     rooms_of_two_meters(builder)
     spaces_for_long_paths(builder)
@@ -228,7 +228,7 @@ def spaces_with_glass(builder: Builder) -> None:
     waves = 0.03 * (np.sin(7 * x + 2 * y) + np.sin(5 * y - 3 * x + 1) + 0.6 * np.sin(11 * x - 9 * y)) / 2
     number = np.arange(129 * 129).reshape(129, 129)
     surface, up = grid(0.8 + waves, (1.998, 1.998))
-    # The body of water: its waves, walls and floor, which are slightly inside of the tank.
+    # The body of water: its waves, walls and floor, which are slightly inside the tank.
     rim = np.concatenate([number[0, :-1], number[:-1, -1], number[-1, :0:-1], number[:0:-1, 0]])
     bottom = surface[rim] * [1, 1, 0] + [0, 0, 0.002]
     a, b = np.arange(len(rim)), (np.arange(len(rim)) + 1) % len(rim)

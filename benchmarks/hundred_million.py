@@ -1,8 +1,9 @@
-"""Generates a hundred million triangles, builds a tree, renders an image, and reports the peak memory.
+"""Generates a hundred million triangles, builds their tree, and renders an image.
 
     python benchmarks/hundred_million.py [--triangles 100e6]
 
-A height field whose rows are made a few at a time, straight into the arrays that `add_mesh` takes.
+The report contains the peak memory. The mesh is a height field. A few rows at a time are written directly
+into the arrays that `add_mesh` receives, so that no temporary copy is needed.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ ROWS = 64
 
 
 def height_field(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Returns n x n vertices, float64 [n * n, 3], and the triangles between them, uint32 [2 * (n - 1)^2, 3]."""
+    """Returns a height field of n x n vertices and the triangles between them.
+
+    Vertices are float64 [n * n, 3], triangles uint32 [2 * (n - 1)^2, 3].
+    """
     rng = np.random.default_rng(seed)
     waves = [(k, *rng.uniform(0, 6.28, 2)) for k in 2.0 ** np.arange(12) for _ in range(2)]
     vertices, faces = np.empty((n, n, 3)), np.empty((n - 1, n - 1, 2, 3), np.uint32)

@@ -1,11 +1,11 @@
-"""Renders models next to other renderers' images from the same cameras, for visual inspection.
+"""Renders models next to other renderers' images from the same cameras, to compare by eye.
 
-python benchmarks/khronos_pictures.py MODELS REFERENCES config.json pairs.jpg --light room.hdr [--only NAME]
+    python benchmarks/khronos_pictures.py MODELS REFERENCES config.json pairs.jpg --light room.hdr [--only NAME]
 
-REFERENCES holds a folder for each scenario, `khronos-ToyCar`, with a picture of each renderer,
-`blender-cycles-golden.png`. They and the scenarios (`config.json`: cameras, sizes) are those of
-github.com/KhronosGroup/glTF-Render-Fidelity-Generator; glTF-Render-Fidelity has small ones. Their light is
-`lightroom_14b.hdr`; with another, highlights and reflections lie elsewhere.
+REFERENCES contains a folder for each scenario (`khronos-ToyCar`) with an image by each renderer
+(`blender-cycles-golden.png`). These images, and the scenarios in `config.json` (cameras and sizes), come from
+github.com/KhronosGroup/glTF-Render-Fidelity-Generator; glTF-Render-Fidelity contains smaller versions. Their
+light is `lightroom_14b.hdr`; with another light, highlights and reflections are at other positions.
 """
 
 from __future__ import annotations
@@ -24,13 +24,16 @@ from PIL import Image, ImageDraw
 
 RENDERERS = ("blender-cycles", "three-gpu-pathtracer", "vray", "dspbr-pt", "gltf-sample-viewer", "filament")
 
-# Rendered at this multiple of the size and reduced after tone mapping, as the reference images were, so that thin
-# dark lines stay dark.
+# Images are rendered at this multiple of their size and reduced after tone mapping, like the reference images, so that
+# thin dark lines stay dark.
 OVER = 2
 
 
 def aces(color: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.uint8]:
-    """Returns colours as in the references: S. Hill's fit of ACES with white at 1/0.6, then sRGB."""
+    """Returns displayed colours, computed as for the references.
+
+    The tone mapping is S. Hill's fit of ACES with white at 1/0.6, followed by the sRGB curve.
+    """
     into = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
     back = np.array(
         [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]]

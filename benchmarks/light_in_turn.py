@@ -1,13 +1,16 @@
-"""Compares processor time times variance with another build, Mitsuba 3, Cycles or pbrt-v4, in alternation.
+"""Compares processor time times variance with another raycam build and other renderers.
 
     python benchmarks/light_in_turn.py [--before FOLDER] [--mitsuba PYTHON] [--cycles PYTHON] [--pbrt EXECUTABLE]
         [--hard] [--scenes NAME ...] [--size WIDTH HEIGHT]
 
-FOLDER holds the package `raycam` of the other build, a PYTHON has Mitsuba or `bpy`. Time is that of the processor, all
-threads together, so that a busy machine does not matter; the error is the variance over seeds, relative to the squared
-mean plus 0.01, which needs no reference: everyone here is unbiased. The gain is the ratio of their products, that of
-the times to the same error. The better sampler of Mitsuba and of pbrt counts, and the better of Cycles with and without
-path guiding; Cycles and pbrt are charged for their samples alone.
+FOLDER contains the package `raycam` of the other build; PYTHON is an interpreter with Mitsuba or `bpy`. The
+renderers run in alternation. Times are processor times of all threads, so that they do not depend on the load
+of the machine. The error is the variance over seeds, relative to the squared mean plus 0.01. It needs no
+reference, because all these renderers are unbiased. The gain is the ratio of the products of time and error,
+which equals the ratio of the times to equal error.
+
+For Mitsuba and pbrt, the better of two samplers counts; for Cycles, the better result of rendering with and
+without path guiding. The times of Cycles and pbrt include their samples only.
 """
 
 from __future__ import annotations
@@ -45,7 +48,11 @@ Found = dict[str, float]
 
 
 def measure(options: argparse.Namespace) -> Found:
-    """Returns an image's processor time, its pixels' variance, the share of the worst 1 % of pixels, and the mean."""
+    """Returns figures of one renderer and scene: time, variance, worst share and mean.
+
+    The time is the processor time of an image, and the variance the mean over its pixels. The worst share is
+    the 1 % noisiest pixels' share of the total variance.
+    """
     scene = json.loads(options.one.read_text(encoding="utf-8"))
     name, settings = OTHERS.get(options.other, ("path_raycam", {}))
     module: Any = importlib.import_module(name)
@@ -71,7 +78,7 @@ def measure(options: argparse.Namespace) -> Found:
 
 
 def rivals_of(options: argparse.Namespace) -> dict[str, tuple[list[str], str | None]]:
-    """Returns each renderer's measuring command, and its package's folder."""
+    """Returns each renderer's command for a measurement, and the folder of its package."""
     import raycam
 
     this = [sys.executable, __file__]
@@ -87,7 +94,10 @@ def rivals_of(options: argparse.Namespace) -> dict[str, tuple[list[str], str | N
 
 
 def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
-    """Returns time, variance and mean of each renderer on a scene, with the best time of several rounds."""
+    """Returns the figures of each renderer on a scene.
+
+    The renderers run in alternation, and the best time of several rounds counts.
+    """
     best: dict[str, Found] = {}
     for _ in range(TURNS):
         for rival, (command, package) in rivals_of(options).items():
@@ -104,7 +114,7 @@ def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
 
 
 def row_of(name: str, found: dict[str, Found]) -> tuple[list[str], float]:
-    """Returns a scene's row, and the gain over the best of the others."""
+    """Returns a scene's row of the table, and the gain over the best of the other renderers."""
     mine = found.pop("raycam")
     cost = mine["seconds"] * mine["variance"]
     gains = {rival: one["seconds"] * one["variance"] / cost for rival, one in found.items()}

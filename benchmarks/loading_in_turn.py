@@ -1,11 +1,12 @@
-"""Compares loading with another build of raycam, by processor time: glTF, OBJ, PLY, STL, USD, world files, COLMAP.
+"""Compares loading with another build of raycam, by processor time.
 
     python benchmarks/loading_in_turn.py --before FOLDER [--triangles N] [--turns N] [--only NAME ...]
 
-`--before` is the folder that holds the package `raycam` of the other build. A turn is a process of each build for a
-file, which loads a small one of its kind, so that everything is imported, the file once, and then again: the best of
-these loads counts, of all threads and of processes that have ended. Which build is first changes with the turn; the
-table has the best and the median of the turns.
+The files are glTF, OBJ, PLY, STL, USD, world files and COLMAP models. `--before` names the folder that
+contains the package `raycam` of the other build. In each turn, a process of each build loads a small file of
+the same kind, so that everything is imported, then the file, and then the file again several times. The best
+of these loads counts; times include all threads, and child processes that have ended. The builds swap their
+order from turn to turn. The table contains the best and the median of the turns.
 """
 
 from __future__ import annotations

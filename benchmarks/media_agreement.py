@@ -1,13 +1,15 @@
-"""Compares images with homogeneous media with those of Mitsuba 3 (`volpath`): means, and processor time to equal error.
+"""Compares images with homogeneous media with those of Mitsuba 3 (`volpath`).
 
     python benchmarks/media_agreement.py --mitsuba PYTHON     PYTHON has Mitsuba 3 installed
 
-Each renderer makes independent images of eight scenes on one thread. The difference of the means is reported with its
-standard error. The time to equal error is the processor time multiplied by the mean squared error of an image, which
-does not depend on the number of samples; the error is the variance of the images, because both means agree. A ratio
-above 1 means that raycam is faster. No scene has both a lamp and a sky, because lamps block the sky in Mitsuba and do
-not in raycam. The white furnace contains media that do not absorb: every pixel must be 1. DRJIT_LIBLLVM_PATH names the
-LLVM library of Mitsuba's `llvm` variants.
+Each renderer computes independent images of eight scenes on one thread. The difference of the means is
+reported with its standard error. The time to equal error is the processor time multiplied by the mean squared
+error of an image; this product does not depend on the number of samples. The error is the variance of the
+images, because both means agree. A ratio above 1 means that raycam is faster.
+
+No scene has both a lamp and a sky, because lamps block the sky in Mitsuba, but not in raycam. The white
+furnace contains media that do not absorb: every pixel must be 1. DRJIT_LIBLLVM_PATH is the path of the LLVM
+library for Mitsuba's `llvm` variants.
 """
 
 from __future__ import annotations
@@ -39,7 +41,10 @@ def medium(absorption: list[float], scattering: list[float], g: float = 0.0) -> 
 
 
 def body(shape: Any, inside: dict[str, Any], ior: float | None = None) -> tuple[Any, dict[str, Any]]:
-    """Returns an object that a medium fills: of glass with an index of refraction, or without a surface."""
+    """Returns an object that is filled with a medium.
+
+    Its surface is glass with the index of refraction `ior`, or it has no surface if `ior` is None.
+    """
     return shape, {"inside": inside, "ior": ior}
 
 
@@ -123,7 +128,7 @@ def scenes() -> dict[str, dict[str, Any]]:
 
 
 def raycam_picture(scene: dict[str, Any]) -> Any:
-    """Returns a function of samples and seed that renders a scene with raycam."""
+    """Returns a function that renders a scene with raycam: (samples, seed) to image."""
     import raycam
 
     world = raycam.World()
@@ -165,7 +170,7 @@ def raycam_picture(scene: dict[str, Any]) -> Any:
 
 
 def mitsuba_picture(scene: dict[str, Any], variant: str) -> Any:
-    """Returns a function of samples and seed that renders a scene with Mitsuba."""
+    """Returns a function that renders a scene with Mitsuba: (samples, seed) to image."""
     import mitsuba as mi
     from path_mitsuba import bsdf, emitter, rgb
 
@@ -242,7 +247,10 @@ def contains(vertices: Any, point: list[float]) -> bool:
 
 
 def measure(picture: Any, samples: int) -> tuple[Any, float]:
-    """Returns independent images [n, h, w, 3] and the processor time of one, after a first image for preparation."""
+    """Returns independent images [n, h, w, 3], and the processor seconds of one image.
+
+    A first image, which prepares the scene, is not measured.
+    """
     picture(4, 999)
     start = time.process_time()
     images = np.array([picture(samples, 1 + 100_003 * number) for number in range(PICTURES)])
@@ -306,7 +314,11 @@ def regions(images: Any) -> Any:
 
 
 def compare(mine: Any, my_seconds: float, its: Any, its_seconds: float) -> tuple[float, float, float]:
-    """Returns the relative difference of the means, its standard error, and the ratio of times to equal error."""
+    """Returns the comparison of two renderers' images of a scene.
+
+    The values are the relative difference of the means, its standard error, and the ratio of times to equal
+    error.
+    """
     off = mine.mean() / its.mean() - 1
     spread = [images.mean(axis=(1, 2, 3)).std(ddof=1) / images.mean() for images in (mine, its)]
     error = np.hypot(*spread) / np.sqrt(PICTURES)

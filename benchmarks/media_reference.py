@@ -1,11 +1,13 @@
-"""Decides which renderer is right about a medium around the camera: a third estimate, by analog random walks in NumPy.
+"""Computes a third estimate of a scene with the camera in a medium, to check two renderers.
 
     python benchmarks/media_reference.py --walks 4000000
 
-Scene: "medium around the camera" of `media_agreement.py`. Every walk belongs to one colour, so that distances are drawn
-by that colour's extinction alone; lights are sampled at every vertex, and nothing else finds them. There is no multiple
-importance sampling, no equiangular sampling and no border search: the medium is a box, whose ends along a ray are a
-closed form. raycam only finds the nearest triangle of floor and ball (`cast_rays`), which is tested against Embree.
+The scene is "medium around the camera" of `media_agreement.py`; the estimate consists of analog random walks
+in NumPy. Every walk belongs to one colour, and its distances are drawn by this colour's extinction only.
+Lights are sampled at every vertex and found in no other way. There is no multiple importance sampling, no
+equiangular sampling and no search for borders: the medium is a box, so the ends of a ray inside it have a
+closed form. raycam only finds the nearest triangle of floor and ball (`cast_rays`), which is tested against
+Embree.
 """
 
 from __future__ import annotations
@@ -24,7 +26,10 @@ Floats = Any
 
 
 def ends(origin: Floats, direction: Floats, box: Floats) -> tuple[Floats, Floats]:
-    """Returns the distances at which rays enter and leave a box, [n] each; equal without a crossing."""
+    """Returns the distances at which rays enter and leave a box, [n] each.
+
+    Both distances are equal if the ray misses the box.
+    """
     with np.errstate(divide="ignore"):
         sides = (box[:, None] - origin) / direction
     first = np.maximum(sides.min(0).max(1), 0)
@@ -32,20 +37,20 @@ def ends(origin: Floats, direction: Floats, box: Floats) -> tuple[Floats, Floats
 
 
 def passed(origin: Floats, direction: Floats, length: Floats, box: Floats, extinction: Floats) -> Floats:
-    """Returns the transmittance of rays of a length, [n]."""
+    """Returns the transmittance of rays up to the distance `length`, [n]."""
     first, last = ends(origin, direction, box)
     return np.exp(-extinction * (np.minimum(last, length) - np.minimum(first, length)))
 
 
 def scatter(direction: Floats, g: float, random: Any) -> Floats:
-    """Returns directions of the phase function of Henyey and Greenstein, [n, 3]."""
+    """Returns random directions of Henyey and Greenstein's phase function, unit [n, 3]."""
     squared = (1 - g * g) / (1 - g + 2 * g * random.random(len(direction)))
     cosine = (1 + g * g - squared * squared) / (2 * g)
     return around(direction, cosine, random)
 
 
 def around(axis: Floats, cosine: Floats, random: Any) -> Floats:
-    """Returns directions at an angle around an axis, [n, 3]."""
+    """Returns random directions with the given cosine to `axis`, unit [n, 3]."""
     other = np.where(np.abs(axis[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]])
     right = np.cross(axis, other)
     right /= np.linalg.norm(right, axis=1, keepdims=True)
@@ -79,7 +84,11 @@ class Walks:
         self.radiance = np.array(LAMP["radiance"], float)
 
     def light(self, position: Floats, color: Floats, response: Any) -> Floats:
-        """Returns the light from one point of the lamp, [n]; `response` is that of a direction."""
+        """Returns the light that points receive from one random point of the lamp, [n].
+
+        `response` is a function that returns the fraction of light scattered from a direction towards the
+        path.
+        """
         center, u, v = self.lamp
         shift = self.random.random((2, len(position), 1)) - 0.5
         offset = center + shift[0] * u + shift[1] * v - position
@@ -94,7 +103,7 @@ class Walks:
         return value * passed(position, towards, length, self.box, self.extinction[color])
 
     def batch(self, count: int) -> Floats:
-        """Returns the radiance of walks through random pixels, in random colours, [n]."""
+        """Returns the radiance of `count` walks through random pixels, in random colours, [n]."""
         random = self.random
         total = np.zeros(count)
         pixels = random.random((count, 2)) * SIZE - 0.5

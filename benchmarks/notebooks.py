@@ -1,8 +1,9 @@
-"""Tests the live view inside JupyterLab and marimo: runs a cell, turns the camera with the mouse, and clicks a
-pixel.
+"""Tests the live view in JupyterLab and marimo.
 
-`--python PYTHON` names an interpreter that has `jupyterlab`, `marimo`, `anywidget` and what raycam needs. Pictures of
-each step are written to `--out`, to be looked at; a step that changes nothing in the view ends it with an error.
+The script runs a cell, turns the camera with the mouse, and clicks a pixel. `--python PYTHON` names an
+interpreter with `jupyterlab`, `marimo`, `anywidget` and raycam's dependencies. An image of each step is
+written to the folder `--out` for visual inspection. If a step does not change the view, the script ends with
+an error.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ FIND = """(() => { const roots = [document];
   }
   return null; })()"""
 PATIENCE = 60.0  # seconds
-SHIFT = 8  # the code of the Shift key among the modifiers
+SHIFT = 8  # bit of the Shift key among the modifiers of a browser event
 
 
 def jupyterlab(folder: Path, port: int) -> tuple[list[str], str]:
@@ -96,8 +97,9 @@ def place(tab: Tab) -> list[float]:
 
 
 def until(tab: Tab, path: Path, is_true: Callable[[np.ndarray], bool], what: str) -> np.ndarray:
-    """Waits until the view's image meets a condition, and returns it. Raises `RuntimeError` after `PATIENCE`
-    seconds.
+    """Waits until the view's image meets a condition, and returns the image.
+
+    Raises `RuntimeError` after `PATIENCE` seconds.
     """
     deadline = time.monotonic() + PATIENCE
     while not is_true(shown := picture(tab, path)):

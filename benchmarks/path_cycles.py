@@ -1,8 +1,8 @@
-"""Renders `path_scenes.py` and `hard_scenes.py` in Cycles (`pip install bpy`) with all sources of bias switched
-off.
+"""Renders `path_scenes.py` and `hard_scenes.py` in Cycles without any source of bias.
 
-That is: no clamping, no blurring of glossy bounces, no threshold below which light is left out, no adaptive sampling,
-no denoising; caustics on; a box filter one pixel wide. Cycles' lamps do not block light, as raycam's do not.
+Cycles is installed by `pip install bpy`. Samples are not clamped, glossy bounces are not blurred, and no
+light is omitted because of a threshold. Adaptive sampling and denoising are off, caustics are on, and the
+pixel filter is a box of one pixel. Cycles' lamps do not block light, as in raycam.
 """
 
 from __future__ import annotations
@@ -79,8 +79,8 @@ def material(bpy: Any, style: dict[str, Any]) -> Any:
         named = {"Roughness": style["roughness"], "Metallic": style["metallic"], "IOR": 1.5}
         surface = node("BsdfPrincipled", Base_Color=[*style["principled"], 1], **named)
     elif "pane" in style:
-        # All reflections between both sides: 2 F / (1 + F). From behind, Cycles' node `Fresnel` would assume a ray that
-        # leaves the glass.
+        # The reflections between both sides of a pane sum to 2 F / (1 + F). For rays from behind, the index of
+        # refraction is inverted, because Cycles' node `Fresnel` would assume that they leave the glass.
         back = tree.nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"]
         ior = math_node("POWER", style["pane"], math_node("SUBTRACT", 1.0, math_node("MULTIPLY", back, 2.0)))
         fresnel = node("Fresnel", IOR=ior).outputs[0]
@@ -156,8 +156,9 @@ def add_light(bpy: Any, light: dict[str, Any], rotation: Any) -> None:
 
 
 def along(direction: list[float]) -> Array:
-    """Returns a rotation whose -z axis points along the direction, with the world's z up, as for Blender's
-    cameras.
+    """Returns a rotation matrix whose -z axis points along `direction`, as in Blender's cameras.
+
+    The world's z axis points up in the image.
     """
     back = -np.array(direction, float) / np.linalg.norm(direction)
     right = np.cross([0, 0, 1], back)
@@ -168,7 +169,7 @@ def along(direction: list[float]) -> Array:
 def picture(
     scene: Scene, size: tuple[int, int], clock: Callable[[], float] = time.perf_counter, **settings: Any
 ) -> Any:
-    """Returns a function of samples and seed to (image, seconds)."""
+    """Returns a function that renders an image: (samples, seed) to (image, seconds)."""
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)

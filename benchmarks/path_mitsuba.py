@@ -17,7 +17,7 @@ def bsdf(material: dict[str, Any]) -> dict[str, Any]:
     if "principled" in material:
         shape = {name: material[name] for name in ("roughness", "metallic")}
         if "coat" in material:
-            # A quarter of the coat's reflection has the roughness 0.1 without a glossy lobe.
+            # Mitsuba's clear coat has a quarter of raycam's strength; without gloss, its roughness is 0.1.
             shape |= {"clearcoat": 4 * material["coat"], "clearcoat_gloss": 0.0}
         return {"type": "principled", "base_color": rgb(material["principled"]), "specular": 0.5, **shape}
     # Mitsuba's roughness is the square of raycam's.
@@ -65,7 +65,7 @@ def emitter(light: dict[str, Any], transform: Any) -> dict[str, Any]:
 def picture(
     scene: Scene, size: tuple[int, int], variant: str = "scalar_rgb", sampler: str = "independent"
 ) -> Any:
-    """Returns a function of samples and seed to (image, seconds)."""
+    """Returns a function that renders an image: (samples, seed) to (image, seconds)."""
     import mitsuba as mi
 
     mi.set_variant(variant)

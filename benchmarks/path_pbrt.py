@@ -1,7 +1,8 @@
 """Renders `path_scenes.py` with the executable of pbrt-v4, whose area lights block light.
 
-pbrt is spectral: colours are given to it as RGB. It has no principled material: a coated diffuse one of the same
-roughness stands in. Reflectance of gold is that of normal incidence.
+pbrt is a spectral renderer; colours are passed to it as RGB. It has no principled material, so a coated
+diffuse material with the same roughness is used instead. The reflectance of gold is the value at normal
+incidence.
 """
 
 from __future__ import annotations
@@ -85,7 +86,10 @@ def world(scene: Scene, folder: Path) -> str:
 def picture(
     scene: Scene, size: tuple[int, int], executable: str, sampler: str = "zsobol"
 ) -> Callable[[int, int], tuple[Array, float]]:
-    """Returns a function of samples and seed to (image, processor seconds without those of one sample)."""
+    """Returns a function that renders an image: (samples, seed) to (image, processor seconds).
+
+    The time of an image with one sample is subtracted, because each call of pbrt also reads the scene.
+    """
     kept = tempfile.TemporaryDirectory()
     folder = Path(kept.name)
     view = scene["camera"]

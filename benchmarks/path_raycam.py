@@ -10,7 +10,7 @@ from path_scenes import DEPTH, Array, Scene, behind
 
 
 def picture(scene: Scene, size: tuple[int, int]) -> Any:
-    """Returns a function of samples and seed to (image, seconds)."""
+    """Returns a function that renders an image: (samples, seed) to (image, seconds)."""
     import raycam
 
     world = raycam.World()

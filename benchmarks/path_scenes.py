@@ -1,8 +1,8 @@
-"""The scenes on which path tracers are compared, as data that each renderer's `path_RENDERER.py` reads: seven, and
-further ones with rough and principled matter, several and many lamps, a mesh that shines and an image all around.
+"""Scenes for the comparison of path tracers, as data that each `path_RENDERER.py` reads.
 
-A scene is {camera, lights, objects}; an object is (file of triangles, material). It is plain data, so that another
-Python can be given it: `path_worker.py`.
+There are seven scenes, and further scenes with rough and principled materials, several or many lamps, an
+emissive mesh, or an environment image. A scene is {camera, lights, objects}; an object is (file of triangles,
+material). Scenes are plain data, so that they can be sent to another interpreter: see `path_worker.py`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ SIZE = (640, 480)
 DEPTH = 6
 """Segments of a path: 2 are direct light."""
 
-# Complex index of refraction of gold, at the wavelengths of red, green and blue.
+# Complex index of refraction of gold (n, then k) at the wavelengths of red, green and blue.
 GOLD = ([0.091, 0.496, 1.468], [15.068, 2.262, 1.774])
 
 Array = npt.NDArray[Any]
@@ -31,7 +31,10 @@ def sheet(center: list[float], u: list[float], v: list[float]) -> tuple[Array, A
 
 
 def behind(center: list[float], u: list[float], v: list[float]) -> tuple[Array, Array]:
-    """Returns the sheet that blocks light behind an area light, for renderers whose lights do not block it."""
+    """Returns a sheet directly behind an area light, which blocks light.
+
+    It is used with renderers whose area lights do not block light.
+    """
     normal = np.cross(u, v) / np.linalg.norm(np.cross(u, v))
     return sheet((np.array(center) - 1e-3 * normal).tolist(), u, v)
 
@@ -45,7 +48,7 @@ def ball(center: list[float], radius: float, level: int = 5) -> tuple[Array, Arr
 
 
 def scenes(folder: Path) -> dict[str, Scene]:
-    """Returns the scenes by name; their triangles are written to the folder."""
+    """Returns the seven scenes by name, and writes their triangles to the folder."""
     from bench_flat_picture import rock
 
     made: dict[str, Scene] = {}
@@ -90,7 +93,10 @@ def scenes(folder: Path) -> dict[str, Scene]:
 
 
 def further(folder: Path, image: Path) -> dict[str, Scene]:
-    """Returns further scenes by name, which are not rendered with Cycles; `image` is an equirectangular HDR image."""
+    """Returns further scenes by name, which are not rendered with Cycles.
+
+    `image` is an equirectangular HDR image.
+    """
     made: dict[str, Scene] = {}
     seven = scenes(folder)
     (ball_file, white), (floor, grey) = seven["open"]["objects"]

@@ -1,4 +1,7 @@
-"""Renders `path_scenes.py` with a renderer of another Python installation, on request over a pipe."""
+"""Renders `path_scenes.py` with a renderer that is installed for another interpreter.
+
+The two processes communicate through pipes.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ from path_scenes import Array, Scene
 def picture(
     renderer: str, python: str, scene: Scene, size: tuple[int, int], **settings: Any
 ) -> Iterator[Any]:
-    """Returns a function of samples and seed to (image, seconds), that of `path_RENDERER.py`."""
+    """Yields a function that renders an image: (samples, seed) to (image, seconds).
+
+    `path_RENDERER.py` renders the image in the interpreter `python`.
+    """
     with tempfile.TemporaryDirectory() as folder:
         task = {"renderer": renderer, "scene": scene, "size": size, "settings": settings, "folder": folder}
         command = [python, __file__, json.dumps(task)]

@@ -2,8 +2,9 @@
 
     INTERPRETER benchmarks/photograph_rivals.py PROGRAM IN.npz OUT.npz
 
-IN.npz contains the mesh, the cameras and the photographs. A program writes its result to OUT.npz, and prints its
-processor seconds and elapsed seconds, without reading the arrays, importing libraries and writing the result.
+IN.npz contains the mesh, the cameras and the photographs. A program writes its result to OUT.npz, and prints
+its processor seconds and elapsed seconds. These times do not include reading the arrays, importing libraries
+and writing the result.
 """
 
 from __future__ import annotations
@@ -103,7 +104,7 @@ def raycam_occlusion(target: str) -> Callable[[Arrays], Arrays]:
 
 
 def at_vertices(places: Any, values: Any, wanted: Any) -> Any:
-    """Returns the values at `places` [n, 3], which are the same points in another order."""
+    """Returns the values at the vertices `places` [n, 3] of the same mesh in another order."""
     known = {tuple(place): value for place, value in zip(np.float32(places).tolist(), values, strict=True)}
     return np.array([known.get(tuple(place), np.nan) for place in np.float32(wanted).tolist()])
 

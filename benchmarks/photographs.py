@@ -1,11 +1,12 @@
-"""Compares textures, depth and occlusion from photographs with other programs on the same arrays, in alternation.
+"""Compares textures, depth and occlusion from photographs with other programs.
 
     python benchmarks/photographs.py [--faces N] [--cameras N] [--size N] [--photo W H] [--rays N] [--rounds N]
         [--open3d PYTHON] [--pyrender PYTHON] [--pymeshlab PYTHON] [--bpy PYTHON]
 
-PYTHON is an interpreter with that library; programs without one are skipped. Each program runs in a process of its own,
-one after the other, `--rounds` times; the table has the medians. pyrender draws with OSMesa. `difference` compares the
-results: textures with the one that the photographs show, depth and occlusion with raycam's, the latter of 4096 rays.
+PYTHON is an interpreter with that library; programs without an interpreter are skipped. All programs use the
+same arrays. Each program runs in a process of its own, in alternation with the others, `--rounds` times; the
+table contains the medians. pyrender uses OSMesa. `difference` compares textures with the texture that the
+photographs show, depth with raycam's depth, and occlusion with raycam's occlusion of 4096 rays.
 """
 
 from __future__ import annotations
@@ -31,8 +32,9 @@ Arrays = dict[str, Any]
 
 
 def ball(faces: int) -> Arrays:
-    """Returns a bumpy ball of about `faces` triangles with texture coordinates, and the texture for its
-    photographs.
+    """Returns a bumpy ball of about `faces` triangles, and the texture for its photographs.
+
+    The ball has texture coordinates.
     """
     side = round(np.sqrt(faces / 2))
     u, v = np.meshgrid(np.linspace(0, 1, side + 1), np.linspace(0.02, 0.98, side + 1))
@@ -84,7 +86,10 @@ class Race:
     def run(
         self, programs: dict[str, str | None], data: Arrays
     ) -> tuple[dict[str, list[float]], dict[str, Arrays]]:
-        """Returns the median processor and elapsed seconds, and the results, of programs with their interpreters."""
+        """Runs programs in alternation; returns median seconds (processor, elapsed) and results.
+
+        `programs` maps each program to its interpreter; programs without an interpreter are skipped.
+        """
         given = self.folder / "in.npz"
         np.savez(given, **data)
         used: dict[str, list[list[float]]] = {}
@@ -115,7 +120,10 @@ def print_rows(task: str, used: dict[str, list[float]], difference: dict[str, st
 
 
 def texture_differences(results: dict[str, Arrays], data: Arrays, size: int) -> dict[str, str]:
-    """Returns the mean absolute difference from the photographs' texture, for texels that raycam covers."""
+    """Returns the mean absolute difference from the photographs' texture, for each program.
+
+    Only texels that raycam covers are compared.
+    """
     place = (np.arange(size) + 0.5) / size * 512
     truth = data["picture"][place.astype(int)[:, None], place.astype(int)].astype(float)
     known = next((found["known"] for name, found in results.items() if name.startswith("raycam")), None)
@@ -128,7 +136,10 @@ def texture_differences(results: dict[str, Arrays], data: Arrays, size: int) -> 
 
 
 def depth_differences(results: dict[str, Arrays]) -> dict[str, str]:
-    """Returns the mean relative difference of depth, and the number of pixels that only one of both covers."""
+    """Returns the mean relative difference from raycam's depth, for each program.
+
+    Also returns the number of pixels that only one of the two programs covers.
+    """
     own = results.get("raycam_depth", {}).get("depth")
     found = {}
     for name, each in results.items():
@@ -140,7 +151,7 @@ def depth_differences(results: dict[str, Arrays]) -> dict[str, str]:
 
 
 def occlusion_differences(results: dict[str, Arrays], truth: Arrays | None) -> dict[str, str]:
-    """Returns the root mean square difference from raycam's occlusion with many rays."""
+    """Returns each program's RMS difference from raycam's occlusion with many rays."""
     if truth is None:
         return {}
     known = truth.get("known", np.isfinite(truth["ao"]))

@@ -1,10 +1,13 @@
-"""Compares images with those of another renderer: the mean radiance, and a test of every pixel.
+"""Compares raycam's images with those of another renderer: mean radiance, and every pixel.
 
-Each renderer makes a number of independent pictures of each scene: their mean, and from their spread the standard error
-of each pixel; from the spread of the pictures' means that of the whole, because the pixels of one picture, and its
-channels, are not independent of each other. Per pixel and colour, the difference over its standard error is Student's t
-where both are right (Welch). 0.25 % of them should lie beyond the quantile of 99.75 %, and 99.75 % of the pixels must
-pass at the level 0.01 with Sidak's correction, which is how Mitsuba tests itself.
+Each renderer computes several independent images of each scene. Their spread gives the standard error of each
+pixel. The spread of the images' means gives the standard error of the whole mean, because pixels and channels
+of one image are not independent of each other.
+
+For each pixel and colour, the difference divided by its standard error follows Student's t distribution if
+both renderers are right (Welch). Then 0.25 % of the values are expected to be beyond the 99.75 % quantile. In
+addition, 99.75 % of the pixels must pass at the level 0.01 with Sidak's correction; this is the test that
+Mitsuba uses.
 """
 
 from __future__ import annotations
@@ -27,8 +30,9 @@ SEED_STEP = 100_003
 
 
 def spread(picture: Any, samples: int) -> tuple[Any, Any, float]:
-    """Returns the mean of independent images, its standard error, and the standard error of the mean of all
-    pixels.
+    """Returns the mean of independent images, its standard error, and that of the total mean.
+
+    The total mean is the mean over all pixels and colours.
     """
     seeds = range(1, SEED_STEP * PICTURES, SEED_STEP)
     pictures = np.array([picture(samples, seed)[0] for seed in seeds], np.float64)
@@ -38,7 +42,9 @@ def spread(picture: Any, samples: int) -> tuple[Any, Any, float]:
 
 
 def judge(a: Any, b: Any) -> tuple[float, float, float]:
-    """Returns the difference of the means, the fraction of pixels within 99.75 %, and the fraction that passes
+    """Returns the relative difference of the means, and two fractions of pixels.
+
+    The first is the fraction of pixels within the 99.75 % quantile, the second the fraction that passes
     Mitsuba's test.
     """
     from scipy import stats
@@ -66,7 +72,10 @@ def save(path: Path, image: Any) -> None:
 
 
 def compare(renderer: str, name: str, doc: str | None, settings: dict[str, str]) -> None:
-    """Runs a comparison from the command line; `settings` become options, whose values the renderer receives."""
+    """Runs a comparison from the command line.
+
+    Each key of `settings` becomes an option, whose value is passed to the renderer.
+    """
     parser = argparse.ArgumentParser(description=doc)
     parser.add_argument("--python", default=sys.executable, help=f"Python interpreter with {name}")
     parser.add_argument(

@@ -1,10 +1,11 @@
 """Compares the light of random worlds in raycam and Mitsuba 3.
 
-A world is a floor, perhaps a wall, and up to five bodies that do not touch: balls, boxes and sheets, turned anyhow, of
-matter that both renderers mean alike (matte, gold, clear glass, thin panes, matter that shines), under one to three
-lights. Each renderer makes eight pictures with random numbers of their own; the difference of the means is told with
-Student's t of fourteen degrees of freedom (beyond 4.1 once in a thousand), and so is the largest of blocks of 6 x 6
-pixels.
+A world consists of a floor, sometimes a wall, and up to five bodies that do not touch each other, under one
+to three lights. Bodies are balls, boxes and sheets with random rotations. Their materials mean the same in
+both renderers: matte, gold, clear glass, thin panes, and emissive. Each renderer computes eight images with
+different random numbers. The difference of the means, and the largest difference among blocks of 6 x 6
+pixels, are divided by their standard errors. They follow Student's t distribution with 14 degrees of freedom,
+which exceeds 4.1 once in a thousand cases.
 """
 
 from __future__ import annotations
@@ -130,7 +131,10 @@ def pictures(picture: Any, samples: int) -> Array:
 
 
 def t_of(mine: Array, theirs: Array, least: float) -> tuple[Array, Array]:
-    """Returns differences of means over the first axis, in units of standard errors with a lower limit."""
+    """Returns the differences of means over the first axis, and their t values.
+
+    A t value is the difference divided by its standard error, which is at least `least`.
+    """
     variance = (mine.var(0, ddof=1) + theirs.var(0, ddof=1)) / PICTURES
     off = mine.mean(0) - theirs.mean(0)
     return off, off / np.maximum(np.sqrt(variance), least)

@@ -15,7 +15,7 @@ RESULTS = Path(__file__).parent / "results"
 
 
 def machine() -> str:
-    """Returns the number of cores and the instruction sets that affect speed."""
+    """Returns the number of cores, and the instruction sets that affect speed."""
     flags: set[str] = set()
     info = Path("/proc/cpuinfo")
     if info.exists():

@@ -1,12 +1,16 @@
-"""Compares the kinematics of many URDF files with pinocchio and yourdfpy: poses of all links, and Jacobians.
+"""Compares the kinematics of many URDF files with pinocchio and yourdfpy.
 
-Run `python benchmarks/robot_kinematics.py FOLDER` from the project's root; it requires pin and yourdfpy. FOLDER has
-URDF files, for example the unpacked wheel example-robot-data of PyPI. A row in Markdown is printed per robot, and a
-summary. Values of joints are drawn within their limits, and within one turn. The exit status is 1 if pinocchio differs
-by more than 1e-12, or yourdfpy on a robot whose joints it supports.
+    python benchmarks/robot_kinematics.py FOLDER
 
-yourdfpy supports revolute, continuous, prismatic and fixed joints. For other joints, and for joints that mimic a mimic
-joint or an unknown one, the column gives the reason why it was not compared.
+Run the script in the project's root; it requires pin and yourdfpy. FOLDER contains URDF files, for example
+the unpacked wheel of example-robot-data from PyPI. The script compares the poses of all links, and Jacobians.
+It prints a Markdown row per robot, and a summary. Joint values are random, within the joints' limits and
+within one turn. The exit status is 1 if pinocchio differs by more than 1e-12, or if yourdfpy does so on a
+robot whose joints it supports.
+
+yourdfpy supports revolute, continuous, prismatic and fixed joints. If a robot has other joints, or joints
+that mimic a mimic joint or an unknown joint, the column of yourdfpy contains the reason why it was not
+compared.
 """
 
 from __future__ import annotations
@@ -31,7 +35,7 @@ LARGE = 60
 
 
 def draw_values(robot: Robot, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Random joint vectors [count, k] within the limits."""
+    """Returns random joint vectors [count, k] within the limits."""
     kinematics = robot._kinematics
     values = rng.normal(size=(count, kinematics.size))
     for name, joint in kinematics.joints.items():
@@ -46,7 +50,10 @@ def draw_values(robot: Robot, count: int, rng: np.random.Generator) -> np.ndarra
 
 
 def pinocchio_vector(robot: Robot, model: Any, values: np.ndarray) -> np.ndarray:
-    """The configuration of pinocchio's model for one joint vector; it also contains the mimic joints."""
+    """Returns the configuration of pinocchio's model for one joint vector.
+
+    The configuration also contains the values of mimic joints.
+    """
     vector = pin.neutral(model)
     for name, joint in robot.description.joints.items():
         if joint.type == "fixed":
@@ -62,12 +69,12 @@ def pinocchio_vector(robot: Robot, model: Any, values: np.ndarray) -> np.ndarray
 
 
 def has_frame(model: Any, link: str) -> bool:
-    """True unless pinocchio has merged the link's frame into the frame of another link."""
+    """Returns False if pinocchio has merged the link's frame into the frame of another link."""
     return bool(model.existFrame(link, pin.FrameType.BODY))
 
 
 def compare_pinocchio(robot: Robot, model: Any, values: np.ndarray) -> tuple[float, float]:
-    """The largest difference of poses, and of the last link's Jacobian."""
+    """Returns the largest differences of the poses, and of the last link's Jacobian."""
     data, links, worst = model.createData(), robot.links, 0.0
     poses = robot._kinematics.poses(values)
     frames = {link: model.getFrameId(link, pin.FrameType.BODY) for link in links if has_frame(model, link)}
@@ -94,7 +101,7 @@ def compare_pinocchio(robot: Robot, model: Any, values: np.ndarray) -> tuple[flo
 
 
 def reason_without_yourdfpy(robot: Robot) -> str:
-    """The reason why yourdfpy cannot evaluate a robot; empty if yourdfpy can evaluate the robot."""
+    """Returns the reason why yourdfpy cannot evaluate a robot, or an empty string."""
     joints = robot.description.joints
     kinds = {joint.type for joint in joints.values()} & {"planar", "floating"}
     if kinds:
@@ -107,7 +114,7 @@ def reason_without_yourdfpy(robot: Robot) -> str:
 
 
 def compare_yourdfpy(robot: Robot, path: Path, values: np.ndarray) -> float:
-    """The largest difference of poses."""
+    """Returns the largest difference of the poses."""
     judge = yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=True)
     joints, worst = robot._kinematics.joints, 0.0
     poses = robot._kinematics.poses(values)
@@ -120,7 +127,10 @@ def compare_yourdfpy(robot: Robot, path: Path, values: np.ndarray) -> float:
 
 
 def compare(path: Path, count: int, rng: np.random.Generator) -> tuple[str, bool] | None:
-    """The row of a robot, and True if it agrees; None for a file that raycam or pinocchio refuses."""
+    """Returns a robot's row, and True if it agrees.
+
+    Returns None for a file that raycam or pinocchio refuses.
+    """
     try:
         robot = Robot.at_zero(path.stem, read_urdf(path.read_bytes(), path.name), np.eye(4))
         model = pin.buildModelFromXML(path.read_text(encoding="utf-8"))

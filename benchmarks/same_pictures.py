@@ -1,12 +1,12 @@
-"""Compares every channel of many images, byte for byte, between this build of raycam and another.
+"""Compares every channel of many images, byte for byte, with another build of raycam.
 
     python benchmarks/same_pictures.py --against PYTHON [--isa avx512 avx2 portable] [--models FOLDER ...]
 
-PYTHON is an interpreter that has the other build. Each build renders the same list of pictures in a process of its own,
-once per instruction set; a picture counts as different if one byte of a channel
-that both builds have differs. Exit status 1 if any does.
-The list holds the scenes of the path-tracing benchmark, all materials, lights and lenses, textures, cameras that move,
-and every glTF, OBJ, PLY, STL and OFF file below the folders given.
+PYTHON is an interpreter with the other build. Each build renders the same list of images in a process of its
+own, once per instruction set. An image counts as different if a byte of a channel that both builds have
+differs; the exit status is then 1. The list contains the scenes of the path-tracing benchmark, all materials,
+lights and lens models, textures, moving cameras, and every glTF, OBJ, PLY, STL and OFF file in the given
+folders.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ Picture = Callable[[], Any]
 
 
 def table(raycam: Any, material: dict[str, Any], lights: list[dict[str, Any]]) -> Any:
-    """Returns a ball of a material, a box and a floor."""
+    """Returns a world with a ball of the given material, a box and a floor."""
     world = raycam.World()
     world.add_object(sphere={"radius": 0.6}, **material)
     world.add_object(box={"size": [0.5, 0.4, 0.7]}, location=[0.9, 0.3, -0.25], yaw=30, color=[0.3, 0.6, 0.3])
@@ -123,8 +123,9 @@ def lens_camera(raycam: Any, lens: str) -> Any:
 
 
 def textured_pictures(raycam: Any, camera: Any) -> Iterator[tuple[str, Picture]]:
-    """Yields images with magnified, minified, blended and emissive textures and normal maps, for narrow and wide
-    lenses.
+    """Yields images with textures, for narrow and wide lenses.
+
+    The textures are magnified, minified, blended or emissive, or normal maps.
     """
     import numpy as np
 
@@ -259,7 +260,10 @@ def worker(folder: str, models: list[str]) -> None:
 
 
 def run(python: str, isa: str, folder: str, models: list[str]) -> dict[str, dict[str, str]] | None:
-    """Renders all images with one build and instruction set; returns None if the processor lacks it."""
+    """Renders all images with one build and instruction set, and returns their hashes.
+
+    Returns None if the processor does not support the instruction set.
+    """
     environment = os.environ | {"RAYCAM_ISA": isa}
     command = [python, __file__, "--worker", folder, *models]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)

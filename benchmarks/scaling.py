@@ -1,11 +1,12 @@
-"""Measures how the time of a primary ray grows with the number of triangles, and the gain of a second thread.
+"""Measures how the time of a primary ray grows with the number of triangles.
 
     python benchmarks/scaling.py [SCENE ...] [--triangles 0.25e6 1e6 ...] [--threads 1 2] [--size 1024 768]
 
-Generated scenes of growing numbers of triangles, seen by the same camera: a ray for each pixel in tiles of 8 x 8,
-played by the example `ray_bench` of crates/bvh, and by Embree (the better of its single rays and packets, at medium
-quality) beside it on one thread. With few pixels there are soon more triangles than rays, and rays share less and less
-of what they read.
+Also measures the gain of a second thread. Generated scenes with increasing numbers of triangles are rendered
+with the same camera: one ray for each pixel, in tiles of 8 x 8 pixels. The example `ray_bench` of crates/bvh
+casts the rays, and Embree casts them for comparison on one thread (medium quality; the better of single rays
+and packets). In images with few pixels, there are soon more triangles than rays. Neighbouring rays then read
+fewer triangles and nodes in common.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def prepare(folder: Path, name: str, triangles: int, size: tuple[int, int]) -> i
 
 
 def play(folder: Path, threads: int, repeat: int) -> dict[str, float]:
-    """Returns the build rate, bytes per triangle and million rays per second."""
+    """Returns ray_bench's figures: build rate, bytes per triangle, and million rays per second."""
     command = [str(RAY_BENCH), str(folder / "scene.tri"), "--threads", str(threads), "--repeat", str(repeat)]
     command.append(str(folder / "primary.rays"))
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -61,7 +62,7 @@ def embree_rays(driver: Path, folder: Path, size: tuple[int, int]) -> float:
 
 
 def grown(count0: float, time0: float, count: float, time: float) -> str:
-    """Returns the factor by which the time of a ray grows with four times the triangles."""
+    """Returns the factor by which the time of a ray grows if there are four times the triangles."""
     return f"{(time / time0) ** (np.log(4) / np.log(count / count0)):.2f}"
 
 

@@ -1,9 +1,11 @@
-"""Drops piles of parts into a bin, one per seed, and measures the penetration of their meshes with trimesh and
-FCL.
+"""Drops piles of parts into a bin, one per seed, and measures how far their meshes overlap.
 
-Run `python benchmarks/settle_seeds.py --seeds 1000 --parts 20` from the project's root. It prints a line of JSON per
-seed, with the processor time of `settle`, and a summary at the end; `--first` continues an earlier run, and `--quiet`
-prints the summary only. The exit status is 1 if a seed fails or penetrates by more than 0.2 mm.
+    python benchmarks/settle_seeds.py --seeds 1000 --parts 20
+
+Run the script in the project's root. The penetration of the meshes is measured with trimesh and FCL. The
+script prints a line of JSON per seed, with the processor time of `settle`, and a summary at the end.
+`--first` continues an earlier run, and `--quiet` prints the summary only. The exit status is 1 if a seed
+fails, or if meshes penetrate each other by more than 0.2 mm.
 """
 
 from __future__ import annotations
@@ -26,7 +28,11 @@ MAX_PENETRATION_MM = 0.2
 
 
 def settle_pile(parts: int, seed: int) -> dict[str, object]:
-    """Settles one pile; returns its seed, draws, processor time, and penetration according to raycam and to FCL."""
+    """Settles one pile of parts, and returns its measurements.
+
+    These are the seed, the number of draws, the processor time, and the penetration according to raycam and
+    to FCL.
+    """
     world, names = bin_of_parts(parts)
     start = time.process_time()
     try:

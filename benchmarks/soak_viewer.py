@@ -1,8 +1,10 @@
 """Runs a live view with many clients for hours, and checks that its memory does not grow.
 
-The server is a process of its own. Two clients stay, others come, go and come back. Memory is its resident set; after
-the warm-up, in which all seats are taken once, it may grow by 5 %, the mean of five minutes beside that of five. At the
-end no thread and no descriptor may be left over, and no client may have seen an older view after a newer one.
+The server runs in a process of its own. Two clients stay connected; others connect, leave and reconnect.
+Memory is the server's resident set. During the warm-up, the maximum number of clients is connected once.
+After it, the mean memory of the last five minutes may exceed the mean of the first five by 5 %. At the end,
+no additional threads or descriptors may be left, and no client may have received an older view after a newer
+view.
 """
 
 from __future__ import annotations
@@ -170,7 +172,7 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=60, help="messages per second, summed over all clients")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    # Shells start background jobs with SIGINT ignored. The server, which SIGINT stops, would inherit this.
+    # Shells start background jobs with SIGINT ignored. The server would inherit this, but must be stopped by SIGINT.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     server = Server(str(raycam.data.path("spot.toml")))
     try:
@@ -244,7 +246,7 @@ def tell(
     ended: int,
     done: list[Visitor],
 ) -> None:
-    """Writes the report, and fails if an error occurred."""
+    """Writes the report, and fails if memory or threads grew, or if a client reported an error."""
     minutes = list(kept.values())[warm:]
     begin, end = (statistics.mean(each) for each in (minutes[:SPAN], minutes[-SPAN:]))
     growth, most = end / begin - 1, max(minutes) / begin - 1

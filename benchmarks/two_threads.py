@@ -2,8 +2,9 @@
 
     python benchmarks/two_threads.py [--seed 1] [--size 2896 2172] [--rounds 3]
 
-The scenes and rays of `embree_race.py`, but so many that a run takes a second, not ten milliseconds: at its end one
-thread waits for the other's last batch. Embree at medium quality; of its modes the best on each number of threads.
+Scenes and rays are those of `embree_race.py`, but a run has so many rays that it takes a second instead of
+ten milliseconds. In a short run, the time in which one thread waits for the last batch of the other thread
+would matter. Embree runs at medium quality; for each number of threads, its fastest mode counts.
 """
 
 from __future__ import annotations

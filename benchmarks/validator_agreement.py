@@ -1,9 +1,10 @@
-"""Compares the reports of glTF-Validator and of raycam for a folder of files: the table in docs/gltf.md.
+"""Compares glTF-Validator's reports with raycam's, for a folder of files.
 
-python benchmarks/validator_agreement.py FOLDER
+    python benchmarks/validator_agreement.py FOLDER
 
-Beside each file lies the validator's report, FILE.report.json. A file agrees where raycam refuses it or has a notice;
-one of the validator's own codes in what it says is the same finding.
+Prints the table of docs/gltf.md. The validator's report FILE.report.json is in the same folder as each file.
+A file agrees if raycam refuses it or issues a notice. If raycam's message contains a code of the validator,
+both have found the same error.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ CODE = re.compile(r"\b[A-Z0-9]+(?:_[A-Z0-9]+)+\b")
 
 
 def said(path: Path) -> tuple[str, str]:
-    """Returns whether a file is refused, loaded with notices, or loaded, and the messages."""
+    """Returns "refused", "noticed" or "loaded", and the text of the error or notices."""
     try:
         world = raycam.load(path)
     except (raycam.Error, OSError) as fault:

@@ -1,10 +1,10 @@
-"""Counts the bytes that the live view sends: until an image is finished, for depth and normals, and during an
-orbit.
+"""Counts the bytes that the live view sends.
 
     python benchmarks/view_bytes.py [WORLD] [--samples N]
 
-Bytes do not depend on the speed of the machine, apart from the number of refined images and of moving images per
-second, which is limited.
+The bytes are counted until an image is finished, for depth and normals, and during an orbit. They do not
+depend on the speed of the machine, except through the numbers of refined images and of images in motion per
+second, which are limited.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Counter:
             self.session.connection.acknowledge(message["picture"])
 
     def until(self, condition: Callable[[dict[str, Any]], bool]) -> int:
-        """Waits for an image; returns the bytes since the last call."""
+        """Waits for an image that meets a condition; returns the bytes since the last call."""
         begin = len(self.images)
         while not any(condition(each) for each in self.images[begin:]):
             time.sleep(0.05)

@@ -1,11 +1,12 @@
-"""Sheets of models in the live view next to model-viewer, viser and F3D, to judge the view's defaults by eye.
+"""Writes sheets of models in the live view and other viewers, to judge defaults by eye.
 
     python benchmarks/view_sheet.py FOLDER MODEL... [--model-viewer FILE] [--rivals PYTHON] [--widths 1280 390]
 
-Writes FOLDER/SCHEME-WIDTH.png for the light and the dark theme: a row for each model, a column for each viewer, all in
-Chromium without a graphics card, except F3D, which has no page and is rendered by its library. `--rivals` names an
-interpreter that has viser and f3d, `--model-viewer` the script `model-viewer.min.js`. The sheets may be shared only if
-the models' licences allow it.
+Writes FOLDER/SCHEME-WIDTH.png for the light and the dark theme: a row for each model, a column for each
+viewer (raycam, model-viewer, viser and F3D). All images come from Chromium without a graphics card, except
+those of F3D, which has no page and is rendered by its library. `--rivals` names an interpreter with viser and
+f3d, `--model-viewer` the script `model-viewer.min.js`. The sheets may be shared only if the models' licences
+allow it.
 """
 
 from __future__ import annotations
@@ -139,7 +140,7 @@ def main() -> None:
 def shots(
     tab: Tab, model: Path, viewers: dict[str, Callable[..., Image.Image]], options: argparse.Namespace
 ) -> list[Image.Image]:
-    """A row of the sheet; a viewer that fails leaves its place empty."""
+    """Returns the images of one row; the image of a viewer that fails is grey."""
     row = []
     for name, shoot in viewers.items():
         try:

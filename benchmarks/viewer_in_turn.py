@@ -1,12 +1,12 @@
-"""Measures the pages of several viewers in turn: first image, images per second while dragging, bytes, and
-processor time.
+"""Measures the pages of several viewers, in alternation.
 
     python benchmarks/viewer_in_turn.py --viser PYTHON --model-viewer FILE [--rounds N]
 
-All show the bundled `spot.glb` in a window of 640 x 480, in Chromium without a graphics card. The bytes are counted by
-a relay between the browser and the server. `--viser` names an interpreter that has viser, `--model-viewer` the
-script `model-viewer.min.js`. Viewers that draw in the browser count animation frames, raycam counts the images
-that the page showed. "Processor time" is that of the browser and the server together.
+The figures are the time to the first image, images per second while dragging, bytes, and processor time of
+the browser and the server together. All viewers show `spot.glb`, which raycam includes, in a window of 640 x
+480 pixels in Chromium without a graphics card. A relay between browser and server counts the bytes. `--viser`
+names an interpreter with viser, `--model-viewer` the script `model-viewer.min.js`. For viewers that draw in
+the browser, animation frames are counted; for raycam, the images that the page showed.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from support.chromium import Tab, chromium
 
 SIZE = (640, 480)
 LONGEST_S = 90.0
-MIN_DEVIATION = 12.0  # of the bytes in the middle of an image that shows the model
+MIN_DEVIATION = 12.0  # minimum standard deviation of the bytes in the image's middle if it shows the model
 VISER = """
 import sys, time, viser
 from pathlib import Path
@@ -95,7 +95,7 @@ def is_open(port: int) -> bool:
 
 @contextlib.contextmanager
 def served(name: str, options: argparse.Namespace, folder: Path) -> Iterator[tuple[int, str, int]]:
-    """A viewer's server: its port, the path of its page, and its process."""
+    """Yields a viewer's server: its port, the path of its page, and its process id."""
     port, glb = free_port(), str(raycam.data.path("spot.glb"))
     page = ""
     if name == "raycam":
@@ -131,7 +131,7 @@ def served(name: str, options: argparse.Namespace, folder: Path) -> Iterator[tup
 
 
 def processor_time(pids: set[int]) -> float:
-    """Seconds of processor time of processes and their descendants."""
+    """Returns the processor seconds of processes and their descendants."""
     stats: dict[int, tuple[int, float]] = {}
     for each in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError, ValueError):
@@ -147,14 +147,14 @@ def processor_time(pids: set[int]) -> float:
 def shows_model(tab: Tab) -> bool:
     try:
         data = tab.call("Page.captureScreenshot", format="png")["data"]
-    except AssertionError:  # while the page is replaced
+    except AssertionError:  # the browser is replacing the page
         return False
     shown = np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("L"), np.float64)
     return float(shown[160:360, 220:420].std()) > MIN_DEVIATION
 
 
 def measure(name: str, options: argparse.Namespace, tab: Tab, folder: Path) -> str:
-    """One round of a viewer, as a line of a table."""
+    """Measures one round of a viewer; returns a line of the table."""
     with served(name, options, folder) as (port, page, pid):
         relay = CountingRelay(port)
         processes = {pid, tab.pid}

@@ -1,7 +1,7 @@
-"""Shows the triangles of a PLY file in other viewers, for `bench_viewer.py`; prints `open URL`, `first`, and
-seconds.
+"""Shows the triangles of a PLY file in other viewers, for `bench_viewer.py`.
 
-Runs in an interpreter of its own, which has viser, f3d or open3d.
+Runs in an interpreter with viser, f3d or open3d. Prints `open URL`, `first` after the first image, and the
+seconds per image.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ def eye(number: int) -> np.ndarray:
 
 
 def timed(picture: Callable[[int], object]) -> list[float]:
-    """Returns the seconds per image of a moving camera; the first image is reported."""
+    """Returns the seconds of each image of a moving camera.
+
+    Prints "first" after the first image.
+    """
     picture(0)
     say("first")
     times: list[float] = []
@@ -75,7 +78,7 @@ def viser(path: str) -> None:
             found = client.get_render(
                 SMALL[1], SMALL[0], wxyz=rotation.wxyz, position=eye(number), fov=0.8, transport_format="jpeg"
             )
-            if found[..., :3].std() > 2:  # otherwise, the mesh has not arrived yet
+            if found[..., :3].std() > 2:  # otherwise, the browser has not received the mesh yet
                 return found
 
     picture(-1)  # the first two images are slow, because the browser compiles its shaders

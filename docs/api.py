@@ -1,6 +1,7 @@
-"""The Python reference: a page for each class and function of the public interface, with its parameters in tables.
+"""Writes the Python reference: a page for each public class and function.
 
-The meaning of a parameter is the sentence of the docstring that first names it.
+The parameters are listed in tables. The meaning of a parameter is the first sentence of the docstring about
+the parameter.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ NO_DEFAULT = inspect.Parameter.empty
 
 @dataclass(frozen=True)
 class Page:
-    """A page of the reference."""
+    """A page of the Python reference."""
 
     name: str
     """The name after `raycam.`."""
@@ -53,7 +54,7 @@ class Page:
 
 
 def named(name: str) -> Any:
-    """The object of a dotted name in the package."""
+    """Returns the object of the package with a dotted name."""
     parts = name.split(".")
     found: Any = importlib.import_module("raycam")
     for number, part in enumerate(parts):
@@ -64,12 +65,16 @@ def named(name: str) -> Any:
 
 
 def doc_of(item: Any) -> str:
-    """The docstring, with what Markdown reads as formulas escaped."""
+    """Returns the docstring, in which `$` is escaped, because Markdown would read formulas."""
     return (inspect.getdoc(item) or "").replace("$", "\\$")
 
 
 def meaning(name: str, text: str) -> str:
-    """The sentence of a docstring that is about a parameter: one that begins with its name, or the first with it."""
+    """Returns the sentence of a docstring that describes a parameter, or an empty string.
+
+    It is the first sentence that begins with the parameter's name, or otherwise the first that contains the
+    name.
+    """
     sentences = [" ".join(sentence.split()).removeprefix("* ") for sentence in SENTENCE.split(text)]
     word = re.escape(name)
     for pattern in (rf"`{word}\b", rf".*`{word}` (?:is|are|has|gives|\()", rf".*`{word}\b"):
@@ -80,12 +85,12 @@ def meaning(name: str, text: str) -> str:
 
 
 def cell(text: str) -> str:
-    """A text as a cell of a table."""
+    """Returns a text as a cell of a Markdown table."""
     return " ".join(text.split()).replace("|", "\\|")
 
 
 def type_of(annotation: Any) -> str:
-    """An annotation in short words."""
+    """Returns a short form of an annotation, without module names."""
     text = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
     for long, short in (("npt.ArrayLike", "array"), ("npt.NDArray", "array"), ("os.PathLike[str]", "path")):
         text = text.replace(long, short)
@@ -93,7 +98,7 @@ def type_of(annotation: Any) -> str:
 
 
 def signature_of(item: Any) -> inspect.Signature | None:
-    """The signature; None where the compiled part has none."""
+    """Returns the signature, or None if an object of the compiled part has no signature."""
     try:
         return inspect.signature(item)
     except (TypeError, ValueError):
@@ -101,7 +106,7 @@ def signature_of(item: Any) -> inspect.Signature | None:
 
 
 def parameters(item: Any, text: str) -> list[str]:
-    """The table of parameters of a function."""
+    """Returns the table of a function's parameters."""
     signature = signature_of(item)
     given = (
         []
@@ -123,7 +128,7 @@ def parameters(item: Any, text: str) -> list[str]:
 
 
 def call_of(name: str, item: Any) -> str:
-    """A call with the names of the parameters: those with defaults in short."""
+    """Returns a call of a function with the names of its parameters, without their defaults."""
     signature = signature_of(item)
     words: list[str] = []
     for one in [] if signature is None else signature.parameters.values():
@@ -141,7 +146,7 @@ def call_of(name: str, item: Any) -> str:
 
 
 def members(kind: type) -> Iterator[tuple[str, Any]]:
-    """The public members of a class that the package defines, in the order of the source."""
+    """Yields the public members that raycam's classes define, in the order of the source."""
     told: set[str] = set()
     for base in kind.__mro__:
         if not base.__module__.startswith("raycam"):
@@ -153,13 +158,13 @@ def members(kind: type) -> Iterator[tuple[str, Any]]:
 
 
 def function(heading: str, name: str, item: Any) -> list[str]:
-    """A function or method: its call, what it does, and its parameters."""
+    """Returns the text of a function or method: its call, its docstring and its parameters."""
     text = doc_of(item)
     return [heading, "", "```text", call_of(name, item), "```", "", text, "", *parameters(item, text)]
 
 
 def class_page(name: str, kind: type) -> list[str]:
-    """A class: what it is, its constructor, attributes and methods."""
+    """Returns the page of a class: its docstring, constructor, attributes and methods."""
     text = doc_of(kind)
     lines = [f"# {name}", "", text, ""]
     if not issubclass(kind, BaseException) and not is_dataclass(kind) and "__init__" in vars(kind):
@@ -188,14 +193,14 @@ def class_page(name: str, kind: type) -> list[str]:
 
 
 def returned(value: Any) -> str:
-    """The type of a property."""
+    """Returns the type of a property."""
     getter = getattr(value, "fget", None) or getattr(value, "func", None)
     annotation = getattr(getter, "__annotations__", {}).get("return", "")
     return f"`{cell(type_of(annotation))}`" if annotation else ""
 
 
 def field_meaning(kind: type, name: str) -> str:
-    """The text under a field in the source of its class."""
+    """Returns the docstring below a field in the source of its class."""
     try:
         source = inspect.getsource(kind)
     except (OSError, TypeError):
@@ -205,7 +210,7 @@ def field_meaning(kind: type, name: str) -> str:
 
 
 def module_page(name: str, module: Any) -> list[str]:
-    """A module: its public functions and classes."""
+    """Returns the page of a module: its public functions and classes."""
     lines = [f"# {name}", "", doc_of(module), ""]
     for member in getattr(module, "__all__", [n for n in vars(module) if not n.startswith("_")]):
         item = getattr(module, member)
@@ -217,7 +222,7 @@ def module_page(name: str, module: Any) -> list[str]:
 
 
 def pages() -> dict[str, list[Page]]:
-    """All pages by section."""
+    """Returns the pages of each section."""
     found: dict[str, list[Page]] = {}
     for section, names in SECTIONS.items():
         for name in names:
@@ -234,7 +239,10 @@ def pages() -> dict[str, list[Page]]:
 
 
 def write(folder: Path) -> None:
-    """Makes a page for each name in `reference/api`, and `api.md` and `reference.txt`, the list and all of it."""
+    """Writes a page for each name into `reference/api`.
+
+    Also writes the list of pages, `api.md`, and the text of all pages, `reference.txt`.
+    """
     target = folder.parent / "reference" / "api"
     target.mkdir(exist_ok=True)
     index, whole = [], []

@@ -1,4 +1,4 @@
-"""The command-line reference: the output of `--help` for every command."""
+"""Writes the command-line reference: the output of `--help` for every command."""
 
 import argparse
 from pathlib import Path
@@ -7,7 +7,7 @@ from raycam import cli
 
 
 def write(folder: Path) -> None:
-    """Make `commands.md`."""
+    """Writes `commands.md`."""
     parser = cli._parser()
     commands = next(action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
     lines = ["```text", parser.format_help().rstrip(), "```", ""]

@@ -1,4 +1,4 @@
-"""Sphinx settings. Pages under `_generated` are made anew from the code at every build."""
+"""Sphinx settings. Pages in `_generated` are generated from the code in every build."""
 
 import sys
 from pathlib import Path
@@ -20,11 +20,11 @@ copyright = "The raycam contributors"
 extensions = ["myst_parser", "mathml"]
 html_math_renderer = "mathml"
 exclude_patterns = ["_build", "_generated", "images", "meshes", "worlds", "lab-notes"]
-# Pages link to the lab notes, which are read in the repository; tests/docs checks every link.
+# Pages link to the lab notes, which are not built. tests/docs checks every link.
 suppress_warnings = ["myst.xref_missing"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
-default_role = "code"  # docstrings write `name` as Markdown does
+default_role = "code"  # in docstrings, `name` is code, as in Markdown
 pygments_style = "friendly"
 
 html_theme = "furo"
@@ -38,7 +38,7 @@ html_extra_path = ["_generated/extra"]  # copied next to the pages without chang
 
 
 def generate(app: object) -> None:
-    """Make what the pages include: figures, the world-file tables, the commands' help."""
+    """Writes the generated parts of pages, such as figures, tables of keys and help texts."""
     folder = HERE / "_generated"
     folder.mkdir(exist_ok=True)
     for maker in (api, worldfile, commands, codes, figures, live):
@@ -46,5 +46,5 @@ def generate(app: object) -> None:
 
 
 def setup(app: object) -> None:
-    """Called by Sphinx."""
+    """Entry point that Sphinx calls: connects `generate` to the start of a build."""
     app.connect("builder-inited", generate)  # type: ignore[attr-defined]

@@ -1,4 +1,7 @@
-"""The figures of the lecture, rendered by raycam: one function per figure, named after its file."""
+"""Renders the lecture's figures with raycam.
+
+There is one function for each figure, with the name of the figure's file.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,11 +17,11 @@ MESHES = Path(__file__).parent / "meshes"
 Z = (0, 0, 1)
 SKY = {"type": "sky", "radiance": [0.75, 0.82, 0.95]}
 SUN = {"type": "sun", "direction": [-0.6, 1, -1.2], "irradiance": [2.2, 2.0, 1.7]}
-STAND = {"roll": 90, "location": [0, 0, 0.74]}  # puts the y-up cow on the floor of a z-up world
+STAND = {"roll": 90, "location": [0, 0, 0.74]}  # places the y-up cow on the floor of a z-up world
 
 
 def row(*images: Image, gap: int = 8) -> Image:
-    """Images of one height beside each other, with white between them."""
+    """Returns images of equal height next to each other, separated by white gaps."""
     height = images[0].shape[0]
     space = np.full((height, gap, 3), 255, np.uint8)
     parts = [part for image in images for part in (image, space)]
@@ -28,22 +31,22 @@ def row(*images: Image, gap: int = 8) -> Image:
 def look(
     eye: tuple[float, ...], target: tuple[float, ...], size: tuple[int, int], fov: float
 ) -> raycam.Camera:
-    """A camera of a z-up world."""
+    """Returns a camera of a z-up world that points at `target`."""
     return raycam.Camera.look_at(eye, target, Z, size=size, fov=fov)
 
 
 def flat(world: raycam.World, camera: raycam.Camera) -> Image:
-    """The lecture's picture, as sRGB bytes."""
+    """Returns a flat image, computed as in the lecture, as sRGB bytes."""
     return raycam.render(world, camera, integrator="flat").to_srgb8()
 
 
 def lit(world: raycam.World, camera: raycam.Camera, samples: int = 16, **settings: object) -> Image:
-    """The picture of the camera by the light of the world's lights."""
+    """Returns an image with the world's lights, as sRGB bytes."""
     return raycam.render(world, camera, samples=samples, **settings).to_srgb8()
 
 
 def colored_box(world: raycam.World, **placement: object) -> int:
-    """The box of the lecture, two triangles to a side, each with its own colour."""
+    """Adds the lecture's box (two triangles per side, twelve colours) and returns its id."""
     corners = [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
     sides = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
     sides += [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
@@ -54,7 +57,7 @@ def colored_box(world: raycam.World, **placement: object) -> int:
 
 
 def still_life() -> raycam.World:
-    """A few solids on a floor: what the lecture looks at."""
+    """Returns the world of the lecture's figures: a few solids on a floor."""
     world = raycam.World()
     world.add_object(plane={"size": [7, 7]}, color="#d9d4c7", name="floor")
     colored_box(world, location=[-0.9, 0.5, 0.5], yaw=25)
@@ -65,7 +68,7 @@ def still_life() -> raycam.World:
 
 
 def box() -> Image:
-    """Twelve triangles, twelve colours, from two sides."""
+    """Figure: a box of twelve triangles in twelve colours, from two sides."""
     world = raycam.World()
     colored_box(world)
     world.add_light({"type": "sky", "radiance": [1, 1, 1]})
@@ -74,7 +77,10 @@ def box() -> Image:
 
 
 def wireframe(world: raycam.World, camera: raycam.Camera) -> Image:
-    """A lit picture with dark lines where a barycentric coordinate is close to zero, four pixels made one."""
+    """Returns a lit image with dark lines at the edges of triangles.
+
+    Edges are pixels where a barycentric coordinate is close to zero. The image is reduced to half its size.
+    """
     frame = raycam.render(world, camera, samples=4, channels=["color", "barycentric", "instance"])
     near = frame["barycentric"].min(axis=2)
     step = np.hypot(*np.gradient(near)) + 1e-6
@@ -83,13 +89,13 @@ def wireframe(world: raycam.World, camera: raycam.Camera) -> Image:
 
 
 def halved(image: np.ndarray) -> Image:
-    """Every four pixels made one."""
+    """Returns the image at half its width and height: each pixel is the mean of four."""
     height, width, _ = image.shape
     return image.reshape(height // 2, 2, width // 2, 2, 3).mean(axis=(1, 3)).round().astype(np.uint8)
 
 
 def refine() -> Image:
-    """Loop subdivision of a coarse cow."""
+    """Figure: Loop subdivision of a coarse cow."""
     images = []
     for levels in range(4):
         world = raycam.World(folder=MESHES)
@@ -101,7 +107,7 @@ def refine() -> Image:
 
 
 def colors() -> Image:
-    """One colour per object, per triangle, per vertex, and a texture."""
+    """Figure: one colour per object, per triangle, per vertex, and a texture."""
     corners = raycam.load(ASSETS / "spot" / "cow.obj").triangles()
     vertices, faces = corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
     span = (vertices - vertices.min(0)) / np.ptp(vertices, axis=0)
@@ -122,7 +128,7 @@ def colors() -> Image:
 
 
 def pose() -> Image:
-    """Level, and turned by yaw, by pitch and by roll."""
+    """Figure: a level camera, and the camera after yaw, pitch and roll."""
     world = still_life()
     world.add_light(SKY)
     turns = ({}, {"yaw": 15}, {"pitch": 10}, {"roll": 20})
@@ -136,7 +142,7 @@ def pose() -> Image:
 
 
 def rod(world: raycam.World, start: np.ndarray, end: np.ndarray, radius: float, color: str) -> None:
-    """A thin twelve-sided rod from start to end."""
+    """Adds a thin rod with twelve sides from `start` to `end`."""
     along = (end - start) / np.linalg.norm(end - start)
     across = np.cross(along, np.eye(3)[np.abs(along).argmin()])
     across /= np.linalg.norm(across)
@@ -148,7 +154,7 @@ def rod(world: raycam.World, start: np.ndarray, end: np.ndarray, radius: float, 
 
 
 def outside() -> Image:
-    """A camera, its image plane and one of its rays, seen by another camera."""
+    """Figure: a camera, its image plane and one of its rays, viewed by another camera."""
     camera = look((2.6, -4.2, 2.6), (0.1, 0.2, 0.35), (40, 30), 38)
     pixel = np.array([12.0, 14.0])
     world = still_life()
@@ -159,7 +165,7 @@ def outside() -> Image:
         origins, directions = camera.rays([[u, v]])
         return origins[0] + 1.5 * directions[0] / (directions[0] @ camera.R[2])
 
-    # The image plane: every pixel is two triangles with the pixel's colour.
+    # The image plane consists of two triangles for each pixel, which have the pixel's colour.
     width, height = camera.size
     grid = np.array([[on_plane(u - 0.5, v - 0.5) for u in range(width + 1)] for v in range(height + 1)])
     index = np.arange((width + 1) * (height + 1)).reshape(height + 1, width + 1)
@@ -191,7 +197,7 @@ def outside() -> Image:
 
 
 def channels() -> Image:
-    """Colour and ground truth of one frame."""
+    """Figure: colour and ground truth of one frame."""
     world = still_life()
     world.add_light(SUN)
     world.add_light(SKY)
@@ -213,7 +219,7 @@ def channels() -> Image:
 
 
 def lights() -> Image:
-    """A sun, a point bulb, a round bulb and a sky."""
+    """Figure: a sun, a point bulb, a round bulb and a sky."""
     dim = {"type": "sky", "radiance": [0.05, 0.06, 0.08]}
     bulb = {"type": "point", "position": [-0.6, -1.6, 2.4], "power": [150, 130, 105]}
     ways = (
@@ -232,7 +238,7 @@ def lights() -> Image:
 
 
 def reflectance() -> Image:
-    """Spheres: specular downwards, shininess to the right."""
+    """Figure: spheres; specular increases downwards, shininess to the right."""
     world = raycam.World()
     for down, specular in enumerate((0.0, 0.2, 0.5, 0.8)):
         for across, shininess in enumerate((5, 20, 80, 320)):
@@ -249,7 +255,7 @@ def reflectance() -> Image:
 
 
 def orbit() -> Image:
-    """Six frames around a cow."""
+    """Figure: six frames around a cow."""
     world = raycam.World(folder=ASSETS)
     world.add_object(mesh="spot/cow.obj", **STAND)
     world.add_object(plane={"size": [9, 9]}, color="#cfd8dc")
@@ -276,7 +282,7 @@ FIGURES: list[Callable[[], Image]] = [
 
 
 def write(folder: Path) -> None:
-    """Make all figures, and one explained pixel as text and as a drawing."""
+    """Writes all figures, and the explanation of one pixel as text and as a figure."""
     explained = raycam.explain(
         still_life(), look((2.6, -4.2, 2.6), (0.1, 0.2, 0.35), (320, 240), 38), (100, 112)
     )

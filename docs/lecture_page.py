@@ -1,9 +1,10 @@
-"""Writes the page of `raycam learn`, `python/raycam/lecture/lecture.html`, from `docs/lecture.md`.
+"""Writes the page of `raycam learn` from `docs/lecture.md`.
 
     python docs/lecture_page.py
 
-Figures are rendered by `figures.py` and embedded, formulas become MathML: the page needs no network. Needs Pillow,
-markdown-it-py and latex2mathml. Its head contains the text's SHA-256, by which a test notices an outdated page.
+The page is `python/raycam/lecture/lecture.html`. It needs no network: figures are rendered by `figures.py`
+and embedded, and formulas become MathML. The page's head contains the SHA-256 of the text, with which a test
+detects an outdated page. Requires Pillow, markdown-it-py and latex2mathml.
 """
 
 from __future__ import annotations
@@ -43,12 +44,12 @@ math[display="block"] {{ margin: 1rem 0 }}
 
 
 def digest(text: str) -> str:
-    """The SHA-256 of the lecture's text."""
+    """Returns the SHA-256 of the lecture's text."""
     return hashlib.sha256(text.encode("utf-8")).hexdigest()
 
 
 def page(figures: Path) -> str:
-    """The page's HTML, with the figures of a folder embedded."""
+    """Returns the page's HTML with the figures of a folder embedded."""
     from latex2mathml.converter import convert
 
     text = SOURCE.read_text(encoding="utf-8")
@@ -81,7 +82,10 @@ def page(figures: Path) -> str:
 
 
 def embedded(file: Path) -> str:
-    """A figure as a data URI: SVG as it is, others as JPEG of at most `MAX_SIDE` pixels."""
+    """Returns a figure as a data URI.
+
+    SVG figures are unchanged; other figures become JPEG images with at most `MAX_SIDE` pixels per side.
+    """
     from PIL import Image
 
     data, kind = file.read_bytes(), "svg+xml"
@@ -96,7 +100,10 @@ def embedded(file: Path) -> str:
 
 
 def main() -> None:
-    """Renders the figures, or reads them from the folder given as first argument, and writes the page."""
+    """Writes the page.
+
+    Figures are read from the folder that is the first argument; without an argument, they are rendered.
+    """
     with tempfile.TemporaryDirectory() as folder:
         figures = Path(sys.argv[1] if sys.argv[1:] else folder)
         if not sys.argv[1:]:

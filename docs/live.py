@@ -1,4 +1,4 @@
-"""Pages of the documentation that render by themselves: the playground and the interactive lecture."""
+"""Writes the pages that render by themselves: the playground and the interactive lecture."""
 
 from pathlib import Path
 
@@ -21,13 +21,19 @@ documentation lacks: <code>make web</code>, then <code>make docs</code>.</p></ma
 
 
 def examples() -> dict[str, str]:
-    """The texts of the playground's worlds by their names, the first to begin with."""
+    """Returns the texts of the playground's worlds by name.
+
+    The first world is the one that the playground shows initially.
+    """
     names = sorted((path.stem for path in WORLDS.glob("*.toml")), key=lambda name: (name != FIRST, name))
     return {name: (WORLDS / f"{name}.toml").read_text(encoding="utf-8") for name in names}
 
 
 def write(folder: Path) -> None:
-    """Make the pages; where raycam was not built for them, pages that say how to build it."""
+    """Writes the pages.
+
+    If raycam was not built for pages, each page explains how to build it.
+    """
     made = folder / FOLDER
     made.mkdir(parents=True, exist_ok=True)
     for name, page in PAGES.items():

@@ -1,4 +1,4 @@
-"""Formulas as MathML, which browsers show by themselves: pages need no script and no network."""
+"""Writes formulas as MathML, which browsers display without scripts or network requests."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ def inline(writer: Any, node: nodes.math) -> None:
 
 
 def display(writer: Any, node: nodes.math_block) -> None:
-    """Writes a formula on a line of its own."""
+    """Writes a formula on a separate line."""
     writer.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>')
     raise nodes.SkipNode
 
 
 def setup(app: Any) -> None:
-    """Called by Sphinx."""
+    """Entry point that Sphinx calls: registers the renderer for formulas."""
     app.add_html_math_renderer("mathml", (inline, None), (display, None))

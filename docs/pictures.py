@@ -1,11 +1,11 @@
-"""Makes the pictures of the pages: runs the blocks of a page and keeps the files that the page shows.
+"""Writes the images of pages: runs a page's code blocks and keeps the files that it shows.
 
     python docs/pictures.py                       all pages
     python docs/pictures.py docs/howto/glass.md   one page
 
-A page shows NAME.jpg of `images/howto`, `images/gallery` or `images/pages`; one of its blocks writes NAME.png. Videos
-are shown as NAME.webp and written as NAME.gif, figures are NAME.svg in both places. Needs Pillow.
-Pictures that the folder lacks after the blocks are those of another page, and stay.
+A page shows NAME.jpg from `images/howto`, `images/gallery` or `images/pages`; one of its code blocks writes
+NAME.png. Videos are written as NAME.gif and shown as NAME.webp. Figures are written and shown as NAME.svg. If
+the blocks do not write an image, it belongs to another page and is not changed. Requires Pillow.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ MAX_SIDE = 480
 
 
 def run(text: str, page: Path) -> None:
-    """Runs the blocks of a page in the current folder."""
+    """Runs the code blocks of a page in the current folder."""
     names: dict[str, object] = {}
     for language, block in BLOCK.findall(text):
         if language == "python":
@@ -49,7 +49,10 @@ def run(text: str, page: Path) -> None:
 
 
 def keep(name: str) -> None:
-    """Writes a picture of the current folder to the documentation, small enough; `name` has the folder there."""
+    """Converts an image of the current folder to a small JPEG file of the documentation.
+
+    `name` is the image's path in `docs/images`, without ending.
+    """
     with Image.open(f"{Path(name).name}.png") as image:
         picture = image.convert("RGBA")
     white = Image.new("RGBA", picture.size, "white")
@@ -57,7 +60,10 @@ def keep(name: str) -> None:
 
 
 def write_jpeg(picture: Image.Image, name: str, max_bytes: int = MAX_BYTES, max_side: int = MAX_SIDE) -> None:
-    """Writes `images/NAME.jpg` of the documentation: sides of `max_side` pixels, the best quality of `max_bytes`."""
+    """Writes `docs/images/NAME.jpg`, with sides of at most `max_side` pixels.
+
+    The quality is the best for which the file has at most `max_bytes`.
+    """
     picture.thumbnail((max_side, max_side), Image.Resampling.LANCZOS)
     for quality in range(88, 30, -6):
         data = io.BytesIO()
@@ -71,7 +77,7 @@ def write_jpeg(picture: Image.Image, name: str, max_bytes: int = MAX_BYTES, max_
 
 
 def keep_film(name: str) -> None:
-    """Writes a video of the current folder to the documentation, small enough."""
+    """Converts a video of the current folder to a small WebP file of the documentation."""
     with Image.open(f"{Path(name).name}.gif") as film:
         times = film.info["duration"]
         pictures = [film.convert("RGB") for at in range(film.n_frames) if not film.seek(at)]
@@ -94,7 +100,10 @@ def keep_film(name: str) -> None:
 
 
 def labelled(folder: Path) -> None:
-    """Writes `images/labelled.jpg`: the first picture of a COCO data set with its boxes, masks' areas and names."""
+    """Writes `images/labelled.jpg`: the first image of a COCO data set with its labels.
+
+    The labels are boxes, names and visible fractions.
+    """
     index = json.loads((folder / "annotations" / "instances.json").read_text(encoding="utf-8"))
     first = index["images"][0]
     names = {item["id"]: item["name"] for item in index["categories"]}
@@ -115,7 +124,7 @@ def labelled(folder: Path) -> None:
 
 
 def strip() -> None:
-    """The four pictures on top of the README, side by side."""
+    """Writes the image at the top of the README: four images next to each other."""
     names = ("models/toy_car", "models/street", "models/lanterns", "models/robot")
     height = 240
     parts = []
@@ -134,7 +143,7 @@ def strip() -> None:
 
 
 def main() -> None:
-    """Makes the pictures of the pages that are named, or of all."""
+    """Writes the images of the given pages, or of all pages."""
     pages = [Path(name).resolve() for name in sys.argv[1:]] or sorted(DOCS.rglob("*.md"))
     for page in pages:
         text = page.read_text(encoding="utf-8")

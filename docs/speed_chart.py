@@ -1,8 +1,9 @@
-"""Draws `images/speed.svg`: times to the same error beside Mitsuba 3 and Cycles, from the newest benchmark results.
+"""Draws `images/speed.svg`: times to equal error, compared with Mitsuba 3 and Cycles.
 
-The scenes where light is hard come first. Times are relative to raycam's.
+    python docs/speed_chart.py
 
-python docs/speed_chart.py
+The times come from the newest benchmark results and are relative to raycam's times. Scenes with difficult
+light come first.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ Rows = list[tuple[str, list[float]]]
 
 
 def newest(name: str, heading: str) -> Path:
-    """The newest result with this name that contains the heading."""
+    """Returns the newest result with this name that contains the heading."""
     return max(path for path in RESULTS.glob(f"*{name}.md") if f"## {heading}" in path.read_text("utf-8"))
 
 
 def table(text: str) -> list[dict[str, str]]:
-    """The rows of the first table in a text, by the names of its columns."""
+    """Returns the rows of the first table in a text, as dicts by column name."""
     lines = [line for line in text.splitlines() if line.startswith("|") or not line.strip()]
     lines = "\n".join(lines).strip().partition("\n\n")[0].splitlines()
     head, _, *body = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line]
@@ -38,7 +39,10 @@ def table(text: str) -> list[dict[str, str]]:
 
 
 def hard_rows(text: str) -> Rows:
-    """The factors by which Mitsuba and Cycles take more processor time in scenes of closed rooms and glass."""
+    """Returns each scene with difficult light, with the times of Mitsuba and Cycles.
+
+    Times are processor times relative to raycam's.
+    """
     others, _, cycles = text.partition("## Beside Cycles")
     gains = {row["scene"]: float(row["gain over cycles"]) for row in table(cycles)}
     return [
@@ -49,7 +53,7 @@ def hard_rows(text: str) -> Rows:
 
 
 def open_rows(text: str) -> Rows:
-    """The other scenes, from the milliseconds of the table under "With Cycles"."""
+    """Returns the other scenes, with times from the table below "With Cycles"."""
     found = []
     for row in table(text.partition("## With Cycles")[2]):
         times = [row[column] for column in COLUMNS]
@@ -59,7 +63,7 @@ def open_rows(text: str) -> Rows:
 
 
 def chart(groups: dict[str, Rows]) -> str:
-    """The chart as SVG, a heading and its scenes for each group."""
+    """Returns the chart as SVG: for each group, a heading and the scenes."""
     scale = (WIDTH - LEFT - 60) / LONGEST
     count = sum(map(len, groups.values()))
     height = TOP + len(groups) * HEAD + count * (len(COLUMNS) * BAR + GAP)

@@ -1,9 +1,9 @@
-"""Creates the images of `view.md`: the live view, a probed pixel, an explained pixel, A next to B, and the page of a
-frame.
+"""Writes the images of `view.md`.
 
     python docs/view_pictures.py
 
-Drives Chromium as the tests do. Needs Pillow.
+The images show the live view, a probed pixel, an explained pixel, a comparison of two images, and a frame's
+page. The script drives Chromium as the tests do. Requires Pillow.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def keep(tab: Tab, name: str) -> None:
 
 
 def live(tab: Tab, session: Session) -> None:
-    """The live view with the handles of an object."""
+    """Writes the image of the live view with the handles of an object."""
     tab.evaluate("document.querySelector('#tree-list li .row-name').click()")
     tab.press("g")
     tab.evaluate("document.getElementById('edit').scrollIntoView(), null")
@@ -55,7 +55,7 @@ def live(tab: Tab, session: Session) -> None:
 
 
 def probe(tab: Tab, session: Session) -> None:
-    """The numbers of a held pixel, shown over the channel of distances."""
+    """Writes the image of a held pixel's numbers over the channel `depth`."""
     width, height = session.view.size
     tab.press("3")
     tab.wait("!document.getElementById('scalar-controls').hidden")
@@ -66,7 +66,7 @@ def probe(tab: Tab, session: Session) -> None:
 
 
 def explain(tab: Tab, session: Session) -> None:
-    """The ray of the held pixel."""
+    """Writes the image of the held pixel's ray."""
     tab.press("1")
     tab.press("Enter")
     tab.wait("document.getElementById('explained').open")
@@ -78,7 +78,7 @@ def explain(tab: Tab, session: Session) -> None:
 
 
 def compare(tab: Tab, session: Session) -> None:
-    """Direct light beside all light."""
+    """Writes the image of a comparison of direct light with all light."""
     tab.press("b")
     tab.press("l")
     tab.wait("document.getElementById('status').textContent.startsWith('path')")
@@ -91,7 +91,7 @@ def compare(tab: Tab, session: Session) -> None:
 
 
 def page(tab: Tab, folder: Path) -> None:
-    """The page of a frame, magnified until every pixel shows its values."""
+    """Writes the image of a frame's page, magnified until every pixel shows its values."""
     world = raycam.data.spot()
     camera = world.default_camera().resized((160, 100))
     path = folder / "spot.html"
@@ -105,7 +105,7 @@ def page(tab: Tab, folder: Path) -> None:
 
 
 def main() -> None:
-    """Makes all pictures."""
+    """Writes all images."""
     world = raycam.data.spot()
     camera = world.default_camera()
     server = Server(lambda: Session(world, camera, samples=SAMPLES, title="spot.toml"), port=0)

@@ -1,9 +1,10 @@
 """Counts the words of the documentation, and the share of internal decisions among them.
 
-python docs/words.py
+    python docs/words.py
 
-The documentation is all pages that are built: what lies in docs/, and the reference that is made from the code.
-Internal decisions are design.md. The lab notes are records of measurements beside the code, counted apart.
+The documentation consists of all pages that are built: the pages in docs/, and the reference, which is
+generated from the code. Internal decisions are described in design.md. The lab notes, which record
+measurements, are counted separately.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ DECISIONS = "design.md"
 
 
 def counted() -> dict[str, int]:
-    """The number of words of each page."""
+    """Returns the number of words of each page."""
     pages = [path for path in DOCS.rglob("*.md") if not MADE & set(path.relative_to(DOCS).parts)]
     found = {str(path.relative_to(DOCS)): len(path.read_text(encoding="utf-8").split()) for path in pages}
     for made in api.pages().values():
@@ -31,7 +32,7 @@ def counted() -> dict[str, int]:
 
 
 def share() -> float:
-    """Words of internal decisions over those of all built pages."""
+    """Returns the words of design.md divided by the words of all pages that are built."""
     found = {name: count for name, count in counted().items() if not name.startswith("lab-notes")}
     return found[DECISIONS] / sum(found.values())
 

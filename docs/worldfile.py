@@ -1,4 +1,7 @@
-"""The world-file reference: tables of keys out of the JSON Schema of the structs in `scene::schema`."""
+"""Writes the world-file reference: tables of keys from the JSON Schema.
+
+The schema comes from the structs in `scene::schema`.
+"""
 
 import json
 import re
@@ -11,10 +14,13 @@ Schema = dict[str, Any]
 
 
 class Reference:
-    """Sections for the tables and the named choices of a schema, in the order in which they are first needed."""
+    """The sections of the reference, in the order in which they are first referred to.
+
+    There is a section for each table and each named choice of a schema.
+    """
 
     def __init__(self, schema: Schema) -> None:
-        """All of `schema`."""
+        """Creates the sections of the whole `schema`."""
         self.parts: dict[str, Schema] = schema.get("$defs", {})
         self.needed: list[str] = []
         self.lines = self.section("World file", schema)
@@ -22,7 +28,7 @@ class Reference:
             self.lines += self.section(title(name), self.parts[name])
 
     def kind(self, schema: Schema) -> str:
-        """A type in words, with links to what has a section of its own."""
+        """Returns a type in words, with links to the types that have a section of their own."""
         if "$ref" in schema:
             name = schema["$ref"].rsplit("/", 1)[1]
             if not has_section(self.parts[name]):
@@ -42,14 +48,14 @@ class Reference:
         return either(self.array(schema) if name == "array" else name for name in names)
 
     def array(self, schema: Schema) -> str:
-        """A list in words: how many of what."""
+        """Returns a list's type in words: the number and the type of its items."""
         items = schema["prefixItems"][0] if "prefixItems" in schema else schema.get("items", {})
         least, most = schema.get("minItems"), schema.get("maxItems")
         count = f"{least} x " if least is not None and least == most else "list of "
         return count + self.kind(items)
 
     def table(self, schema: Schema) -> list[str]:
-        """One row per key."""
+        """Returns a table with one row per key."""
         lines = ["| key | value | default | meaning |", "|---|---|---|---|"]
         for key, value in schema["properties"].items():
             default = value.get("default")
@@ -67,7 +73,7 @@ class Reference:
         return [*lines, ""]
 
     def section(self, heading: str, schema: Schema) -> list[str]:
-        """A heading, what it is, and its keys or its choices."""
+        """Returns a section: a heading, the description, and the keys or choices."""
         lines = [f"({anchor(heading)})=", f"## {heading}", "", schema.get("description", ""), ""]
         if "properties" in schema:
             lines += self.table(schema)
@@ -81,7 +87,7 @@ class Reference:
 
 
 def has_section(schema: Schema) -> bool:
-    """True if there is more to say than fits into a cell."""
+    """Returns True if a schema has keys or described choices, which do not fit into a cell."""
     return "properties" in schema or any("description" in form for form in schema.get("oneOf", []))
 
 
@@ -91,18 +97,18 @@ def either(kinds: Any) -> str:
 
 
 def title(name: str) -> str:
-    """The name of a struct as a heading: `CameraSpec` is camera, `PixelCenter` is pixel center."""
+    """Returns a struct's name as a heading: `CameraSpec` becomes camera."""
     words = re.sub(r"(?<=[a-z])(Spec|Shape|Name|Type|Table)$", "", name)
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", words).lower()
 
 
 def anchor(heading: str) -> str:
-    """The anchor of a heading."""
+    """Returns the anchor of a heading."""
     return "world-" + heading.lower().replace(" ", "-")
 
 
 def write(folder: Path) -> None:
-    """Make `worldfile.md` and the schema itself, for editors."""
+    """Writes `worldfile.md`, and the schema itself for editors."""
     text = _core.json_schema()
     (folder / "worldfile.md").write_text("\n".join(Reference(json.loads(text)).lines), encoding="utf-8")
     (folder / "world.schema.json").write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A first picture: a box made of twelve triangles, seen by a camera with a place, a roll, a pitch and a yaw.
+"""Renders a first image: a box of twelve triangles, viewed by a camera with a given pose.
 
 Writes box.png.
 """

@@ -1,6 +1,7 @@
-"""A camera calibrated with OpenCV: K, rvec and tvec go in; every point is seen where OpenCV says.
+"""Renders through a camera that was calibrated with OpenCV: K, rvec and tvec.
 
-Needs `pip install opencv-python-headless`. Writes overlay.png.
+Every point appears at the pixel to which cv2.projectPoints projects it. Requires `pip install
+opencv-python-headless`. Writes overlay.png.
 """
 
 import cv2

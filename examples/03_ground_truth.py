@@ -1,6 +1,6 @@
-"""Ground truth: depth, positions, normals and ids, exact at every pixel centre, beside the smooth colour.
+"""Renders ground truth next to antialiased colour: depth, positions, normals and ids.
 
-Writes truth.exr and truth.npz.
+The values are exact at every pixel centre. Writes truth.exr and truth.npz.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ world.add_light("sun", direction=[-1, 1, -2], irradiance=3)
 
 camera = raycam.Camera.look_at([2.5, -3, 2.5], [0, 0, 0], [0, 0, 1], size=(640, 480), fov=35)
 frame = raycam.render(world, camera, channels="all")
-frame.save("truth.exr")  # named layers, float32, the camera matrix in the header
+frame.save("truth.exr")  # named layers, float32, with the camera matrix in the header
 frame.save("truth.npz")  # the same arrays for NumPy
 
 # Each visible point projects onto the centre of its pixel.

@@ -1,4 +1,4 @@
-"""Light and shadow: a low sun, a warm bulb of some size, a blue sky; diffuse and specular surfaces.
+"""Lights diffuse and specular surfaces with a low sun, a warm round bulb and a blue sky.
 
 Writes sunny.png and night.png.
 """

@@ -1,4 +1,4 @@
-"""A video: the camera goes once around a box in two seconds, while a ball jumps over it by keyframes.
+"""Renders a video: the camera orbits a box once, while a ball moves over it by keyframes.
 
 Writes orbit.mp4.
 """

@@ -1,4 +1,4 @@
-"""Why does this pixel have this colour? Every step of the lecture for one pixel, in numbers and as a drawing.
+"""Explains the colour of one pixel: every step of the lecture, in numbers and as a figure.
 
 Writes explain.txt and explain.svg.
 """
@@ -17,7 +17,7 @@ print(explanation)
 Path("explain.txt").write_text(str(explanation), encoding="utf-8")
 explanation.save_figure("explain.svg")
 
-# The numbers can be used, for example to intersect the ray with the plane of the nearest triangle again.
+# Check a number of the explanation: intersect the ray with the plane of the nearest triangle.
 winner = explanation.winner
 t = winner.n @ (winner.a - explanation.C) / (winner.n @ explanation.r)
 frame = raycam.render(world, camera, channels=["triangle", "depth"])

@@ -1,4 +1,4 @@
-"""Rays of your own: a spinning scanner of 32 beams in a room, and the points that it measures.
+"""Casts the rays of a rotating scanner with 32 beams, and stores the measured points.
 
 Writes points.ply.
 """
@@ -25,7 +25,7 @@ on_wagon = (hits["instance"] == wagon).sum()
 print(f"{met.sum()} of {len(met)} beams come back, {on_wagon} of them from the wagon")
 print(f"the farthest measures {hits['t'][met].max():.2f} m")
 
-# Is there anything between a measured point and a lamp under the ceiling?
+# Points from which a lamp, 4 m above the floor, is hidden.
 points = hits["position"][met]
 lamp = np.array([0.0, 0.0, 4.0])
 above = points + 1e-6 * hits["normal"][met]  # slightly above the surface

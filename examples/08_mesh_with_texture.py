@@ -1,4 +1,4 @@
-"""A mesh file with its texture, and a texture of your own on a mesh of your own, several times over.
+"""Renders a mesh file with its texture several times, on a hill made of arrays.
 
 Writes herd.png.
 """
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import raycam
 
-# A world may name only files in its folder; this file comes with raycam.
+# Relative paths refer to the world's folder. The mesh and its texture are part of raycam.
 world = raycam.World(folder=Path(raycam.__file__).parent / "assets")
 world.add_object(mesh="spot/cow.obj", name="spot", roll=90, yaw=130, location=[0, 0, 0.737])
 
@@ -18,7 +18,7 @@ for k in range(5):
     place = [2.2 * np.cos(angle), 2.2 * np.sin(angle), 0.737 * 0.4]
     world.add_object(instance_of="spot", name=f"calf {k}", roll=90, yaw=72 * k, scale=0.4, location=place)
 
-# A hill from a grid of heights. Its uvs assign a position in the image to each vertex.
+# The hill is a grid of heights. `uvs` assigns a position in the texture to each vertex.
 x, y = np.meshgrid(np.linspace(-6, 6, 61), np.linspace(-6, 6, 61))
 height = 0.25 * np.maximum(0, np.hypot(x, y) - 3.2) ** 1.5
 vertices = np.stack([x, y, height], -1).reshape(-1, 3)

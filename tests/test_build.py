@@ -66,13 +66,13 @@ def check(tools: Path) -> str:
 @pytest.mark.parametrize(
     ("broken", "line", "words"),
     [
-        ("python3", None, "Python >= 3.11, and there is no python3"),
-        ("python3", "echo 3.10.12", "Python >= 3.11, and python3 is 3.10.12"),
+        ("python3", None, "Python >= 3.11; python3 not found"),
+        ("python3", "echo 3.10.12", "Python >= 3.11; python3 is version 3.10.12"),
         ("cc", None, "a C compiler"),
-        ("rustc", None, "Rust >= 1.89, and rustc is not there"),
-        ("rustc", "echo rustc 1.63.0", "Rust >= 1.89, and rustc is 1.63.0"),
-        ("cargo-fmt", None, "rustfmt beside rustc"),
-        ("cargo-clippy", None, "clippy beside rustc"),
+        ("rustc", None, "Rust >= 1.89; rustc not found"),
+        ("rustc", "echo rustc 1.63.0", "Rust >= 1.89; rustc is version 1.63.0"),
+        ("cargo-fmt", None, "rustfmt in addition to rustc"),
+        ("cargo-clippy", None, "clippy in addition to rustc"),
         ("python3", '[ "$1" = -m ] && exit 1; echo 3.13.1', "Python's venv module"),
     ],
 )
@@ -86,7 +86,7 @@ def test_missing_prerequisite_is_reported_in_one_line(
     said = check(tools)
     assert words in said
     assert said.count("\n") == 1
-    assert said.startswith("raycam needs ")
+    assert said.startswith("raycam requires ")
 
 
 def test_missing_rust_toolchain_is_installed_with_rustup(tools: Path) -> None:
@@ -141,11 +141,11 @@ def test_client_type_check_is_skipped_with_a_message_unless_required(tools: Path
     left_out, failed = run(), run("needed")
     assert (left_out.returncode, failed.returncode) == (0, 1)
     assert left_out.stdout == failed.stdout
-    assert "left out: there is no node" in left_out.stdout
+    assert "skipping the check of the client's types: node not found" in left_out.stdout
 
     stand_in(tools, "node", "true")
     stand_in(tools, "npm", "exit 1")
-    assert "npm could not get typescript@" in run().stdout
+    assert "npm cannot download typescript@" in run().stdout
 
     made = tools.parent / "venv" / "typescript-5.9.3" / "node_modules" / "typescript" / "bin"
     made.mkdir(parents=True)

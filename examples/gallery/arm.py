@@ -1,4 +1,4 @@
-"""The description of a robot arm with six joints and a gripper, as a URDF file."""
+"""Writes the description of a robot arm with six joints and a gripper, as a URDF file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ def tube(start: str, turn: str, radius: float, length: float, color: str) -> str
 
 
 def limb(length: float, radius: float) -> str:
-    """Returns the visuals of a link along z: a motor across the axis of its joint, a collar and a tube."""
+    """Returns the visuals of a link along z.
+
+    The visuals are a motor across the joint's axis, a collar and a tube.
+    """
     across, along = "1.5708 0 0", "0 0 0"
     return (
         tube("0 0 0", across, radius * 1.25, radius * 2.9, ORANGE)

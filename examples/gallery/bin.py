@@ -1,4 +1,7 @@
-"""A bin of parts that fell into it in a simulation: left a stereo camera's colour, right its exact disparity."""
+"""Renders a bin of parts that fell into it in a simulation.
+
+The left half shows the colour image of a stereo camera, the right half its exact disparity.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +58,7 @@ def pile(assets: Path) -> raycam.World:
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = pile(assets)
     softbox(world, (-0.9, -0.7, 1.3), (0, 0, 0), (0.7, 0.5), [26, 24, 21])
     softbox(world, (1.0, 0.8, 1.0), (0, 0, 0), (0.3, 0.8), [14, 17, 21])

@@ -1,4 +1,7 @@
-"""A gearbox as a technical drawing: lines where depth or normals jump, shading from ambient occlusion."""
+"""Renders a gearbox as a technical drawing.
+
+Lines are drawn where depth or normals change abruptly; the shading is ambient occlusion.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import raycam
 from common import Picture, Quality
 
 PAPER, INK = np.array([0.06, 0.2, 0.42]), np.array([0.86, 0.94, 1.0])
-VIEWS = (  # direction to the camera; left, top, width and height in the image; height in the world
+VIEWS = (  # for each view: direction to the camera; left, top, width, height in the image; height in m
     ((2.4, -3.2, 2.6), (30, 20, 560, 500), 2.2),
     ((0, -4, 0), (610, 40, 310, 180), 1.35),
     ((0, -0.004, 4), (610, 240, 310, 270), 2.05),
@@ -17,7 +20,7 @@ VIEWS = (  # direction to the camera; left, top, width and height in the image; 
 
 
 def ink(frame: raycam.Frame) -> np.ndarray:
-    """Returns the amount of ink 0..1 [h, w]: edges of depth and of normals."""
+    """Returns the amount of ink, 0 to 1, [h, w]: edges of depth and of normals."""
     depth = np.where(np.isfinite(frame["depth"]), frame["depth"], 9)
     normal = frame["normal"]
     lines = []
@@ -29,7 +32,10 @@ def ink(frame: raycam.Frame) -> np.ndarray:
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image: the gearbox from above, from the front and from the top."""
+    """Renders the image; returns sRGB bytes [h, w, 3].
+
+    The gearbox is drawn from three directions.
+    """
     world = raycam.World()
     world.add_object(mesh=assets / "meshes/cycloidal.ply", name="gearbox")
     centre = world.bounds.mean(axis=0)

@@ -1,4 +1,4 @@
-"""A product shot of three boots on seamless paper: suede, chrome and patent leather."""
+"""Renders three boots on seamless paper, as a product shot: suede, chrome, patent leather."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from common import Picture, Quality, softbox, stand
 
 
 def backdrop(world: raycam.World, color: str) -> None:
-    """Adds a sheet of paper whose floor bends up into a wall."""
+    """Adds a sheet of paper that bends from the floor up into a wall."""
     angle = np.linspace(0, np.pi / 2, 24)
     y = np.concatenate([[-6], 1.6 + 1.2 * np.sin(angle), [2.8]])
     z = np.concatenate([[0], 1.2 - 1.2 * np.cos(angle), [6]])
@@ -23,7 +23,7 @@ def backdrop(world: raycam.World, color: str) -> None:
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     backdrop(world, "#c8553d")
     looks = (

@@ -1,4 +1,7 @@
-"""Motion blur: foxes ride on a carousel at dusk, and its bulbs leave trails while the shutter is open for 0.07 s."""
+"""Renders motion blur: foxes ride on a carousel at dusk.
+
+The bulbs of the carousel leave trails while the shutter is open for 0.07 s.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from ride import carousel
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = carousel(assets)
     gravel = mix("#2e2c2b", "#5c5650", fractal((512, 512), 0.7, seed=3))
     world.add_object(plane=120, texture=raycam.Texture(gravel, repeat=24), type="principled", roughness=0.22)

@@ -1,4 +1,7 @@
-"""A scanned statue in a museum at night: a warm spot from above, a cool rim, shallow depth of field."""
+"""Renders a scanned statue in a museum at night, with a shallow depth of field.
+
+A warm light from above and a cool light from behind illuminate the statue.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from common import Picture, Quality, fractal, mix, softbox, stand
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     stand(world, assets / "gltf/cat/cat.glb", 1.0, (0, 0, 1), yaw=-40, name="cat")
     marble = mix("#20211f", "#8d8a80", fractal((512, 512), 1.5, seed=3) ** 1.5)

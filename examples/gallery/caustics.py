@@ -1,4 +1,4 @@
-"""Glass on a table in low sunlight: wine, water, a fish and a ball, and the light that they focus."""
+"""Renders glass on a table: wine, water, a fish and a ball, and the light that they focus."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from common import Picture, Quality, fractal, mix, stand
 
 
 def lathe(world: raycam.World, profile: list[tuple[float, float]], name: str, **material: object) -> int:
-    """Adds the closed surface of revolution of a profile (radius, height) that starts and ends on the axis."""
+    """Adds the closed surface of revolution of a profile.
+
+    The profile consists of (radius, height) pairs, and starts and ends on the axis.
+    """
     knots = np.array(profile)
     length = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(knots, axis=0).T))])
     at = np.linspace(0, length[-1], 260)
@@ -48,7 +51,7 @@ WINE = [(0, 0.0945), (0.0115, 0.096), (0.0333, 0.1157), (0.0412, 0.1445), (0.041
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     lathe(world, GLASS, "glass", type="glass", ior=1.5, priority=1)
     lathe(world, WINE, "wine", type="glass", ior=1.34, attenuation_color=[0.55, 0.03, 0.05],

@@ -1,4 +1,7 @@
-"""Tools that the recipes of the gallery share: models that stand on the ground, textures of noise, final renders."""
+"""Functions and classes that the scripts of the gallery share.
+
+They place models on the ground, compute noise textures, and render the final images.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +17,17 @@ Picture = np.ndarray  # [height, width, 3] sRGB bytes
 
 @dataclass(frozen=True)
 class Quality:
-    """Size and noise of the images: `scale` multiplies their sides and `effort` their samples per pixel."""
+    """Size and noise of the images.
+
+    `scale` multiplies the images' sides, and `effort` the number of samples per pixel.
+    """
 
     scale: float = 1.0
     effort: float = 1.0
     denoise: bool = True
 
     def camera(self, camera: raycam.Camera) -> raycam.Camera:
-        """Returns the camera with an image of this quality's size."""
+        """Returns the camera with the image size multiplied by `scale`."""
         width, height = camera.size
         return camera.resized((round(width * self.scale), round(height * self.scale)))
 
@@ -34,7 +40,7 @@ class Quality:
         return raycam.render(world, self.camera(camera), samples=samples, denoise=self.denoise, **options)
 
     def shot(self, world: raycam.World, camera: raycam.Camera, samples: int = 64, **options: Any) -> Picture:
-        """Returns the image of `frame` as sRGB bytes."""
+        """Renders a frame and returns its image as sRGB bytes [h, w, 3]."""
         return self.frame(world, camera, samples, channels=["color"], **options).to_srgb8()
 
 
@@ -45,7 +51,10 @@ def stand(
     location: tuple[float, float, float] = (0, 0, 0),
     **keys: Any,
 ) -> int:
-    """Adds a model with its lowest point at `location`, `height` metres high after its rotation; returns its id."""
+    """Adds a model whose lowest point is at `location`, and returns the object's id.
+
+    After its rotation, the model is `height` metres high.
+    """
     turn = {key: keys.pop(key) for key in ("roll", "pitch", "yaw") if key in keys}
     trial = raycam.World()
     trial.add_object(mesh=file, **turn)
@@ -58,14 +67,20 @@ def stand(
 
 
 def ribbon(count: int) -> np.ndarray:
-    """Returns the faces between two lines of `count` + 1 corners each, the second after the first."""
+    """Returns the faces between two rows of `count` + 1 vertices each.
+
+    The vertices of the second row follow those of the first.
+    """
     first = np.arange(count)[:, None]
     sides = np.array([[0, 1, count + 2], [0, count + 2, count + 1]])
     return np.concatenate([first + side for side in sides])
 
 
 def fractal(shape: tuple[int, int], power: float = 1.8, stretch: float = 1.0, seed: int = 0) -> np.ndarray:
-    """Returns periodic noise between 0 and 1, float64 [h, w]; larger `power` is smoother, `stretch` widens it."""
+    """Returns periodic noise between 0 and 1, float64 [h, w].
+
+    A larger `power` makes the noise smoother, `stretch` makes it wider.
+    """
     rows, columns = np.fft.fftfreq(shape[0]) * shape[0], np.fft.fftfreq(shape[1]) * shape[1] * stretch
     radius = np.hypot(rows[:, None], columns[None])
     radius[0, 0] = np.inf
@@ -76,13 +91,19 @@ def fractal(shape: tuple[int, int], power: float = 1.8, stretch: float = 1.0, se
 
 
 def mix(low: str, high: str, amount: np.ndarray) -> np.ndarray:
-    """Returns sRGB bytes [h, w, 3] between two colours of the form "#rrggbb"."""
+    """Returns sRGB bytes [h, w, 3] between the colours `low` and `high` ("#rrggbb").
+
+    `amount` [h, w] is 0 for `low` and 1 for `high`.
+    """
     ends = [np.array(list(bytes.fromhex(color[1:])), float) for color in (low, high)]
     return (ends[0] + amount[..., None] * (ends[1] - ends[0])).round().astype(np.uint8)
 
 
 def planks(size: int = 1024, boards: int = 6, seed: int = 1) -> np.ndarray:
-    """Returns the texture of a wooden floor or table, sRGB bytes [size, size, 3]; the boards run along the rows."""
+    """Returns the texture of a wooden floor or table, sRGB bytes [size, size, 3].
+
+    The boards run along the rows.
+    """
     grain = fractal((size, size), 1.1, 14, seed)
     board = np.arange(size) * boards // size
     tone = np.random.default_rng(seed).uniform(-0.18, 0.18, boards)[board][:, None]
@@ -99,7 +120,7 @@ def softbox(
     radiance: float | list[float],
     **keys: Any,
 ) -> None:
-    """Adds an area light that cameras do not see."""
+    """Adds an area light that is not visible to cameras."""
     world.add_light(
         "area",
         position=position,

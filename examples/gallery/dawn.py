@@ -1,4 +1,4 @@
-"""Two foxes on a hill at dawn: ground fog in closed form over a landscape made of noise."""
+"""Renders two foxes on a hill at dawn: fog in closed form over a landscape made of noise."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from common import Picture, Quality, fractal
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     steps, side = 256, 400.0
     height = 34 * fractal((steps, steps), 2.2, seed=9)

@@ -1,4 +1,7 @@
-"""An evening at the desk: a stained-glass lamp with bulbs inside lights a skull, a sword and a statue."""
+"""Renders a desk in the evening.
+
+A stained-glass lamp with bulbs inside lights a skull, a sword and a statue.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from common import Picture, Quality, planks, softbox, stand
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     stand(
         world, assets / "gltf/StainedGlassLamp-KTX2/StainedGlassLamp.gltf", 0.69, (0.18, 0.1, 0), name="lamp"

@@ -1,4 +1,7 @@
-"""Night with many lights: 420 paper lanterns rise over a lake and are reflected in its ripples."""
+"""Renders a night with many lights.
+
+420 paper lanterns rise over a lake, whose ripples reflect them.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,10 @@ from common import Picture, Quality, fractal, planks, ribbon, stand
 
 
 def lantern() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns the corners, faces and texture coordinates of a paper lantern, 1 m high and open at the bottom."""
+    """Returns the vertices, faces and texture coordinates of a paper lantern.
+
+    The lantern is 1 m high and open at the bottom.
+    """
     rings, sides = np.array([[0.30, 0.0], [0.40, 0.45], [0.40, 0.8], [0.30, 0.96], [0.0, 1.0]]), 24
     angle = np.linspace(0, 2 * np.pi, sides + 1)
     corners = [[r * np.cos(a), r * np.sin(a), z] for r, z in rings for a in angle]
@@ -22,7 +28,7 @@ def lantern() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     ripples = raycam.Texture((0.5 * fractal((1024, 1024), 1.9, 0.35, seed=3)).astype(np.float32), repeat=10)
     world.add_object(plane=240, color="#04080d", type="principled", roughness=0.06, ior=1.33, name="lake",

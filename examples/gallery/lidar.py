@@ -1,4 +1,7 @@
-"""A lidar scan drawn over the image of a camera on the same car: 128 lasers, coloured by distance."""
+"""Draws a lidar scan over the image of a camera on the same car.
+
+The lidar has 128 lasers; its points are coloured by distance.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ RAMP = np.array(  # sRGB colours, from the nearest to the farthest point
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = street(assets)
     camera = raycam.Camera.look_at([-0.5, -9.7, 1.7], [0.35, 0, 1.75], size=(960, 540), fov=64)
     frame = quality.frame(world, camera, 10, channels=["color", "distance"], max_depth=5)

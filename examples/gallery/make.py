@@ -1,10 +1,11 @@
-"""Renders the images of docs/gallery.md: all, or those that are named.
+"""Renders the images of docs/gallery.md: all images, or only the given ones.
 
-    python examples/gallery/make.py ASSETS                        all images, in the folder gallery
-    python examples/gallery/make.py ASSETS toy_car --scale 0.3    a small preview
-    python examples/gallery/make.py ASSETS -o docs/images/models  the images of the page
+    python examples/gallery/make.py ASSETS                          all images, in the folder gallery
+    python examples/gallery/make.py ASSETS toy_car --scale 0.3      a small preview
+    python examples/gallery/make.py ASSETS -o docs/images/models    the images of the page
 
-ASSETS is the folder of the models; docs/images/CREDITS.md names their sources. Requires `raycam[denoise]` and Pillow.
+ASSETS is the folder of the models; docs/images/CREDITS.md lists their sources. Requires `raycam[denoise]` and
+Pillow.
 """
 
 from __future__ import annotations

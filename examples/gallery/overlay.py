@@ -1,4 +1,7 @@
-"""Ground truth of one frame in slanted strips: colour with boxes in space, depth, normals and object ids."""
+"""Renders the ground truth of one frame in slanted strips.
+
+The strips show colour with 3D boxes, depth, normals and object ids.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ EDGES = [(a, b) for a in range(8) for b in range(a) if (a ^ b).bit_count() == 1]
 
 
 def draw_boxes(picture: Picture, world: raycam.World, camera: raycam.Camera, width: int) -> Picture:
-    """Returns the picture with the oriented boxes of all models."""
+    """Returns the image with the oriented boxes of all models drawn on it."""
     image = Image.fromarray(picture)
     draw = ImageDraw.Draw(image)
     for item in world.objects:
@@ -33,7 +36,7 @@ def draw_boxes(picture: Picture, world: raycam.World, camera: raycam.Camera, wid
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world, camera = still_life(assets)
     frame = quality.frame(world, camera, 20, channels=["color", "depth", "normal", "instance"])
     color = frame.to_srgb8()

@@ -1,4 +1,4 @@
-"""A carousel with foxes and bulbs that turns: the scene of an image with motion blur."""
+"""The scene of the image with motion blur: a turning carousel with foxes and bulbs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SECTORS = ("#b3261e", "#f3e6cc")
 
 
 def carousel(assets: Path) -> raycam.World:
-    """Returns a world in which the carousel turns 100 degrees a second around the z axis."""
+    """Returns a world in which a carousel turns by 100 degrees per second about the z axis."""
     world = raycam.World()
     angle = np.linspace(0, 2 * np.pi, 97)
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)

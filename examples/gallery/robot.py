@@ -1,4 +1,7 @@
-"""A robot arm over a table of parts, with the mask of every link from the channel `category`."""
+"""Renders a robot arm over a table of parts.
+
+The channel `category` gives the mask of every link.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ TINTS = np.array(
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "arm.urdf"

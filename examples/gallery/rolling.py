@@ -1,4 +1,7 @@
-"""A rotor of four swords: left with a global shutter, right with a rolling shutter that bends the blades."""
+"""Renders a rotor of four swords with two shutters.
+
+On the left, the shutter is global; on the right, a rolling shutter bends the blades.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from common import Picture, Quality
 
 
 def rotor(assets: Path) -> raycam.World:
-    """Returns a world in which the rotor turns 150 degrees in 0.1 s."""
+    """Returns a world in which the rotor turns by 150 degrees in 0.1 s."""
     world = raycam.World()
     names = [f"sword {number}" for number in range(4)]
     for name in names:
@@ -44,7 +47,7 @@ def rotor(assets: Path) -> raycam.World:
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = rotor(assets).at(0.05)
     camera = raycam.Camera.look_at([0, -5.2, 0.9], [0, 0, 1.4], size=(480, 540), fov=36)
     halves = [camera.exposing(0.0005), camera.exposing(0.0005, readout=0.06)]

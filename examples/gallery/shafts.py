@@ -1,4 +1,4 @@
-"""Light shafts: the sun shines through six small windows into a dusty hall with a fox."""
+"""Renders light shafts: the sun shines through small windows into a dusty hall with a fox."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from common import Picture, Quality, fractal, mix, stand
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     stone = mix("#1d1916", "#5a5044", fractal((512, 512), 1.2, seed=6))
     plain = {"texture": stone, "type": "principled", "roughness": 0.8}

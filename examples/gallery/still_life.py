@@ -1,4 +1,4 @@
-"""Seven models on a table under a window: the scene of several images of the gallery."""
+"""The scene of several images of the gallery: seven models on a table under a window."""
 
 from __future__ import annotations
 
@@ -41,6 +41,6 @@ def still_life(assets: Path) -> tuple[raycam.World, raycam.Camera]:
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world, camera = still_life(assets)
     return quality.shot(world, camera, samples=20)

@@ -1,4 +1,7 @@
-"""A street through a fisheye lens: the calibration of a camera of the TUM VI data set, 154 degrees wide."""
+"""Renders a street through a fisheye lens whose image is 154 degrees wide.
+
+The calibration is that of a camera of the TUM VI data set.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,6 @@ TUM_VI = raycam.Camera.look_at(  # Schubert et al., "The TUM VI Benchmark", 2018
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     camera = TUM_VI.cropped(0, 112, 512, 288).resized((960, 540))
     return quality.shot(street(assets), camera, samples=12, max_depth=6)

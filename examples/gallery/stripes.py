@@ -1,4 +1,7 @@
-"""Structured light: a projector shows a coloured code on a skull; the code bends with the shape."""
+"""Renders structured light: a projector casts a coloured code onto a skull.
+
+The lines of the code follow the shape of the skull.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from common import Picture, Quality, stand
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     stand(world, assets / "meshes/skull.obj", 1.0, roll=90, yaw=-48, name="skull", color="#d9d2c4", type="principled",
           roughness=0.6)  # fmt: skip

@@ -1,4 +1,4 @@
-"""The same head in six materials: gold, velvet, glass, thin film, copper and car paint."""
+"""Renders one head in six materials: gold, velvet, glass, thin film, copper, car paint."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MATERIALS: list[dict[str, Any]] = [
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.load(assets / "gltf/IridescenceSuzanne/IridescenceSuzanne.glb")
     while world.lights:
         world.remove_light(0)

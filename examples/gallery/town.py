@@ -1,4 +1,7 @@
-"""A street of plastered houses with cars, flags and foxes: the scene of several images of the gallery."""
+"""The scene of several images of the gallery: a street of plastered houses.
+
+Cars, flags and foxes are in the street.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,9 @@ def cars(
     places: list[tuple[tuple[float, float, float], float]],
     height: float,
 ) -> list[int]:
-    """Adds copies of the toy car without its cloth, `height` metres high, at (location, yaw); returns their ids.
+    """Adds copies of the toy car without its cloth; returns the ids of their objects.
 
-    The cars point to +y at a yaw of 0.
+    Each car is `height` metres high and is placed at (location, yaw). With a yaw of 0, it points to +y.
     """
     toy = raycam.load(assets / "gltf/ToyCar/ToyCar.gltf")
     for item in toy.objects:
@@ -42,7 +45,10 @@ def cars(
 
 
 def house(world: raycam.World, side: int, near: float, far: float, floors: int, color: str) -> None:
-    """Adds a house between y = `near` and `far`, with windows towards the street."""
+    """Adds a house between y = `near` and y = `far`, with windows towards the street.
+
+    `side` is 1 for houses at positive x, and -1 for houses at negative x.
+    """
     height, face, middle, wide = 3.1 * floors + 0.5, 5.2 * side, (near + far) / 2, far - near
     plaster = 0.9 + 0.1 * fractal((256, 256), 1.3, seed=floors + round(abs(middle)))[..., None]
     base = np.array(list(bytes.fromhex(color[1:])))

@@ -1,4 +1,7 @@
-"""A toy car on its cloth: clear coat, glass and sheen from one glTF file, lit by two soft boxes."""
+"""Renders a toy car on its cloth, lit by two soft boxes.
+
+The glTF file contains clear coat, glass and sheen.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from common import Picture, Quality, softbox
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     world.add_object(mesh=assets / "gltf/ToyCar/ToyCar.gltf", scale=20, name="car")
     world.add_object(plane=40, location=[0, 0, -0.32], color="#2a2320", type="principled", roughness=0.35)

@@ -1,4 +1,7 @@
-"""Under water: a school of fish, a lost sword, and shafts of sunlight from a projector with an image of waves."""
+"""Renders an underwater scene: a school of fish, a sword, and shafts of sunlight.
+
+The sunlight is a projector with an image of waves.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,10 @@ from common import Picture, Quality, fractal, mix, stand
 
 
 def waves(size: int = 768) -> np.ndarray:
-    """Returns the image of sunlight behind a rippled surface: bright lines, and gaps whose light forms the rays."""
+    """Returns an image of sunlight that has passed through a rippled water surface.
+
+    Between its bright lines are dark gaps, so that the light forms shafts.
+    """
     lines = sum(np.abs(fractal((size, size), 2.6, seed=seed) - 0.5) for seed in (1, 2))
     gaps = np.clip(fractal((size, size), 1.5, seed=5) * 5 - 4, 0, 1)
     light = 0.004 + 0.35 * np.exp(-lines * 16) + 8 * gaps
@@ -18,7 +24,7 @@ def waves(size: int = 768) -> np.ndarray:
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
-    """Returns the image."""
+    """Renders the image; returns sRGB bytes [h, w, 3]."""
     world = raycam.World()
     sand = mix("#8f7d5c", "#d9c79c", fractal((512, 512), 1.1, seed=2))
     world.add_object(plane=60, texture=raycam.Texture(sand, repeat=12), name="sand")

@@ -1,4 +1,4 @@
-"""A checkbox hides an object; edits of the viewers stay."""
+"""A checkbox hides an object; edits by viewers are kept."""
 
 import raycam
 

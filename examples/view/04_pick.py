@@ -1,4 +1,4 @@
-"""A click on the image names the object and its distance."""
+"""A click on the image shows the name and distance of the clicked object."""
 
 import raycam
 

@@ -1,4 +1,4 @@
-"""A plot shows how the noise of an image falls with its samples."""
+"""A plot shows how the noise of an image decreases with the number of samples."""
 
 import numpy as np
 import raycam

@@ -1,4 +1,4 @@
-"""An image in the panel shows the depth in grey, from the view of the client."""
+"""An image in the panel shows the depth in grey, from the current view of the client."""
 
 import numpy as np
 import raycam

@@ -1,4 +1,4 @@
-"""Labels and a line in 3D show the path of a point; a slider sets its length."""
+"""A label and a line show a helical path in 3D; a slider sets the path's number of turns."""
 
 import numpy as np
 import raycam

@@ -1,4 +1,4 @@
-"""Buttons move the camera of all viewers to the sides of the world."""
+"""Buttons move the camera of all clients to the sides of the world."""
 
 import raycam
 

@@ -1,4 +1,4 @@
-"""A coroutine as callback: it runs in the event loop of the script, next to other tasks."""
+"""A coroutine is the callback: it runs in the script's event loop, next to other tasks."""
 
 import asyncio
 

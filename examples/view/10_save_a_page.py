@@ -1,4 +1,7 @@
-"""A button saves what the viewer shows as a page with all ground truth, which works offline: shot.html."""
+"""A button saves the current view as a page with all ground truth: shot.html.
+
+The page works offline.
+"""
 
 import raycam
 

@@ -1,4 +1,7 @@
-"""A checkbox records what the viewer shows, and saves it as a page that plays without a server: tour.html."""
+"""A checkbox records the view, and saves the recording as a page: tour.html.
+
+The page plays the recording without a server.
+"""
 
 import raycam
 
