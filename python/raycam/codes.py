@@ -134,7 +134,7 @@ _OWN_NOTICES = {
         "Start workers, or check that they reach the scheduler.",
     ),
     "differing_frames": Code(
-        "Frames that are compared show different cameras, worlds or regions.",
+        "The compared frames come from different cameras, worlds or regions.",
         "Compare frames of the same camera and world.",
     ),
     "generic_angles": Code(
@@ -151,7 +151,7 @@ _OWN_NOTICES = {
     ),
     "preview_light": Code(
         "A frame saved from the live view was lit by the integrator that the message names.",
-        "Render it with raycam.render for the light of another integrator.",
+        "To use another integrator, render the image with raycam.render.",
     ),
     "misplaced_mesh": Code(
         "The mesh is visible to fewer than half of the cameras.",
@@ -277,8 +277,8 @@ _OWN_ERRORS = {
         "Use a supported rate, or pass force_rate=True.",
     ),
     "wrong_device": Code(
-        "A calibration or an operation belongs to another lidar.",
-        "Name the device to which the file belongs, or use the file of this device.",
+        "A calibration file or an operation requires a different lidar.",
+        "Use a device that the message names, or the calibration file of this device.",
     ),
     "unordered_times": Code(
         "The times of pulses, poses or joint states do not increase.",

@@ -65,7 +65,7 @@ impl PooledArray {
     }
 
     /// True if nothing else references the array or a view of it.
-    #[expect(deprecated, reason = "its replacement is unsafe")]
+    #[expect(deprecated, reason = "the function that replaces it is unsafe")]
     fn is_unreferenced(&self, py: Python<'_>) -> bool {
         let holders = match self {
             Self::F32(array) => array.get_refcnt(py),

@@ -101,7 +101,9 @@ def disparity(
         left, right = (rig[name] for name in rig.pair())
     left = camera_of(world, left)
     if right is None:
-        raise CameraError("the right camera of the pair is missing", code="missing_value")
+        raise CameraError(
+            "right is missing; pass the right camera of the pair, or a rig", code="missing_value"
+        )
     right = camera_of(world, right)
     if not isinstance(of, str) or of not in ("left", "right"):
         raise CameraError(

@@ -80,14 +80,15 @@ def keypoints(
     for name, given in numbers.items():
         if given is not None and len(given) != len(places):
             raise SettingsError(
-                f"{name} has {len(given)} entries for {len(places)} points", code="wrong_shape"
+                f"{name} has {len(given)} entries for {len(places)} points; expected one entry for each point",
+                code="wrong_shape",
             )
     found = _core.keypoints(
         (world._core, camera._core),
         places,
         numbers["objects"],
         numbers["triangles"],
-        real("tolerance", tolerance, 0.0, what="a part of the distance"),
+        real("tolerance", tolerance, 0.0, what="a fraction of the distance"),
         thread_count(threads),
     )
     return Keypoints(**found, visible=found["in_picture"] & (found["occluder"] == -1))

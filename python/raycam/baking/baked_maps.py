@@ -69,7 +69,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
     overlapping: int
     """The number of texels that are inside several faces."""
     missed: Bools = field(repr=False)
-    """True [h, w] or [v] for points without a surface of the source, which have the object's own values."""
+    """True [h, w] or [v] for points near which the source has no surface; they have the object's own values."""
     vertices: Floats | None = field(default=None, repr=False)
     """Positions of the vertices [v, 3] in the world, metres; None for textures."""
     faces: npt.NDArray[np.int32] | None = field(default=None, repr=False)

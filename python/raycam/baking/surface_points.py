@@ -18,7 +18,8 @@ MATERIAL_MAPS = ("albedo", "roughness", "metallic", "emission")
 MAX_ROUNDING = 64 * float(np.finfo(np.float64).eps)
 """Upper bound on a point's rounding error, relative to the point's largest coordinate."""
 OVERLAP = 1e-4
-"""Distance beyond a texel's point at which both rays start, relative to the cage: the source may be exactly there."""
+"""Offset of the search rays' starts from the texel's point, relative to the cage. The inward ray starts a little
+outside of the point and the outward ray a little inside, so that a source surface exactly at the point is found."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +27,7 @@ class SurfacePoints:
     """Points [n] of a world's surface."""
 
     world: World
-    """The world to which the points belong, and whose objects occlude."""
+    """The world that contains the points; its objects occlude them."""
     position: Floats
     """Positions in the world [n, 3], metres."""
     normal: Floats

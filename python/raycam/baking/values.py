@@ -34,9 +34,9 @@ class FacePoints:
     weights: Floats
     """Weights of the faces' corners [n, 3]."""
     key: npt.NDArray[np.int64]
-    """Numbers that select the random numbers of a point [n]."""
+    """For each point, a number that selects its random numbers for occlusion rays [n]."""
     pixel: npt.NDArray[np.int32]
-    """Pixels that select the random numbers of light [n, 2]."""
+    """For each point, a (column, row) that selects its random numbers for light paths [n, 2]."""
 
 
 class BakedObject:

@@ -22,7 +22,7 @@ INSET = 0.01
 CHUNK_CORNERS = 1 << 17
 """Number of corners processed at a time."""
 RANDOM_COLUMNS = 1 << 12
-"""Number of columns of the pixel grid that selects the random numbers of corners."""
+"""Number of columns of an imaginary pixel grid; a corner uses the random numbers of its pixel in this grid."""
 UNIT_VECTOR_MAPS = ("normal", "shading_normal", "bent_normal")
 """Maps of unit vectors."""
 

@@ -130,7 +130,8 @@ class Board:
             if len(found) == count:
                 return found
         raise SettingsError(
-            f"the board is visible in only {len(found)} poses of the camera, expected {count}",
+            f"the board is visible in only {len(found)} of the tried camera poses, expected {count}; request fewer "
+            "views, or check the camera's K and distortion",
             code="nothing_visible",
         )
 

@@ -44,9 +44,10 @@ class Calibration:
     center_error: float
     """The distance between the principal points, pixels."""
     picture_error: float
-    """The largest distance in pixels between the images of the same ray, over the part of the image with corners.
+    """The largest distance in pixels between the projections of a ray by the camera and by the recovered camera.
 
-    Coefficients may differ considerably and compensate each other; this distance is free of such compensation.
+    Only the part of the image that contains corners counts. Unlike differences of single coefficients, which may
+    compensate each other, this distance shows the error in the image.
     """
 
 

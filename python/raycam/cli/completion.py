@@ -138,7 +138,7 @@ def _fish(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
                 yield f"complete -c raycam {within} -f -a {_quoted(values)}"
 
 
-FISH_WITHIN = """function __raycam_within -d 'the nearest option before the word is this one'
+FISH_WITHIN = """function __raycam_within -d 'true if the last option before the cursor is the given option'
     for word in (commandline -opc)[-1..1]
         if string match -q -- '-*' $word
             test $word = $argv[1]

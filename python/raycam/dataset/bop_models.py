@@ -147,7 +147,7 @@ class ModelCatalogue:
 
     def __init__(self, plan: Plan, records: Iterable[Record]) -> None:
         self.ids: list[dict[int, int]] = [{} for _ in range(world_count(plan))]
-        """For each world, the ids in the data set by the numbers of the shapes in the world."""
+        """For each world, a map from the shape's number in the world to the model's id in the data set."""
         self.all: list[Model] = []
         """The models, by id."""
         self.notices: list[Notice] = []
@@ -223,7 +223,7 @@ class ModelCatalogue:
             if numbers:
                 text = (
                     f"bop: category {sorted(model.categories)[0]} has more than one shape; obj_id {numbers[0]} is the "
-                    f"first, and another one has obj_id {number}; assign a category to each shape, or use "
+                    f"first shape, and another shape has obj_id {number}; assign a category to each shape, or use "
                     "model_ids"
                 )
                 self.notices.append(Notice(text, "duplicate_name"))

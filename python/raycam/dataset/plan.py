@@ -61,7 +61,7 @@ class Format:
     make: Callable[[Plan, int], Made]
     """Returns the files of a unit of work; depends on plan and number only."""
     index: Callable[[Plan, Callable[[], Iterator[Record]]], Index]
-    """Makes the files over all units, in pieces; each call of the given function iterates over all records."""
+    """Returns the index files, in pieces; each call of the given function iterates over the records of all units."""
     check: Callable[[Plan], None]
     """Raises `SettingsError` or `CameraError` for options and cameras that the format does not support."""
     options: Mapping[str, Any]
@@ -76,7 +76,7 @@ class Format:
     writes_lidars: bool = False
     """True if the format writes the scans of lidars itself, so that no NPZ files are written for them."""
     notices: Callable[[Plan], list[Notice]] = field(default=lambda plan: [])
-    """Notices about cameras that other readers of the format misunderstand, before anything is rendered."""
+    """Notices, issued before rendering, about cameras that other programs read incorrectly from this format."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class Plan:
         self.recipe = recipe
         """The source of many worlds, a recipe or a caller's worlds; None for a single world."""
         self.whole = known
-        """The plan of all worlds of a recipe, of which this plan is a part and whose categories it has."""
+        """For a plan of one world of a recipe, the plan of all its worlds, which determines the categories."""
         self.watch: Callable[[int, int], object] | None = None
         """The `progress` of `raycam.render`; an exception from it stops the image."""
         self._worlds: OrderedDict[int, World] = OrderedDict()

@@ -60,7 +60,7 @@ class WorldSequence:
             self._iterator = iter(worlds)
         if count is None:
             raise SettingsError(
-                "count is missing: the number of worlds that the function or the iterator returns",
+                "count is missing; pass the number of worlds that the function or the iterator returns",
                 code="missing_value",
             )
         self.count = whole("count", count, 1, MAX_WORLDS)

@@ -243,7 +243,7 @@ def write(
     `OSError`.
     """
     if folder is None:
-        raise SettingsError("folder is missing, the output folder of the data set", code="missing_value")
+        raise SettingsError("folder is missing; pass the data set's output folder", code="missing_value")
     if format not in FORMATS:
         raise SettingsError(nearest("format", format, list(FORMATS)), code="unknown_name")
     kind = FORMATS[format]
@@ -407,9 +407,9 @@ def make_plan(
             and all(np.array_equal(item.R, np.eye(3)) and not item.location.any() for item in given)
         ):
             raise SettingsError(
-                "the given cameras have no pose (they are at the origin) and would replace the recipe's cameras, whose "
-                'random poses come from the key "see"; omit cameras, and write calibration = "FILE" into [[camera]] '
-                "instead of size, fov or K",
+                "cameras: the given cameras are all at the origin and would replace the recipe's cameras, which have "
+                'random poses (key "see"); omit cameras, and write calibration = "FILE" into [[camera]] instead of '
+                "size, fov or K",
                 code="conflicting_values",
             )
         shots = [View(camera, None, i) for i in range(worlds) for camera in given]
@@ -435,11 +435,11 @@ def late_times(plan: Plan) -> list[Notice]:
     if plan.recipe is not None or not ends or not out:
         return []
     first = out[0]
-    unit = next((f", {name} since 1970 by their size" for least, name in UNITS if first >= least), "")
+    unit = next((f" (probably {name} since 1970)" for least, name in UNITS if first >= least), "")
     many = f"all {len(out)} times" if len(out) == len(times) else f"{len(out)} of {len(times)} times"
     message = (
-        f"{many} are outside the world's motion (0 to {max(ends):g} s): the first is {first!r}{unit}. The world "
-        "does not move at these times; use seconds from its beginning (--time-offset first)"
+        f"{many} are outside the world's motion (0 to {max(ends):g} s), the first is {first!r}{unit}; the world "
+        "does not move at these times; use seconds from the motion's beginning (--time-offset first)"
     )
     return [Notice(message, "outside_times")]
 

@@ -96,7 +96,7 @@ class Lighting:
     total: Floats
     """The sum of emission and terms, [3]."""
     rendered: Estimate
-    """The same ray in the image of all lights at once, `integrator="direct"`."""
+    """The ray's radiance rendered with all lights at once and `integrator="direct"`, for comparison with `total`."""
     samples: int
 
     def __str__(self) -> str:

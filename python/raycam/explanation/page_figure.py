@@ -27,7 +27,7 @@ GRIDS = (192, 128, 96, 64, 48, 32, 24, 16, 12, 8)
 RADIUS = 0.75
 """The radius of the drawn part of the world, as a share of the ray's length."""
 DIGITS = 3
-"""Number of digits of a point, relative to the figure's size."""
+"""Number of decimal places of coordinates in a figure whose radius is 1 to 10; fewer in larger figures."""
 
 
 def page_figure(e: PixelSteps) -> dict[str, Any]:

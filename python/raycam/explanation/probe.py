@@ -18,7 +18,7 @@ from ..world import World
 __all__ = ["Estimate", "emitted", "facing_light", "lit_world", "only_light", "radiance"]
 
 WIDTH = 1e-5
-"""The angle of the pixel, in radians."""
+"""The angle that the probe's single pixel covers, in radians."""
 ROUNDING = 1e-6
 """Relative rounding error of the mean of equal samples in float32."""
 DARK = {"type": "sun", "direction": [0, 0, -1], "irradiance": [0, 0, 0]}

@@ -95,7 +95,7 @@ class RaySteps:
     """The pixel as (column, row)."""
     units: Units
     P: Floats
-    """The camera matrix, [3, 4], in these units."""
+    """The camera matrix, [3, 4], in the units of `units`."""
     x: Floats
     """The centre of the pixel, homogeneous, [3]."""
     M: Floats
@@ -106,7 +106,7 @@ class RaySteps:
     X: Floats
     """The point P⁺ x on the pixel's line, homogeneous, [4]."""
     X_prime: Floats | None
-    """The same point, [3]; None if the point is at infinity."""
+    """The point `X` after division by the fourth coordinate, [3]; None if `X` is at infinity."""
     line: Floats
     """The vector X' - C, [3]; the direction of the line if X' is at infinity."""
     forward: Floats

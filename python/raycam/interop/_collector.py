@@ -101,7 +101,10 @@ class WorldCollector:
                 image = image.convert("RGBA")
             pixels = to_array(image)
             if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3) or not pixels.size:
-                message = f"a texture of dtype {pixels.dtype} and shape {list(pixels.shape)} is omitted"
+                message = (
+                    f"a texture of dtype {pixels.dtype} and shape {list(pixels.shape)} is omitted; "
+                    "expected uint8 [h, w] or [h, w, c]"
+                )
                 self.notices.append(Notice(message, "ignored_element"))
                 return None
             self.images[id(image)] = self.glb.texture(pixels)

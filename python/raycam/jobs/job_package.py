@@ -58,7 +58,7 @@ class JobPackage:
         self.settings: dict[str, Any] = plain
         """The settings that the kind interprets."""
         self.factory = factory
-        """The factory of the frame maker in this process; None for that of the kind."""
+        """The factory for this process's frame maker; None to use the factory of the job's kind."""
         self._world: World | None = None if isinstance(world, bytes) else world
         self.world_bytes = world if isinstance(world, bytes) else world.to_bytes()
         """The world from `World.to_bytes`."""

@@ -39,7 +39,7 @@ GatherPieces = Callable[[Iterable[Piece]], bytes | TempStream]
 
 MAX_CACHED = 2  # jobs in a worker's cache
 PACKAGE_PATHS: list[Path] = []
-"""Folders with packages that did not come through the job's own folder."""
+"""Folders with packages that were sent to this worker, which has no access to the job's own folder."""
 
 
 class FrameTask(NamedTuple):
@@ -101,7 +101,7 @@ def render_frame(
     Raises the errors of the frame, and the errors of `load_package`.
     """
     if package is not None:
-        cache_package(_read_package(package, "the package of the request", task.job))
+        cache_package(_read_package(package, "the package sent with the frame", task.job))
     with collected() as said:  # the process that runs the job warns
         maker = _cached_frame_maker(task)
         start = time.perf_counter()

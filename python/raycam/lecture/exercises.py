@@ -118,7 +118,7 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
             return Verdict(
                 False, _hint(given, hints, f"Pixel ({u}, {v}): {_difference('r', given, expected)}")
             )
-    return Verdict(True, "The ray leads to its pixel, for cameras of both signs of P.")
+    return Verdict(True, "The ray passes through its pixel and points forward, for P and for -P.")
 
 
 def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]) -> Verdict:

@@ -37,7 +37,8 @@ class Echoes:
     main: npt.NDArray[np.int64]
     """The largest contribution of the surface that contributes the most energy."""
     purity: npt.NDArray[np.float32]
-    """That surface's share of the energy; a surface is an object after a certain number of bounces."""
+    """The share of the echo's energy that comes from the surface of `main`; an object counts as a separate surface
+    for each number of bounces."""
     is_single: bool = False
     """True if each pulse has only one surface, so at most one echo."""
 

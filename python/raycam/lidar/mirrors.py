@@ -34,7 +34,8 @@ LIMITS: dict[str, dict[str, tuple[float, float]]] = {
     "conical": {"frequency": (1e-6, 1e6), "tilt": (0.0, 40.0)},
     "survey": {},
 }
-"""Numbers of each kind besides `facets`, the grid and `pulse_rate`, with their limits in hertz or degrees."""
+"""For each kind of mirror, the limits of its numbers in hertz or degrees; `facets`, the grid and `pulse_rate` are
+checked separately."""
 
 
 def mirror_table(kind: str, numbers: dict[str, Any]) -> dict[str, Any]:
@@ -47,7 +48,7 @@ def mirror_table(kind: str, numbers: dict[str, Any]) -> dict[str, Any]:
     expected = ["pulse_rate", *LIMITS[kind], *others]
     for name in numbers:
         if name not in expected:
-            raise LidarError(nearest(f"number of the mirror {kind!r}", name, expected), code="unknown_name")
+            raise LidarError(nearest(f"setting of the mirror {kind!r}", name, expected), code="unknown_name")
     missing = [name for name in expected if name not in numbers and name != "pause"]
     if missing:
         raise LidarError(f"the mirror {kind!r} requires {', '.join(missing)}", code="missing_value")

@@ -23,7 +23,7 @@ class Prism:
     """A wedge prism that rotates about the x axis and has one face perpendicular to this axis."""
 
     wedge: float
-    """The angle between its faces, in degrees."""
+    """The angle between the prism's faces, in degrees."""
     frequency: float
     """Turns per second; negative for the opposite direction."""
     index: float

@@ -47,7 +47,7 @@ __all__ = [
 THRESHOLD = 5.0
 """The detection threshold, in standard deviations of the receiver's noise."""
 CERTAIN = 4.9
-"""Number of standard deviations below the threshold at which an echo is never detected in a million pulses."""
+"""Margin below the threshold, in standard deviations, at which fewer than one echo in a million is detected."""
 RAYS_PER_BLOCK = 1 << 19
 KEPT, NOTHING_HIT, TOO_WEAK, TOO_NEAR, TOO_FAR, REFLECTED_AWAY, BY_CHANCE = range(7)
 

@@ -97,7 +97,7 @@ def _along(lidar: Lidar, name: str, contents: bytes, time: float | None) -> Lida
     if time < times[0] - 1e-9 or end > times[-1] + 1e-9:
         text = (
             f"{name}: the frame from {time:g} to {end:g} s is outside the trajectory ({times[0]:g} to "
-            f"{times[-1]:g} s); the lidar is at its first or last pose there"
+            f"{times[-1]:g} s); at times outside, the lidar has its first or last pose"
         )
         warn(Notice(text, "outside_times"))
     first = max(0, int(np.searchsorted(times, time, side="right")) - 1)

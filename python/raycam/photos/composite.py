@@ -23,12 +23,12 @@ Ids = npt.NDArray[np.int32]
 Single = npt.NDArray[np.float32]
 
 EDGE_PLACES = (0.0, 0.5, 1.0)
-"""Number of places on an edge between two photographs at which their colours are compared."""
+"""Places on an edge between two photographs, as fractions of its length, at which their colours are compared."""
 EDGE_INSET = 0.01
-"""Distance of these points from the edge, as a fraction of the way to the face's centroid."""
+"""Distance of the compared points from the edge, as a fraction of the way to the face's centroid."""
 EDGE_WIDTH_TEXELS = 0.25
-"""Width over which these colours are averaged. Half of the width is on the other face's side of the edge, where the
-surface turns away from the face's plane: at 1 texel, the mean is shifted by a tenth of a texel."""
+"""Width over which the compared colours are averaged. Half of the width lies beyond the edge, where the surface bends
+away from the face's plane; a width of 1 texel would shift the mean by a tenth of a texel."""
 FINE_TEXELS, COARSE_TEXELS = 8, 32
 """Radii of the averages that separate three bands."""
 

@@ -19,7 +19,7 @@ Single = npt.NDArray[np.float32]
 MAX_FACE_VIEWS = 6
 """Number of candidate photographs per face; the photographs with the largest weights are candidates."""
 QUALITY_SCALE = 4.0
-"""Cost of a photograph of weight 0, in seams; a photograph with half the best weight costs half as much."""
+"""Cost of a photograph of weight 0, relative to the cost of a seam; half of the best weight costs half as much."""
 ROUNDS = 40
 """Number of message-passing rounds."""
 ABSENT = 1e6
@@ -84,9 +84,9 @@ class FaceCandidates:
     faces: Ints
     """The indices of the faces, ascending."""
     views: Ids
-    """Numbers of photographs, -1 for none."""
+    """Numbers of each face's candidate photographs; -1 for unused entries."""
     weights: Floats
-    """Sums of the texels' weights, 0 for none."""
+    """For each candidate, the sum of its weights over the face's texels; 0 for unused entries."""
 
 
 def neighbor_faces(vertices: Ints) -> Ints:

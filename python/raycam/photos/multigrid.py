@@ -24,7 +24,8 @@ RIDGE = 1e-6
 DAMPING = 0.85
 """Damping factor of the Jacobi smoother."""
 COARSE_STIFFNESS = 0.5
-"""Factor of coarse links: constants for each square make a surface's equation twice too stiff (Braess 1995)."""
+"""Factor of the links of coarser grids. It corrects piecewise constant interpolation, which makes the equations of a
+surface twice too stiff (Braess 1995)."""
 
 
 @dataclass(frozen=True, eq=False)

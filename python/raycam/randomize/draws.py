@@ -36,7 +36,7 @@ class RandomStream:
         self.seed = seed
         """The seed of all worlds."""
         self.way = way
-        """The path: numbers and names of the world, the table and the key."""
+        """The stream's path, for example the world's number, the table's name and the key."""
 
     def substream(self, *way: object) -> RandomStream:
         """Returns the stream for a longer path."""

@@ -358,4 +358,4 @@ def _arrays(
 
 
 ARGUMENTS = [name for name in inspect.signature(render_many).parameters if name != "options"]
-"""The arguments of `render_many` besides the options of a render."""
+"""The arguments of `render_many` that are not render options."""

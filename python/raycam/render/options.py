@@ -55,7 +55,7 @@ class RenderOption:
 
     name: str
     kind: str
-    """ "name", "whole number", "radiance", "seconds", "stops" or "switch or distance"."""
+    """The type of value: "name", "whole number", "radiance", "seconds", "stops" or "switch or distance"."""
     help: str
     """The description, in sentences."""
     expected: str

@@ -135,7 +135,7 @@ class _Image:
     """True if raycam chose the camera."""
     denoise: bool = False
     truth: bool = False
-    """True if ground truth describes hidden shadow catchers."""
+    """True if ground truth includes shadow catchers even if images hide them (`catcher_truth`)."""
     progress: Progress | None = None
     cancel: Cancel | None = None
 
@@ -362,5 +362,5 @@ def _reference(image: _Image, names: list[str], options: dict[str, Any], transpa
 ARGUMENTS = [
     name for name, each in inspect.signature(render).parameters.items() if each.kind is not each.VAR_KEYWORD
 ]
-"""The arguments of `render` besides its options."""
+"""The arguments of `render` that are not render options."""
 _list_options(render)

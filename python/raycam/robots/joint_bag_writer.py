@@ -27,7 +27,7 @@ DEFINITION = (
     f"{SEPARATOR}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
 )
 MAX_SECONDS = 2**31
-"""The time at which ROS's stamps end."""
+"""The first time in seconds that is too large for a ROS stamp."""
 
 
 def write_joint_states(

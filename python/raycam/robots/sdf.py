@@ -259,8 +259,8 @@ class _Model:
             if joint.child in moved:
                 owner.note(
                     part,
-                    f"joint {joint.name!r} closes a loop with {moved[joint.child]!r}; it is ignored, set the joints of"
-                    " both sides",
+                    f"joint {joint.name!r} closes a loop with {moved[joint.child]!r} and is ignored; set the other "
+                    "joints of the loop so that both sides meet",
                     "ignored_element",
                 )
                 continue

@@ -171,7 +171,7 @@ def _wrapped(size: int, wrap: str, low: int, high: int) -> Any:
 def _pixels(file: Path) -> Any:
     """Values float32 [height, width, 4] in 0..1 of an integer image."""
     if file.suffix in (".exr", ".hdr"):
-        raise UsdRejected("unsupported_feature", "images of floats cannot be changed")
+        raise UsdRejected("unsupported_feature", "changes of float images (.exr, .hdr) are not supported")
     return _core.read_picture(file, True)[0]
 
 

@@ -41,7 +41,7 @@ class Options:
     folder: str
     """The folder that contains all files."""
     time: float | None = None
-    """The time in seconds; None for the first one."""
+    """The time in seconds; None for the first time of the animation."""
     single: bool = False
     """True if all meshes become one object."""
     up: str | None = None

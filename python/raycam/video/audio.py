@@ -40,7 +40,7 @@ def check_audio(path: Path) -> int:
                 return int(frame.layout.nb_channels)
     except av.InvalidDataError as fault:
         raise FormatError(
-            f"{path}: FFmpeg cannot read its audio: {fault.strerror}", code="damaged_data"
+            f"{path}: FFmpeg cannot read the audio: {fault.strerror}", code="damaged_data"
         ) from None
     raise FormatError(f"{path}: the audio track is empty", code="missing_value")
 

@@ -16,11 +16,11 @@ __all__ = ["GifWriter"]
 Picture = npt.NDArray[np.uint8]
 COLORS = 256
 LEVELS = 32
-"""Levels of a component in the histogram of colours."""
+"""Number of levels of red, green and blue in the histogram of colours."""
 BAYER = np.array([[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]]) / 16 - 0.46875
 """Thresholds of ordered dithering, around 0."""
 DITHER = 10.0
-"""The range of the dithering, in bytes."""
+"""The range of the values that dithering adds to 8-bit colours (0 to 255)."""
 
 
 class GifWriter:

@@ -268,7 +268,7 @@ class Look(Message):
     elevation: Annotated[float, Range(-90, 90)]
     ground: Annotated[str, OneOf(("auto", "none", "plain", "shadow"))]
     background: Annotated[str, Color()]
-    """A colour; empty for the background that the light shows."""
+    """A colour; an empty string for the background that belongs to the light, such as its sky."""
 
 
 @dataclass(frozen=True)

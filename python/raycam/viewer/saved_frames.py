@@ -113,7 +113,7 @@ def _camera(path: str | os.PathLike[str], text: str) -> Camera:
         return Camera.from_dict(json.loads(text))
     except (ValueError, TypeError, CameraError) as fault:
         raise FormatError(
-            f"{os.fspath(path)}: its camera cannot be read: {fault}", code="invalid_camera"
+            f"{os.fspath(path)}: the camera cannot be read: {fault}", code="invalid_camera"
         ) from None
 
 
@@ -164,8 +164,8 @@ def _places(
             region = (0, 0, 0, 0)
         if region[2:] != (columns, rows):
             raise FormatError(
-                f"{os.fspath(path)}: its header contains raycam.region {notes['raycam.region']!r} and raycam.size "
-                f"{notes['raycam.size']!r}, which do not fit its {columns} x {rows} pixels",
+                f"{os.fspath(path)}: the header contains raycam.region {notes['raycam.region']!r} and raycam.size "
+                f"{notes['raycam.size']!r}, which do not fit the file's {columns} x {rows} pixels",
                 code="wrong_shape",
             )
     is_within = 0 <= left - x <= width - columns and 0 <= top - y <= height - rows

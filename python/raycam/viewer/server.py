@@ -33,7 +33,7 @@ PORTS = range(7421, 7431)
 MOST_SESSIONS = MOST_FREE
 MOST_CONNECTIONS = 32
 CONNECTIONS_OF_FOLLOWERS = 96
-"""Further connections if clients can follow: pages of `MOST_FOLLOWERS` clients that are opened together."""
+"""Number of additional connections if clients can follow, so that `MOST_FOLLOWERS` pages can open at once."""
 HANDSHAKE_TIME = 5.0  # seconds for the handshake
 KEPT = 600.0  # seconds for which a session waits for its client to reconnect
 QUEUED_IN = 8

@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 COLORS = ("color", "alpha", "coverage")
-"""The channels that get better with samples."""
+"""The channels whose noise decreases with more samples."""
 SAMPLED = (*COLORS, "error")
 """`COLORS` and the error estimate, which is rendered only on request, because it requires samples."""
 LIT_CHANNELS = ("color", "error")
@@ -68,8 +68,8 @@ class Refinement:
     seconds: float = field(default=0.0, init=False)
     """The time that all steps took, in seconds."""
     change: tuple[float, int] | None = field(default=None, init=False)
-    """The mean change of the luminance, relative to its mean, since the newest image with at most half as many samples,
-    and the number of samples of that image."""
+    """(change, samples): the mean change of the luminance since an earlier image, relative to the mean luminance, and
+    the earlier image's number of samples. It is the newest image with at most half of the current samples."""
     _luminances: list[tuple[int, Floats32]] = field(default_factory=list, init=False)
 
     def step(self, cancel: Cancel) -> Frame | None:

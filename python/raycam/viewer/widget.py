@@ -47,14 +47,15 @@ export default {
     [image.src, image.alt] = [model.get("still"), "the view when the cell was run"];
     image.style.cssText = "max-width: 100%";
     last.append(image, document.createElement("figcaption"));
-    last.lastChild.textContent = "No kernel answers: this is the view when the cell was run. Run it anew to move.";
+    last.lastChild.textContent =
+      "No kernel answers: this image shows the view when the cell was run. Run the cell again to move it.";
     const show = (isLive) => {
       [frame.style.display, last.style.display] = isLive ? ["block", "none"] : ["none", "block"];
     };
     let [waits, answered] = [0, false];
     const silent = () => {
       waits = 0;
-      const text = "The kernel does not answer: it is busy, or has ended. If it has, run the cell anew.";
+      const text = "The kernel does not answer: it is busy or has ended. If it has ended, run the cell again.";
       if (answered) frame.contentWindow?.postMessage({ message: { type: "notice", text }, buffers: [] }, "*");
       else if (model.get("still")) show(false);
     };

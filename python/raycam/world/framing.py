@@ -44,14 +44,15 @@ FOV = 45.0
 FILLED_SHARE = 0.9
 """Fraction of the image's width or height that the world fills."""
 MAX_TRIANGLES = 400_000
-"""Larger worlds are framed by the corners of their bounding box: less tight, but without additional memory."""
+"""Maximum number of triangles of a world that is framed by its vertices. Larger worlds are framed by the corners of
+their bounding box, which is less tight but requires no additional memory."""
 
 MIN_GROUND_SIDE = 10.0
 """Minimum side of a level square that counts as ground, in diagonals of the other objects' bounds."""
 MAX_SLOPE = 1e-6
 """Maximum height difference within a level square, relative to its side: the rounding error of files."""
 MAX_SQUARES = 1000
-"""In worlds with more squares, a ground is found only by its name."""
+"""Maximum number of squares that are tested as ground; with more squares, only those named as grounds are tested."""
 GROUND_NAME = re.compile(r"(ground|studio floor)\d*")
 """Default names of the squares that `World.add_ground` and `add_studio` add."""
 MOMENT_COUNT = 9

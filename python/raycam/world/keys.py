@@ -167,7 +167,7 @@ SIZED = ("box", "plane", "sphere")
 STRENGTH_KEYS = ("irradiance", "power", "intensity", "radiance")
 """Light keys for the strength in physical units."""
 PHOTOMETRIC_KEYS = ("lux", "candela", "lumen", "nit")
-"""Light keys that replace the strength by one in photometric units."""
+"""Light keys for the strength in photometric units."""
 
 
 def object_keys(

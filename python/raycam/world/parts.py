@@ -77,6 +77,6 @@ class Animation:
     """An animation of a world: `world.at(time, animation=name)` with 0 <= time <= duration."""
 
     name: str
-    """The animation's name; empty for an unnamed one."""
+    """The animation's name; empty if the file specifies no name."""
     duration: float
-    """The time of its last keyframe, in seconds."""
+    """The time of the animation's last keyframe, in seconds."""

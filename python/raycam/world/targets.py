@@ -41,7 +41,7 @@ def aim_light(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
             )
     if "position" not in keys:
         raise WorldError(
-            "target: position is missing, the point from which the light shines at the target",
+            "target requires position, which is missing; pass the point from which the light shines at the target",
             code="missing_value",
         )
     start = floats("position", keys["position"], (3,), error=WorldError)

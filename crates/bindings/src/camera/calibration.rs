@@ -61,7 +61,7 @@ impl PyCameraRecord {
     /// Returns the mount of a camera on a rig: the names of the rig, the frame and the camera on the rig;
     /// camera_from_body and the camera's centre in the body's axes; body_from_world and the body's position.
     #[getter]
-    #[allow(clippy::type_complexity, reason = "a mount taken apart")]
+    #[allow(clippy::type_complexity, reason = "the tuple contains the parts of a mount")]
     fn mount(&self) -> Option<(&str, &str, &str, RotationCenter, RotationCenter)> {
         let mount = self.inner.mount.as_ref()?;
         let placed = |pose: &Pose| {

@@ -47,7 +47,7 @@ pub(crate) fn to_python(py: Python<'_>, frame: Frame) -> PyResult<FrameParts<'_>
 
 /// Merges disjoint parts (size, region, planes) of one image.
 #[pyfunction]
-#[allow(clippy::type_complexity, reason = "a list of frames taken apart")]
+#[allow(clippy::type_complexity, reason = "the tuples are the parts of frames")]
 pub(crate) fn merge<'py>(
     py: Python<'py>,
     frames: Vec<([u32; 2], [u32; 4], Bound<'py, PyDict>)>,

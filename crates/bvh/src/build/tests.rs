@@ -51,19 +51,22 @@ fn check(tree: &BuiltBvh, boxes: &[([f32; 3], [f32; 3])]) -> usize {
         deepest = deepest.max(depth);
         if at.is_leaf() {
             let id = at.index();
-            assert!(!std::mem::replace(&mut seen[id], true), "box {id} is there twice");
+            assert!(!std::mem::replace(&mut seen[id], true), "box {id} is in two leaves");
             let (l, u) = boxes[id];
-            assert!((0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]), "box {id} sticks out");
+            assert!((0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]), "box {id} is not inside its parent's bounds");
             continue;
         }
         let node = crate::node::node(&tree.blocks, at);
         assert!(node.child_count > 0);
         let below = &node.children[..node.child_count as usize];
-        assert!(below.is_sorted_by_key(|child| child.is_leaf()), "a leaf of {at:?} comes before a node");
+        assert!(below.is_sorted_by_key(|child| child.is_leaf()), "{at:?}: a leaf precedes an inner node");
         for k in 0..node.child_count as usize {
             let l = [node.bounds[0][k], node.bounds[2][k], node.bounds[4][k]];
             let u = [node.bounds[1][k], node.bounds[3][k], node.bounds[5][k]];
-            assert!((0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]), "child {k} of {at:?} sticks out");
+            assert!(
+                (0..3).all(|a| lower[a] <= l[a] && u[a] <= upper[a]),
+                "child {k} of {at:?} is not inside its parent's bounds"
+            );
             open.push((node.children[k], l, u, depth + 1));
         }
     }

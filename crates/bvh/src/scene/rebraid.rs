@@ -292,7 +292,10 @@ mod tests {
                     for (side, axis) in (0..6).map(|row| (row % 2, row / 2)) {
                         let beyond = leaf.plane(2 * axis + side) - subtree.bounds.plane(2 * axis + side);
                         let beyond = SIDE_SIGN[side] * beyond;
-                        assert!(beyond <= 0.0, "side {side}, axis {axis} of a subtree: {beyond}");
+                        assert!(
+                            beyond <= 0.0,
+                            "side {side}, axis {axis}: a triangle extends {beyond} beyond its subtree's box"
+                        );
                     }
                 }
             }

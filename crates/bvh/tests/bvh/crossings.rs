@@ -31,7 +31,7 @@ fn lines_through_vertices_and_edges_have_an_even_number_of_crossings_with_every_
         scene.count_crossings(&lines, &world, None, false, &mut counts);
         scene.count_crossings(&lines, &world, None, true, &mut signed);
         assert!(counts.iter().all(|count| count % 2 == 0), "{isa:?}");
-        assert!(signed.iter().all(|sum| *sum == 0), "as many leave as enter");
+        assert!(signed.iter().all(|sum| *sum == 0), "lines must enter as often as they leave");
         let (mut of_ray, mut found) = (vec![0; lines.len()], vec![]);
         scene.crossings(&lines, &world, None, usize::MAX, (&mut of_ray, &mut found));
         assert!(of_ray.iter().zip(&counts).all(|(list, count)| *list as i32 == *count));

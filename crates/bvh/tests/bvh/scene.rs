@@ -392,7 +392,7 @@ fn packets_and_single_rays_give_identical_bits() {
                 scene.closest(rays, &mut apart, Coherence::Incoherent);
                 assert!(
                     k > 0 || apart.iter().any(|hit| hit.instance != INVALID_ID),
-                    "scene {w}, rays {k}: nothing is met"
+                    "scene {w}, rays {k}: no ray hits the scene"
                 );
                 assert!(together == apart, "scene {w}, rays {k}, {}", isa.name());
                 let mut occluded = vec![false; rays.len()];

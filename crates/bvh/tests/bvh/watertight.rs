@@ -28,7 +28,7 @@ fn rays_aimed_at_edges_never_leak() {
 #[test]
 fn needles_are_hit_close_to_their_tip() {
     let meshes = edge_rays::meshes();
-    let mesh = meshes.iter().find(|mesh| mesh.name == "needles, a million long");
+    let mesh = meshes.iter().find(|mesh| mesh.name == "needles, a million times as long as wide");
     let mesh = mesh.unwrap();
     let ray = Ray {
         origin: [3211645483, 3205026004, 1076536237].map(f32::from_bits),

@@ -141,7 +141,7 @@ impl NpyHeader {
     fn elements(&self, data: &[u8], count: usize) -> Result<Elements, String> {
         if self.kind.contains('O') {
             return Ok(Elements::Unread(
-                "a pickled object, which is not loaded for safety; save numbers with np.savez".into(),
+                "pickled objects are not loaded, because they may run code; save numbers with np.savez".into(),
             ));
         }
         let (order, rest) = self.kind.split_at(usize::from(self.kind.starts_with(['<', '>', '|', '='])));

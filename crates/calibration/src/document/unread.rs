@@ -13,10 +13,10 @@ const UNREAD: [(&str, &[&str], &str); 13] = [
     ("OCamCalib (Scaramuzza)", &["#polynomial coefficients"], OCAM_REMEDY),
     ("OCamCalib (Scaramuzza) as JSON", &["\"invpol\"", "\"pol\""], OCAM_REMEDY),
     ("Kimera with the polynomial of OCamCalib (Scaramuzza)", &["omni_pol_inv", "omni_affine"], OCAM_REMEDY),
-    ("VisualSFM", &["NVM_V3"], "import it in COLMAP (model_converter), then read that"),
+    ("VisualSFM", &["NVM_V3"], "convert it with COLMAP (model_converter), then load the COLMAP model"),
     ("DSO or TUM-mono", &["\ncrop\n"], "copy fx fy cx cy and the lens into Camera"),
     ("NumPy arrays in YAML", &["!!python/object", "numpy"], "write lists (K.tolist()), or save with np.savez"),
-    ("the configuration of nerfstudio", &["!!python/object"], "use transforms.json of its data"),
+    ("the configuration of nerfstudio", &["!!python/object"], "use transforms.json of the data set"),
     (
         "DepthAI (OAK)",
         &["\"cameraData\"", "\"intrinsicMatrix\""],
@@ -134,7 +134,7 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
     unread_format(
         "KITTI's GPS and IMU (oxts)",
         |text| matches!(&first_numbers(text, 2)[..], [Some(only)] if only.len() == 30),
-        "convert the folder to poses.txt (pykitti's oxts.T_w_imu), then load that",
+        "convert the folder to poses.txt (pykitti's oxts.T_w_imu), then load poses.txt",
     ),
     unread_format(
         "EuRoC's IMU (imu0/data.csv)",
@@ -146,7 +146,7 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
     unread_format(
         "WoodScape",
         |text| has_all(text, &["\"cx_offset\"", "\"poly_order\""]),
-        "raycam has no lens model for its polynomial of the angle; fit cv2.fisheye to it, then write K and D with \
+        "raycam has no lens model for WoodScape's polynomial; fit cv2.fisheye to the polynomial, then write K and D with \
          \"fisheye\": 1",
     ),
     unread_format(

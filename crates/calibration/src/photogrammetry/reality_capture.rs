@@ -103,8 +103,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if calibration.records.iter().any(|record| record.r_c().1.truncate().length() > 1e5) {
         calibration.note(
             NoticeCode::PlacedCameras,
-            "x and y have the magnitude of projected map coordinates; the world is that of the map, and meshes must \
-             use the same",
+            "x and y have the magnitude of projected map coordinates; the cameras keep these coordinates, and meshes \
+             must use the same coordinates",
         );
     }
     Ok(calibration)

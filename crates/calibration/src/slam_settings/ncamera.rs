@@ -59,7 +59,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
                 calibration.note_about(
                     NoticeCode::RepairedRotation,
                     mount.key.clone(),
-                    "its last row of 0 is read as 0 0 0 1",
+                    "the last row 0 0 0 0 is read as 0 0 0 1",
                 );
                 rigid(&[a, b, c, x, d, e, f, y, g, h, i, z])
             }

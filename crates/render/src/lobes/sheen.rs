@@ -131,7 +131,10 @@ mod tests {
             let view = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
             let sent = over_the_hemisphere(|light| sheen.eval(view, light).x);
             let said = f64::from(sheen.albedo_color(cosine).x);
-            assert!((sent / said - 1.0).abs() < 4e-3, "{roughness}, {cosine}: {sent}, {said}");
+            assert!(
+                (sent / said - 1.0).abs() < 4e-3,
+                "roughness {roughness}, cosine {cosine}: reflected {sent}, expected {said}"
+            );
             let sum = said + f64::from(sheen.base_transmittance(cosine));
             assert!((sum - 1.0).abs() < 1e-6, "{roughness}, {cosine}: {sum}");
         }

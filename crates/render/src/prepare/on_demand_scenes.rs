@@ -271,7 +271,7 @@ mod tests {
         let depths = [None, Some(3)].map(|depth| traced(&world, depth, Integrator::Path));
         assert_eq!((depths, traced(&world, None, Integrator::Direct)), ([8 * 240, 3 * 240], 240));
         world.objects[3].world_from_mesh.translation.x += 1.0;
-        assert_eq!(traced(&world, None, Integrator::Path), 240, "the floor reaches beyond");
+        assert_eq!(traced(&world, None, Integrator::Path), 240, "the floor extends beyond the room");
     }
 
     #[test]

@@ -306,7 +306,10 @@ mod tests {
                 let pairs = levels(&first[0]).into_iter().zip(levels(same));
                 assert!(pairs.clone().count() == 5 && pairs.into_iter().all(|(a, b)| Arc::ptr_eq(&a, &b)));
             }
-            assert!(!Arc::ptr_eq(&levels(&first[0])[1], &levels(&first[2])[1]), "an equal image is another image");
+            assert!(
+                !Arc::ptr_eq(&levels(&first[0])[1], &levels(&first[2])[1]),
+                "equal but separate images must not share mip maps"
+            );
         }
     }
 
@@ -318,7 +321,7 @@ mod tests {
         let level = Arc::downgrade(&textures[0].levels(TexelWeight::Uniform)[1].image);
         drop(textures);
         known.keep([].into_iter());
-        assert!(level.upgrade().is_some(), "the file may be shown by another world");
+        assert!(level.upgrade().is_some(), "mip maps are kept while another world may use the image");
         drop(image);
         known.keep([].into_iter());
         assert!(level.upgrade().is_none());

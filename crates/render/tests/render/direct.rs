@@ -112,7 +112,7 @@ fn occluders_cast_shadows() {
         assert!(lit(light.clone(), None, DVec3::ZERO));
         assert!(!lit(light.clone(), Some(0.5), DVec3::ZERO));
         assert!(!lit(light.clone(), Some(0.01), DVec3::ZERO), "a blocker close to the ground");
-        assert!(lit(light.clone(), Some(0.5), DVec3::new(0.0, 0.7, 0.0)), "beside the light's way");
+        assert!(lit(light.clone(), Some(0.5), DVec3::new(0.0, 0.7, 0.0)), "a blocker beside the light's path");
     }
     assert!(lit(bulb(up, 1.0, 0.0), Some(1.5), DVec3::ZERO), "behind the bulb");
     assert!(!lit(sun(up, 1.0), Some(1.5), DVec3::ZERO), "before the sun");

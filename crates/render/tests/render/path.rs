@@ -167,7 +167,7 @@ fn camera_rays_pass_the_back_of_one_sided_surfaces() {
         let camera = look_at(DVec3::new(0.1, 0.2, eye), target, 5.0, [4, 4]);
         mean(world, &camera, &settings(Integrator::Path, 16))
     };
-    assert_eq!(seen(2.0, &world), 0.0, "its front is black");
+    assert_eq!(seen(2.0, &world), 0.0, "the front side is black");
     world.lights.push(Light::uniform_sky([1.0; 3]));
     close(seen(0.5, &world), 1.0, 1e-6);
     world.materials[1].double_sided = true;

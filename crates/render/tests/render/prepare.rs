@@ -128,7 +128,7 @@ fn families_build_each_mesh_once_even_after_worlds_are_dropped() {
     drop(PreparedWorld::in_family(&moment, &family, None, None, &control).unwrap());
     assert_eq!(control.total(), 3);
     PreparedWorld::in_family(&world, &family, None, None, &control).unwrap();
-    assert_eq!(control.total(), 0, "nothing was built again");
+    assert_eq!(control.total(), 0, "no tree must be built again");
     // A mesh that was dropped is built again.
     drop((moment, world));
     let world = still_life();

@@ -61,14 +61,14 @@ fn back_faces_of_one_sided_surfaces_are_skipped() {
         let frame = seen(world, &camera, TruthSurface::Solid);
         i32s(&frame, Channel::Instance).to_vec()
     };
-    assert!(ids(&world).iter().all(|id| *id == 0), "its front is there");
+    assert!(ids(&world).iter().all(|id| *id == 0), "the front side is visible");
     let turned = DAffine3::from_rotation_x(std::f64::consts::PI);
     world.objects[0].world_from_mesh *= turned;
     assert!(ids(&world).iter().all(|id| *id == 1));
-    // If mirrored, front and back are exchanged.
+    // Mirroring reverses the winding, but the normals determine the front.
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     world.objects[0].world_from_mesh *= mirror;
-    assert_eq!(ids(&world)[0], 1, "a mirrored mesh is turned inside out with its normals");
+    assert_eq!(ids(&world)[0], 1, "mirroring must not exchange a mesh's front and back");
 }
 
 #[test]

@@ -172,7 +172,7 @@ fn zero_angles_look_ahead_and_signs_follow_the_conventions() {
     for (up, forward, left) in [(Up::Z, DVec3::X, DVec3::Y), (Up::Y, -DVec3::Z, -DVec3::X)] {
         let zero = pose(0.0, 0.0, 0.0, up);
         assert_eq!(zero.forward(), forward);
-        assert_eq!(-zero.r().row(1), up.axis(), "the picture's up is the world's");
+        assert_eq!(-zero.r().row(1), up.axis(), "up in the image is the world's up axis");
         assert_eq!(-zero.r().row(0), left);
         assert_eq!(pose(0.0, 0.0, 90.0, up).forward(), left, "positive yaw turns left");
         assert_eq!(pose(0.0, 90.0, 0.0, up).forward(), -up.axis(), "positive pitch looks down");

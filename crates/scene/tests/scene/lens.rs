@@ -113,7 +113,10 @@ fn radii_increase_up_to_the_maximum_angle() {
                 match lens.distort((sin * around).extend(cos)) {
                     None => ended = true,
                     Some(image) => {
-                        assert!(!ended, "{model:?} {coefficients:?}: an image beyond the end");
+                        assert!(
+                            !ended,
+                            "{model:?} {coefficients:?}: a point beyond the lens's maximum angle is projected"
+                        );
                         assert!(image.length() > last, "{model:?} {coefficients:?} {step}");
                         last = image.length();
                     }

@@ -100,7 +100,7 @@ fn refined_flat_grids_change_only_at_their_corners() {
         let (j, inset) = (expected.y / 0.75_f64.sqrt(), 1.5);
         let i = expected.x - 0.5 * j;
         let at_corner = (i < inset || i > 4.0 - inset) && (j < inset || j > 4.0 - inset);
-        assert!(at_corner || (*found - *expected).length() < 1e-14, "{expected} went to {found}");
+        assert!(at_corner || (*found - *expected).length() < 1e-14, "{expected} moved to {found}");
     }
 }
 

@@ -41,7 +41,7 @@ fn orbits_start_with_the_still_image_and_keep_their_distance() {
             let camera = video.camera_at(still, None, video.time(frame)).unwrap();
             assert!(((camera.c() - target).length() - (still.c() - target).length()).abs() < 1e-12);
             assert!(((camera.c() - still.c()).dot(axis)).abs() < 1e-12, "level");
-            assert!((camera.project(target).0 - still.project(target).0).length() < 1e-9, "the target stays put");
+            assert!((camera.project(target).0 - still.project(target).0).length() < 1e-9, "the target keeps its pixel");
             assert_eq!(camera.k(), still.k());
         }
         // Counter-clockwise as seen from above: a quarter turn moves east to north.
@@ -193,7 +193,7 @@ fn objects_move_and_keep_their_scale() {
     let expected =
         DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2) * DMat3::from_diagonal(DVec3::new(1.0, -2.0, 3.0));
     assert!((now.matrix3 - expected).to_cols_array().iter().all(|v| v.abs() < 1e-12));
-    assert_eq!(world.objects[0].world_from_mesh, before, "the world itself stays");
+    assert_eq!(world.objects[0].world_from_mesh, before, "the original world is unchanged");
     assert!(std::sync::Arc::ptr_eq(&world.meshes[0], &moved.meshes[0]), "geometry is shared");
     assert_eq!(camera_at(&world, 1.0), world.cameras[0].camera);
 }
@@ -235,7 +235,7 @@ fn named_cameras_move_by_their_own_keyframes_only() {
         let difference = moved.r().transpose() - world_from_camera;
         assert!(difference.to_cols_array().iter().all(|v| v.abs() < 1e-12), "{difference}");
     }
-    assert!(close(video.camera_at(base, None, 0.5).unwrap().c(), DVec3::splat(9.0)), "others follow the video");
+    assert!(close(video.camera_at(base, None, 0.5).unwrap().c(), DVec3::splat(9.0)), "other cameras follow the video");
     let other = base.at_pose(base.r(), DVec3::X).unwrap();
     assert_eq!(world.keyframed_camera(&other), None);
     let mut fewer = world.clone();

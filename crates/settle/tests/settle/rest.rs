@@ -23,7 +23,7 @@ fn stacked_boxes_stay_upright() {
         let off = transform.translation - expected;
         assert!(off.truncate().length() < 1e-3, "box {i} slid by {off}");
         // Each contact leaves a gap of at most two skins.
-        assert!((-1e-4..1e-3).contains(&off.z), "box {i} is {off} off");
+        assert!((-1e-4..1e-3).contains(&off.z), "box {i} rests {off} away from its expected position");
         assert!(transform.matrix3.z_axis.z > 0.9999, "box {i} tilts");
     }
     assert!(settled.report.penetration <= 2e-4);

@@ -15,7 +15,7 @@ ALTERNATIVES = {
     "create the world with world.add_mesh(mesh.vertices, mesh.triangles)",
     "PointCloud": "use NumPy arrays [n, 3]: raycam has no point clouds",
     "LineSet": "use NumPy arrays [n, 2, 3]: raycam has no lines",
-    "TetraMesh": "use its outer triangles as a TriangleMesh",
+    "TetraMesh": "use a TriangleMesh of the tetrahedra's outer triangles",
     "AxisAlignedBoundingBox": "use get_min_bound() and get_max_bound(), or raycam's world.bounds",
     "OrientedBoundingBox": "use raycam.box3d(world, object)",
     "get_axis_aligned_bounding_box": "use get_min_bound() and get_max_bound(), or raycam's world.bounds",

@@ -19,7 +19,7 @@ Hits = dict[str, Any]
 MAX_LAYERS = 32
 """The largest number of transparent surfaces along a ray."""
 BEHIND = 0.3
-"""The factor of the opacity of planes that are seen from behind."""
+"""The opacity of planes viewed from behind is multiplied by this factor."""
 PLANE_DISTANCE = 1e10
 """The distance of planes in the blending order: behind all other geoms."""
 

@@ -16,7 +16,7 @@ from .textures import color_texture, texture_pixels
 __all__ = ["SurfaceValues", "element_look", "is_opaque", "material_keys", "surface_values"]
 
 OPAQUE = 0.995
-"""The alpha from which MuJoCo draws a geom as opaque (`mjr_render`)."""
+"""The smallest alpha with which MuJoCo draws a geom as opaque (`mjr_render`)."""
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ class Shape:
 
     keys: dict[str, Any]
     scale: Floats = field(default_factory=lambda: np.eye(3))
-    """The scale [3, 3] of the keys' shape, which is a unit sphere for spheres and ellipsoids."""
+    """The scale [3, 3] that is applied to the shape of `keys`: ellipsoids are scaled unit spheres."""
     uvs: Floats | None = None
     """The mesh's own texture coordinates [t, 3, 2], if the model contains any."""
 

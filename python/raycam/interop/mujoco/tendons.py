@@ -21,7 +21,7 @@ from .model import SPHERE, TENDON_OBJECT
 __all__ = ["Tendon", "is_spatial", "tendon_segments"]
 
 PULLEY = -2
-"""The entry of `wrap_obj` at which a path is interrupted."""
+"""The value in `wrap_obj` that interrupts a tendon's path."""
 WRAP_JOINT = 1
 """The value of `mjtWrap` for joints, of which fixed tendons consist."""
 WRAP_AROUND = (4, 5)
@@ -35,7 +35,7 @@ SIDES = 16
 MIN_WIDTH = 1e-4
 """The horizontal distance, as a share of the rope's length, below which a rope hangs in two straight parts."""
 MIN_ANGLE = 1e-9
-"""The angle in radians below which a path touches an object in a point."""
+"""The angle in radians below which a path touches an object in only one point instead of along an arc."""
 BISECTIONS = 60
 
 

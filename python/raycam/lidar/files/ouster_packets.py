@@ -39,7 +39,7 @@ PORT = 7502
 FRAME = 1
 """Number of the frame in the packets."""
 MARK = "written by raycam"
-"""`user_data` of metadata files that may be replaced."""
+"""The `user_data` of metadata files that raycam has written, and may therefore replace."""
 PIXEL = np.dtype(
     [("range", "<u4"), ("reflectivity", "<u2"), ("signal", "<u2"), ("near_ir", "<u2"), ("unused", "<u2")]
 )

@@ -384,7 +384,7 @@ export class Client {
     const compare = this.mode === "off" ? "" : `, comparing by ${this.mode}`;
     const shown = this.plane ? ` (${styleOf(this.plane).kind})` : "";
     const text = `Image of ${this.picture.width} by ${this.picture.height} pixels, channel ${this.channel}${shown}${compare}.`;
-    this.picture.canvas.setAttribute("aria-label", `${text} Arrow keys move the held pixel, P holds one, question mark lists the keys.`);
+    this.picture.canvas.setAttribute("aria-label", `${text} Arrow keys move the held pixel, P holds a pixel, question mark lists the keys.`);
   }
 
   /** Shows a message. @param {string} text @param {string} type "notice" or "error" @param {boolean} joins if it joins the previous one */

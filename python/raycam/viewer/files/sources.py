@@ -39,7 +39,7 @@ class Opening(NamedTuple):
     paths: tuple[Path, ...]
     """The world, or several models."""
     folder: Path | None
-    """The folder whose files the world may read; None: its own."""
+    """The folder that contains all files that the world may read; None for the world file's folder."""
     title: str
     source: Path | None
     """The world's file; None for a world in an archive and for several models."""

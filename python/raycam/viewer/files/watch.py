@@ -14,7 +14,7 @@ from ...notices import warn
 __all__ = ["Watcher", "used_files"]
 
 INTERVAL_S = 0.25
-"""Time between two checks of the files; a change is complete if the files stay the same for as long."""
+"""Time between two checks of the files; a change is complete if the files are the same in two checks."""
 MAX_FILES = 2000
 """Maximum number of files in the folder; the world's files are searched for their names."""
 MAX_SEARCHED_BYTES = 64 * 2**20

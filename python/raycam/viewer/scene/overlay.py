@@ -25,9 +25,10 @@ PIECES_OF_CELL = 4
 AXES = {"x": "#ff4d4d", "y": "#4cd964", "z": "#5aa9ff"}
 GRID_COLOR = "#9aa3b2"
 STEPS = 12
-"""Number of pieces of an edge, which a lens bends."""
+"""Number of straight pieces of a drawn line, because a lens bends lines."""
 NARROW = 0.2
-"""The cosine at the image's edge down to which a view ends in a plane."""
+"""A camera is drawn with a flat image plane if the cosines between its principal axis and the rays at the image's edge
+are above this value; the field of view of other cameras is drawn as a part of a sphere."""
 FARTHEST = 1e5  # pixels outside of the image at which lines are clipped
 
 

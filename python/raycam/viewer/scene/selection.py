@@ -39,7 +39,7 @@ class Selection:
         """The drag in progress, and the object's matrix at the beginning of the drag."""
         self._middles: dict[tuple[int, int], Floats] = {}
         self._center: tuple[World | None, Floats] = (None, np.zeros(3))
-        """The centre of the objects of a world, around which suns turn."""
+        """A world and the centre of its objects, around which the handles of suns are drawn."""
 
     def choose(self, number: int, tool: str) -> None:
         """Selects an object by its number; clears the selection if the object does not exist."""

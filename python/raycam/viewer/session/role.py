@@ -16,7 +16,7 @@ class Role:
     """The rights of a session, and its own view while it follows another session."""
 
     own_images: Images
-    """The images of its own view."""
+    """The images of the session's own view."""
     space: tuple[int, int]
     """The space for the image in the client's window, device pixels."""
     allows_open: bool = False

@@ -15,7 +15,7 @@ __all__ = ["core_blocks", "core_bytes", "deflated", "is_built", "packed"]
 
 FOLDER = "wasm"
 GLUE, CORE = "raycam_web.js", "raycam_web_bg.wasm.deflate"
-"""The JavaScript around raycam, and raycam as `packed` without base64."""
+"""The JavaScript interface of the WebAssembly core, and the core compressed as raw deflate."""
 LEVEL = 9
 
 

@@ -162,16 +162,16 @@ impl Brute {
     pub fn fault(met: &[Intersection], answer: Option<(u32, f64)>) -> Option<String> {
         let mut sure = met.iter().filter(|met| met.sure);
         let Some((triangle, t)) = answer else {
-            return sure.next_back().map(|met| format!("nothing, but there is {met:?}"));
+            return sure.next_back().map(|met| format!("got a miss, expected {met:?}"));
         };
         let Some(named) = met.iter().find(|met| met.triangle == triangle) else {
-            return Some(format!("triangle {triangle}, t {t}, which is not met"));
+            return Some(format!("got triangle {triangle} at t = {t}, which the ray does not hit"));
         };
         if (t - named.t).abs() > named.slack {
             return Some(format!("t = {t} for {named:?}"));
         }
         let nearer = |met: &&Intersection| met.t + met.slack < named.t - named.slack;
-        sure.rfind(nearer).map(|met| format!("{named:?}, but {met:?} is nearer"))
+        sure.rfind(nearer).map(|met| format!("got {named:?}, but {met:?} is nearer"))
     }
 }
 
@@ -365,7 +365,7 @@ impl ExactAnswers {
         let nearest = squares.min_by(|a, b| a.partial_cmp(b).unwrap());
         let closest = &self.closest[i];
         if nearest.is_some_and(|(square, k)| (square.sqrt(), k) != (closest.distance, closest.triangle)) {
-            faults.push(format!("{closest:?} is not the closest, {nearest:?}"));
+            faults.push(format!("closest point: got {closest:?}, expected {nearest:?}"));
         }
         faults
     }

@@ -90,7 +90,7 @@ pub fn meshes() -> Vec<Closed> {
     }
     all.push(bumpy("far from the origin", round, 1000.0, 1.0, FAR, IDENTITY));
     all.push(bumpy("squashed a thousandfold", round, 1.0, 1e-3, zero, IDENTITY));
-    all.push(bumpy("needles, a million long", (6, 12), 1.0, 1e6, zero, IDENTITY));
+    all.push(bumpy("needles, a million times as long as wide", (6, 12), 1.0, 1e6, zero, IDENTITY));
     all.push(bumpy("slivers, 2000 in a ring", (4, 2000), 1.0, 1.0, zero, IDENTITY));
     let sheared = [[1.0, 0.7, -0.3, 5.0], [0.2, -1.5, 0.4, -7.0], [0.1, 0.6, 0.9, 2.0]];
     all.push(bumpy("sheared and mirrored", round, 1.0, 1.0, zero, sheared));

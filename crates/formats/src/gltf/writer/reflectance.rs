@@ -42,7 +42,7 @@ impl Writer<'_> {
             MaterialModel::Unlit => (color, None),
             MaterialModel::Boundary => {
                 let message =
-                    format!("material {name:?}: the border of a medium is written as clear matter of index 1");
+                    format!("material {name:?}: the boundary of a medium is written as clear glass of index 1");
                 self.note(NoticeCode::ApproximatedValue, message);
                 let transmission = 1.0.into();
                 let clear = Principled {

@@ -89,7 +89,7 @@ fn missing_padding_bits_are_accepted() {
     let expected = "a.jpg: JPEG scan 1 is truncated; the missing blocks are extrapolated";
     assert_eq!(crate::support::texts(&notices), [expected]);
     let (Texels::Srgb8(cut), Texels::Srgb8(whole)) = (cut.texels, whole.texels) else {
-        panic!("another kind of texels");
+        panic!("expected 8-bit sRGB texels");
     };
     assert_eq!(cut[..56 * 64], whole[..56 * 64]);
     // A block of noise takes at least 60 bytes.

@@ -130,7 +130,7 @@ fn values(texels: &Texels) -> Vec<f32> {
         Texels::Srgb8(t) | Texels::Linear8(t) => t.as_flattened().iter().map(|&v| v.into()).collect(),
         Texels::Linear16(t) => t.as_flattened().iter().map(|&v| v.into()).collect(),
         Texels::Float(t) => t.as_flattened().to_vec(),
-        Texels::Paged(_) => panic!("decoders leave texels in memory"),
+        Texels::Paged(_) => panic!("decoders must return texels in memory"),
     }
 }
 

@@ -156,7 +156,7 @@ fn cut_out(maps: &str) -> Texels {
     let model = model(&format!("newmtl m 1\nKd 1 0.5 1\n{maps}\n")).unwrap();
     let material = &model.materials[0];
     assert_eq!((material.color, material.opacity, material.alpha), ([1.0, 0.5, 1.0], 1.0, Alpha::Blend));
-    assert_eq!(model.textures.len(), 1, "no other image is kept");
+    assert_eq!(model.textures.len(), 1, "the model must have only one image");
     assert_eq!(material.texture.map(|slot| slot.texture), Some(0));
     material.validate().unwrap();
     model.textures[0].image.texels.clone()

@@ -148,7 +148,7 @@ fn light_samples_follow_their_density() {
         for n in 0..SAMPLES {
             // The test uses independent random numbers, because it would pass too easily with stratified numbers.
             let random = Sampler::new(11, 0, [n, 1], 0).get_2d(Dimension::PixelFilter);
-            let sample = source.sample(&from, random).expect("the light is there");
+            let sample = source.sample(&from, random).expect("the light must be sampled");
             let place = (chart.of)(sample.direction.as_dvec3()) * CELLS as f64;
             let cell = |x: f64| (x.max(0.0) as usize).min(CELLS - 1);
             found[cell(place.y) * CELLS + cell(place.x)] += 1;

@@ -91,7 +91,7 @@ fn check_probabilities(lights: &[LightBounds], from: &LightSampleContext) {
     // Few draws end at a node without a selectable child.
     let sum: f64 = stated.iter().sum();
     assert!(sum > 0.8 && sum < 1.0 + 1e-5, "{sum}");
-    assert_eq!(stated[7], 0.0, "a dark light is never chosen");
+    assert_eq!(stated[7], 0.0, "a light of power 0 must never be chosen");
     // Evenly spaced numbers: a light's count is off by at most one draw per end of its intervals.
     let (mut found, mut lost) = (vec![0.0; count], 0.0);
     for n in 0..DRAWS {
@@ -108,7 +108,7 @@ fn check_probabilities(lights: &[LightBounds], from: &LightSampleContext) {
         assert!(off.abs() <= 2.0, "{found} of {stated}");
     }
     let off: f64 = lost / f64::from(DRAWS) - (1.0 - sum);
-    assert!(off.abs() < 1e-3, "{lost} lost, {sum} of 1 stated");
+    assert!(off.abs() < 1e-3, "{lost} draws chose no light, but the probabilities sum to {sum}");
 }
 
 #[test]

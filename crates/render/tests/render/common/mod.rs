@@ -1,5 +1,5 @@
 //! Small worlds and cameras shared by the tests.
-#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(dead_code, reason = "each test file uses only some of these functions")]
 
 use glam::{DAffine3, DVec3};
 use raycam_render::{Channel, Control, Frame, ImagePlane, PreparedWorld, Settings};

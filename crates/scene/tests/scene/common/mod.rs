@@ -1,5 +1,5 @@
 //! Helper functions that several tests use.
-#![allow(dead_code, reason = "each test uses some of it")]
+#![allow(dead_code, reason = "each test file uses only some of these functions")]
 
 use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::schema::{Entry, SpannedValue, Value};

@@ -8,7 +8,7 @@ use crate::schema::described::object;
 #[test]
 fn mesh_colours_are_multiplied_by_the_material_colour() {
     let color = |json: &str| object(json).unwrap().materials[0].color;
-    assert_eq!(color(r#"{ "box": {} }"#), [0.8; 3], "grey where nothing is said");
+    assert_eq!(color(r#"{ "box": {} }"#), [0.8; 3], "the default colour is grey");
     assert_eq!(color(r##"{ "box": {}, "color": "#ff8000" }"##), linear_from_srgb8([255, 128, 0]));
     let faces = format!("[{}]", ["[1, 0, 0]"; 12].join(","));
     assert_eq!(color(&format!(r#"{{ "box": {{}}, "face_colors": {faces} }}"#)), [1.0; 3]);

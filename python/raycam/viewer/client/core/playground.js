@@ -152,7 +152,7 @@ export class Playground {
     const known = given.filter(({ name }) => isKnown(name, this.types));
     const kept = [...this.files].filter(([name]) => !known.some((file) => file.name === name));
     const bytes = known.reduce((sum, { size }) => sum + size, 0) + kept.reduce((sum, [, { byteLength }]) => sum + byteLength, 0);
-    if (bytes > MOST_BYTES) return this.fail({ text: `The files have ${bytes} bytes in total, but a page reads at most ${MOST_BYTES}: open them in raycam itself.` });
+    if (bytes > MOST_BYTES) return this.fail({ text: `The files have ${bytes} bytes in total, but the limit of a page is ${MOST_BYTES}; open them with raycam view.` });
     try {
       for (const file of known) this.files.set(file.name, await file.arrayBuffer());
     } catch (error) {
@@ -167,7 +167,7 @@ export class Playground {
     if (!world && model) this.setText(`# ${model.name}, from this machine\n[[object]]\nmesh = ${JSON.stringify(model.name)}\n`);
     if (!world && !model) this.show();
     const left = given.length - known.length;
-    if (left) this.fail({ text: `${left} of ${given.length} files are of no kind that raycam reads, and are left out.` });
+    if (left) this.fail({ text: `${left} of ${given.length} files are ignored, because raycam does not support their formats.` });
   }
 
   /** @param {string} text */
@@ -200,7 +200,7 @@ export class Playground {
     }
     history.replaceState(null, "", `#w=${packed}`);
     await this.copy(location.href);
-    if (this.files.size) this.problem.textContent += ` The link holds the text; ${this.files.size} files stay here.`;
+    if (this.files.size) this.problem.textContent += ` The link contains only the text; the ${this.files.size} opened files are not part of it.`;
   }
 }
 

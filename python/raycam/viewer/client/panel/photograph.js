@@ -60,7 +60,7 @@ export class PhotographControls {
     if (!photo || !a) return this.client.say("The photograph has not arrived yet.", "notice");
     this.opacity.value = "0";
     this.show();
-    this.client.takeLayer(photo, "The photograph is B now.");
+    this.client.takeLayer(photo, "The photograph is now image B.");
     this.client.setMode("slider");
   }
 }
