@@ -1,6 +1,6 @@
 //! Compares a hundred meshes with float64 brute force: `brute [RAYS per mesh, default 1e7] [--triangles 90] [--isa
-//! NAME]`. Prints the results for each kind of mesh and every wrong answer outside the tie band. Fails if any answer is
-//! wrong.
+//! NAME]`. Prints the results for each kind of mesh and every wrong answer; answers within the tie band, a rounding
+//! tolerance, count as correct. Fails if any answer is wrong.
 
 #[path = "../tests/bvh/support/brute.rs"]
 mod brute;
@@ -8,7 +8,7 @@ mod brute;
 use raycam_bvh::InstructionSet;
 use rayon::prelude::*;
 
-/// Number of parts into which the rays of a mesh are divided, each with its own seed.
+/// Number of parts into which the rays aimed at a mesh are divided; each part has its own seed.
 const PARTS: u64 = 16;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

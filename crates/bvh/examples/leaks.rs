@@ -1,9 +1,9 @@
-//! Aims rays at the edges and vertices of closed meshes and counts those that pass through: `leaks [RAYS, default 1e9]
-//! [--isa NAME] [--dump DIR]`. Fails if any ray passes through.
+//! Aims rays at the edges and vertices of closed meshes and counts the rays that pass through: `leaks [RAYS, default
+//! 1e9] [--isa NAME] [--dump DIR]`. Fails if any ray passes through.
 //!
-//! `--dump` traces nothing; it writes the placed meshes and the first of these rays to files for another ray tracer:
-//! NUMBER.tri (u32 vertex count, u32 triangle count, f32 positions, u32 indices) and NUMBER.rays (origin, direction,
-//! t_max in f32). It prints the names.
+//! `--dump` traces nothing; it writes the placed meshes and some of these rays to files, so that another ray tracer can
+//! be tested: NUMBER.tri (u32 vertex count, u32 triangle count, f32 positions, u32 indices) and NUMBER.rays (origin,
+//! direction, t_max in f32). It prints the names.
 
 #[path = "../tests/bvh/support/edge_rays.rs"]
 mod edge_rays;
@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 type Error = Box<dyn std::error::Error>;
 
-/// Number of parts into which the rays of a mesh are divided, each with its own seed.
+/// Number of parts into which the rays aimed at a mesh are divided; each part has its own seed.
 const PARTS: u64 = 64;
 
 fn main() -> Result<(), Error> {
@@ -64,7 +64,7 @@ fn seed(mesh: usize, part: u64) -> u64 {
     (mesh as u64) << 32 | part
 }
 
-/// Writes a mesh and the rays of all its parts.
+/// Writes a mesh to NUMBER.tri, and at least `each` rays of every part to NUMBER.rays.
 fn dump(mesh: &edge_rays::Closed, folder: &Path, number: usize, each: usize) -> Result<(), Error> {
     let (vertices, triangles) = (mesh.placed_vertices(), mesh.triangles());
     let counts = [vertices.len() as u32, triangles.len() as u32];

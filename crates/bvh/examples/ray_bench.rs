@@ -4,8 +4,8 @@
 //! `.tri`: u32 vertex count, u32 triangle count, f32 positions, u32 indices, little endian. `.rays`: 7 f32 per ray
 //! (origin, direction, t_max); the `.hits` file next to it: f32 t and u32 triangle per ray, or 1 for an occluded shadow
 //! ray. Files whose names start with `shadow` test for any hit, all others for the nearest; `bounce` rays count as
-//! incoherent and all other rays as coherent, unless `--coherent` specifies this. `--cpu` traces the rays on one thread
-//! and measures the thread's CPU time (Linux), for a busy machine. `--exact` requests the float64 answers.
+//! incoherent and all other rays as coherent, unless `--coherent` is given. `--cpu` traces the rays on one thread and
+//! measures the thread's CPU time (Linux), for a busy machine. `--exact` traces with the float64 queries.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
@@ -17,7 +17,7 @@ use raycam_bvh::{
     Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet, Ray, Scene,
 };
 
-/// Counts allocations.
+/// Allocator that records the number of bytes held and its maximum.
 struct Counting;
 
 static HELD: AtomicUsize = AtomicUsize::new(0);
@@ -28,18 +28,18 @@ unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         let held = HELD.fetch_add(layout.size(), Relaxed) + layout.size();
         PEAK.fetch_max(held, Relaxed);
-        // SAFETY: as the caller vouches.
+        // SAFETY: guaranteed by the caller.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
         HELD.fetch_sub(layout.size(), Relaxed);
-        // SAFETY: as the caller vouches.
+        // SAFETY: guaranteed by the caller.
         unsafe { System.dealloc(at, layout) }
     }
     unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: as the caller vouches.
+        // SAFETY: guaranteed by the caller.
         let moved = unsafe { System.realloc(at, layout, size) };
-        // Reallocation in place never requires both sizes at once.
+        // A reallocation that moves the block holds the old and the new block at the same time.
         let twice = if moved == at { 0 } else { layout.size() };
         let held = HELD.fetch_add(size, Relaxed) + size - layout.size();
         HELD.fetch_sub(layout.size(), Relaxed);
@@ -170,7 +170,7 @@ fn replay(scene: &Scene, mesh: &Corners, path: &str, options: &Options) -> Resul
     Ok(())
 }
 
-/// The mesh in float64.
+/// The mesh's corners, converted to float64.
 struct Corners<'a> {
     vertices: &'a [[f32; 3]],
     triangles: &'a [[u32; 3]],
@@ -182,7 +182,7 @@ impl ExactTriangles for Corners<'_> {
     }
 }
 
-/// The nearest hits in float64, rounded.
+/// Finds the nearest hits with the float64 query; rounds them to float32.
 fn closest_exact(scene: &Scene, mesh: &Corners, rays: &[Ray], hits: &mut [Hit]) {
     let rays: Vec<_> = rays
         .iter()
@@ -201,9 +201,9 @@ fn closest_exact(scene: &Scene, mesh: &Corners, rays: &[Ray], hits: &mut [Hit]) 
     }
 }
 
-/// CPU time of this thread.
+/// CPU time of this thread, in seconds.
 fn cpu_seconds() -> f64 {
-    // Yielding makes the kernel update its accounting.
+    // Yielding makes the Linux kernel update the thread's CPU time.
     std::thread::yield_now();
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(f64::NAN) * 1e-9

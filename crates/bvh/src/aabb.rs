@@ -8,7 +8,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// Bounds of nothing: the identity of a union.
+    /// Bounds of the empty set: the identity element of the union.
     pub const EMPTY: Aabb = Aabb { lower: [f32::INFINITY; 3], upper: [f32::NEG_INFINITY; 3] };
 
     /// Bounds of a tree without triangles: the origin.

@@ -5,21 +5,21 @@
 pub enum BuildError {
     /// A triangle refers to a vertex that does not exist.
     IndexOutOfRange {
-        /// The triangle.
+        /// Index of the triangle.
         triangle: usize,
-        /// Its vertex index.
+        /// The invalid vertex index.
         index: u32,
         /// The number of vertices.
         vertices: usize,
     },
     /// A vertex or a transform is NaN or infinite.
     NonFinite {
-        /// `vertex 12` or `instance 3`.
+        /// The invalid item, such as `vertex 12` or `instance 3`.
         what: String,
     },
     /// More triangles or instances than 32-bit indices support.
     TooLarge {
-        /// `triangles` or `instances`.
+        /// The items: `triangles` or `instances`.
         what: &'static str,
         /// The number given.
         given: usize,
@@ -28,9 +28,9 @@ pub enum BuildError {
     },
     /// A tree does not match the mesh of a refit.
     TopologyMismatch {
-        /// Triangles of the mesh.
+        /// Number of triangles of the mesh.
         given: usize,
-        /// Triangles of the tree.
+        /// Number of triangles of the tree.
         built: usize,
     },
 }

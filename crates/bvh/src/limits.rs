@@ -7,7 +7,7 @@ pub const MAX_TRIANGLES: usize = 1 << 30;
 pub const MAX_INSTANCES: usize = (1 << 31) - 2;
 
 /// Maximum number of nodes on a path from a root, in binary splits and therefore in wide nodes. If the SAH would create
-/// deeper trees, primitives are halved. This limits the stack of every traversal.
+/// a deeper tree, ranges of primitives are halved instead. This limits the stack of every traversal.
 pub const MAX_DEPTH: usize = 56;
 
 /// Maximum coordinate of a tree: meshes and scenes with larger coordinates are scaled by a power of two.

@@ -40,7 +40,7 @@ impl NodeRef {
         (self.0 & !Self::LEAF_FLAG) as usize
     }
 
-    /// The reference after the blocks have moved back by `base`.
+    /// The reference after the indices of all blocks have increased by `base`.
     #[inline(always)]
     pub fn offset(self, base: usize) -> NodeRef {
         NodeRef(self.0 + base as u32)
@@ -56,9 +56,9 @@ pub const MAX_LEAF_TRIANGLES: usize = 16;
 pub struct WideNode {
     /// Lower x, upper x, lower y, upper y, lower z, upper z of the children.
     pub bounds: [[f32; 8]; 6],
-    /// The children; [`NodeRef::EMPTY`] where unused.
+    /// The children; [`NodeRef::EMPTY`] in unused slots.
     pub children: [NodeRef; 8],
-    /// The number of children in use, which come first.
+    /// The number of children; their slots come first.
     pub child_count: u32,
     _pad: [u32; 7],
 }
@@ -106,7 +106,7 @@ pub struct LeafNode {
     pub vertices: [[f32; 16]; 3],
     /// First, second and third corners, packed by [`crate::simd::pack_indices`].
     pub packed_indices: [u64; 3],
-    /// The first triangle in the primitive ids of the mesh.
+    /// Position of the first triangle in the primitive ids of the mesh.
     pub first_prim: u32,
     /// The number of triangles.
     pub count: u32,
@@ -118,11 +118,11 @@ pub struct LeafNode {
     sliver_mask: u32,
 }
 
-/// A sliver's longest edge squared is more than this times twice its area.
+/// A triangle is a sliver if its longest edge squared exceeds this ratio times twice its area.
 const SLIVER_RATIO: f64 = 64.0;
 
 impl LeafNode {
-    /// Packs triangles, given as corner indices into `vertices`.
+    /// Creates a leaf of triangles, given by their corners as indices into `vertices`.
     #[inline(always)]
     pub fn new(vertices: &[[f32; 3]], corners: &[[u8; 3]], first: u32) -> LeafNode {
         let mut vertex = [0, 1, 2].map(|axis| [vertices[0][axis]; MAX_LEAF_TRIANGLES]);
@@ -193,8 +193,8 @@ impl LeafNode {
     }
 }
 
-/// Bit masks of the triangles with an area and of slivers; corners by index, axis and triangle. This loop has no
-/// branches, so that the compiler vectorises it.
+/// Two bit masks: triangles with an area, and slivers. `corners` is indexed by corner, axis and triangle. This loop has
+/// no branches, so that the compiler vectorises it.
 #[inline(always)]
 fn classify_triangles(corners: &[[[f64; MAX_LEAF_TRIANGLES]; 3]; 3]) -> (u32, u32) {
     let (mut solid, mut thin) = ([0; MAX_LEAF_TRIANGLES], [0; MAX_LEAF_TRIANGLES]);
@@ -225,7 +225,7 @@ fn is_sliver([a, b, c]: [[f64; 3]; 3]) -> bool {
     longest * longest > SLIVER_RATIO * SLIVER_RATIO * square(cross([a, b, c]))
 }
 
-/// A node or a leaf, according to the reference.
+/// An inner node or a leaf; the reference to the block specifies which.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub union NodeBlock {

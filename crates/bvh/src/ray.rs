@@ -92,12 +92,12 @@ pub struct ExactHit {
     pub side: i32,
 }
 
-/// Fields of an [`ExactHit`] that a query computes; the others are unspecified.
+/// Fields of an [`ExactHit`] that a query computes; all other fields are unspecified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HitDetail {
     /// Instance and triangle.
     Triangle,
-    /// Also the triangle's normal and the side.
+    /// Instance, triangle, the triangle's normal and the side.
     Side,
     /// All fields, with t and weights in float64.
     Intersection,
@@ -136,17 +136,17 @@ impl ExactHit {
     };
 }
 
-/// Selection of hits that count for a ray, by the ray's index in the batch.
+/// Filter that accepts or rejects a ray's hits; rays are identified by their index in the batch.
 pub trait HitFilter {
-    /// True if triangles of an instance may count.
+    /// True if hits of an instance may be accepted.
     fn accepts_instance(&self, ray: usize, instance: u32) -> bool;
 
-    /// True if every hit of an accepted instance counts, so that [`HitFilter::accepts`] need not be called.
+    /// True if every hit of an accepted instance is accepted, so that [`HitFilter::accepts`] need not be called.
     fn accepts_every_hit(&self) -> bool {
         false
     }
 
-    /// True if a hit counts; its instance has already been accepted. All fields except `t` are set.
+    /// True if a hit is accepted; its instance has already been accepted. All fields of the hit except `t` are set.
     fn accepts(&self, ray: usize, hit: &ExactHit) -> bool;
 }
 
@@ -166,7 +166,7 @@ pub struct ClosestPoint {
 }
 
 impl ClosestPoint {
-    /// Answer if no point is within reach.
+    /// The answer if no point is within reach.
     pub const MISS: ClosestPoint = ClosestPoint {
         distance: f64::INFINITY,
         position: [f64::NAN; 3],
@@ -179,7 +179,7 @@ impl ClosestPoint {
 /// The caller's hint about a batch. Coherence only affects speed; hits do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coherence {
-    /// Nothing is known; the batch is examined.
+    /// The caller does not know; the query examines the batch.
     #[default]
     Unknown,
     /// Neighbours in the slice are coherent; ideally, 64 consecutive rays are an 8 x 8 tile of pixels.

@@ -5,8 +5,8 @@ use crate::blas::Bvh;
 use crate::node::{NodeRef, node};
 
 impl Bvh {
-    /// At most `count` boxes (at least one) that contain all triangles, each by its lower and upper corner in mesh
-    /// coordinates. Empty for an empty mesh.
+    /// At most `count` boxes (at least one) that together contain all triangles; each box is given by its lower and
+    /// upper corner in mesh coordinates. Empty for an empty mesh.
     pub fn bounding_boxes(&self, count: usize) -> Vec<[[f32; 3]; 2]> {
         if self.triangle_count() == 0 {
             return vec![];

@@ -17,7 +17,8 @@ impl Bvh {
         Self::build_with(Dispatch::detect(), vertices, triangles, &[])
     }
 
-    /// Same as [`Bvh::build`], for several meshes in one tree; `mesh_offsets` contains the first triangle of each.
+    /// Same as [`Bvh::build`], for several meshes in one tree; `mesh_offsets` contains the index of each mesh's first
+    /// triangle.
     pub(crate) fn build_flattened(
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
@@ -39,7 +40,8 @@ impl Bvh {
     }
 }
 
-/// Power of two that scales the largest coordinate into range; 1 except for extreme scenes.
+/// Power of two that scales `reach`, the largest coordinate, into the range of tree coordinates, without overflow or
+/// underflow; 1 except for extreme scenes.
 pub(crate) fn power_of_two_scale(reach: f32) -> f32 {
     if reach == 0.0 || (1.0 / (1 << 20) as f32..=MAX_COORD).contains(&reach) {
         return 1.0;
@@ -57,7 +59,7 @@ pub(crate) fn validate_mesh(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Re
         return Err(BuildError::TooLarge { what: "triangles", given: triangles.len(), limit: MAX_TRIANGLES });
     }
     // Without their signs, the bits of floats have the same order as the floats, with NaN and infinity last. A
-    // vectorised maximum detects whether any value is invalid; only then, the value is located.
+    // vectorised maximum detects whether any value is invalid; the invalid value is searched for only if there is one.
     let largest = |words: &[[u32; 3]]| words.as_flattened().iter().fold(0, |a, &b| a.max(b));
     let size = |v: &[[f32; 3]]| {
         let sizes = v.as_flattened().iter().map(|x| x.to_bits() << 1 >> 1);

@@ -65,13 +65,13 @@ impl Bvh {
         &self.blocks
     }
 
-    /// Prefetches the id that [`Bvh::prim_id`] reads.
+    /// Prefetches the id that [`Bvh::prim_id`] returns for `slot`.
     #[inline(always)]
     pub(crate) fn prefetch_prim_id<I: Isa>(&self, slot: u32) {
         I::prefetch(self.prim_ids.as_ptr().wrapping_add(slot as usize).cast());
     }
 
-    /// The triangle at a position in the order of the leaves.
+    /// Returns the id of the triangle at position `slot` in the order of the leaves.
     #[inline(always)]
     pub(crate) fn prim_id(&self, slot: u32) -> u32 {
         debug_assert!((slot as usize) < self.prim_ids.len());

@@ -7,13 +7,13 @@ use crate::error::BuildError;
 use crate::node::{LeafNode, NodeBlock, NodeRef};
 
 impl Bvh {
-    /// Moves the vertices of the same triangles. Hits equal the hits of a newly built tree, but rays become slower as
-    /// the mesh deforms more: see [`Bvh::sah_cost`].
+    /// Moves the tree to new vertex positions of the same triangles. Hits equal the hits of a newly built tree, but
+    /// rays become slower as the mesh deforms more: see [`Bvh::sah_cost`].
     ///
     /// # Errors
     ///
     /// Errors of [`Bvh::build`], and [`BuildError::TopologyMismatch`] if the number of triangles differs or if the
-    /// mesh's size requires another scale. In that case the tree is unchanged.
+    /// mesh's size requires another scale. After an error, the tree is unchanged.
     pub fn refit(&mut self, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<(), BuildError> {
         let reach = validate_mesh(vertices, triangles)?;
         if triangles.len() != self.triangle_count() || power_of_two_scale(reach) != self.scale() {

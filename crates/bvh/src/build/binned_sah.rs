@@ -4,7 +4,7 @@ use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, PrimInfo, PrimRef, diag
 use crate::limits::MAX_DEPTH;
 use crate::simd::{F32x4, Isa, Vector};
 
-/// Bounds and primitive counts by axis and bin.
+/// Bounds and number of the primitives in each bin along each axis.
 #[repr(align(32))]
 pub struct SahBins<const N: usize> {
     bounds: [[PackedBounds; N]; 3],
@@ -30,7 +30,7 @@ pub struct SahSplit {
 }
 
 impl BinMapping {
-    /// The map to `bins` bins along each axis.
+    /// Creates the map to `bins` bins along each axis.
     pub fn new(range: &PrimInfo, bins: usize) -> BinMapping {
         let extent = range.centroid_upper.sub(range.centroid_lower).array();
         let scale = std::array::from_fn(|a| {
@@ -41,7 +41,7 @@ impl BinMapping {
         BinMapping { offset: range.centroid_lower, scale: F32x4::new(scale) }
     }
 
-    /// The bins of a centroid, with fractions.
+    /// The centroid's position along each axis in units of bins; the integer part is the bin.
     #[inline(always)]
     pub fn bin_coords(&self, centroid: F32x4) -> F32x4 {
         centroid.sub(self.offset).mul(self.scale)
@@ -49,7 +49,7 @@ impl BinMapping {
 }
 
 impl SahSplit {
-    /// Bound for [`BinMapping::bin_coords`] below which a centroid is on the left side.
+    /// Value of [`BinMapping::bin_coords`] below which a centroid is on the left side.
     pub fn split_threshold(&self) -> F32x4 {
         F32x4::splat(self.first_right_bin as f32)
     }
@@ -67,7 +67,7 @@ impl<const N: usize> SahBins<N> {
         SahBins { bounds: [[EMPTY_BOUNDS; N]; 3], count: [[0; N]; 3] }
     }
 
-    /// Adds primitives.
+    /// Adds primitives to their bins.
     #[inline(always)]
     pub fn add<I: Isa>(&mut self, prims: &[PrimRef], mapping: &BinMapping) {
         for prim in prims {
@@ -101,7 +101,7 @@ impl<const N: usize> SahBins<N> {
     pub fn best_split<I: Isa>(&self, mapping: &BinMapping, leaf_size: u32) -> Option<SahSplit> {
         let mut best: Option<(f32, usize, usize)> = None;
         let scale = mapping.scale.array();
-        // The cost of a side counts full leaves; an empty side is excluded.
+        // The number of primitives is rounded up to full leaves; a split with an empty side has infinite cost.
         let weight = |n: u32| match n {
             0 => f32::INFINITY,
             _ => ((n + (leaf_size - 1)) & !(leaf_size - 1)) as f32,
@@ -151,8 +151,8 @@ impl<const N: usize> SahBins<N> {
     }
 }
 
-/// True if the depth limit leaves room for a SAH split. Halving requires as many levels as the count has bits. When no
-/// more levels are left, every split halves the range.
+/// True if the depth limit leaves room for a SAH split. Halving requires as many levels as the count has bits. If only
+/// these levels are left, every split halves the range.
 pub fn has_depth_budget(prims: &[PrimRef], depth: usize) -> bool {
     depth + (prims.len().next_power_of_two().trailing_zeros() as usize) < MAX_DEPTH
 }

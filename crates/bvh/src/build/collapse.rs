@@ -38,8 +38,8 @@ impl BinaryNode {
     }
 }
 
-/// Computes the costs, children before parents. A leaf costs `of_leaf` times its area as 1 to 8 children; tests of
-/// nodes and of leaves cost the same.
+/// Computes the costs, children before parents. `of_leaf` returns a leaf's cost per area as 1 to 8 children. The test
+/// of a node costs as much as the test of a leaf.
 #[inline(always)]
 pub fn collapse<I: Isa>(
     tree: &mut [BinaryNode],
@@ -55,7 +55,7 @@ pub fn collapse<I: Isa>(
             continue;
         }
         let [left, right] = [0, 1].map(|k| &tree[node.left as usize + k]);
-        // If primitives do not fit into a leaf, more primitives do not fit either.
+        // If the primitives of a child do not fit into a leaf, the primitives of both children do not fit either.
         let small = left.leaf && right.leaf;
         let mut cost = distribute_cost::<I>(&left.cost, &right.cost);
         let (as_node, as_leaf) = (cost[7] + area, area);
@@ -100,7 +100,7 @@ pub fn emit_wide_nodes(
     blocks: &mut Vec<NodeBlock>,
     mut leaf: impl FnMut(&BinaryNode, &mut Vec<NodeBlock>) -> NodeRef,
 ) -> NodeRef {
-    // Nodes to write, with the index of the parent (none for the root) and the lane in the parent.
+    // Nodes to write, each with the index of its parent (`usize::MAX` for the root) and its lane in the parent.
     let mut open = vec![(root, usize::MAX, 0)];
     let mut first = NodeRef::EMPTY;
     while let Some((at, above, lane)) = open.pop() {
@@ -110,7 +110,7 @@ pub fn emit_wide_nodes(
             let mut below = [(EMPTY_BOUNDS, NodeRef::EMPTY); 8];
             let (found, n) = select_children(tree, at, 8, true);
             for ((child, _), below) in found[..n].iter().zip(&mut below) {
-                // Until the child is written, the index of the binary node replaces the reference.
+                // Until the child is written, its slot contains the index of the binary node.
                 let node = &tree[*child];
                 let reference = match node.leaf {
                     true => NodeRef::leaf(*child),
@@ -151,7 +151,7 @@ pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
 }
 
 /// Selects the binary nodes that replace `at` in at most `slots` child slots. Returns the nodes, each with its number
-/// of slots, and the number of nodes. With `opened`, `at` itself is not in the list.
+/// of slots, and the number of nodes. If `opened` is true, `at` is always replaced by its children.
 #[inline(always)]
 pub fn select_children(tree: &[BinaryNode], at: usize, slots: usize, opened: bool) -> ([(usize, usize); 8], usize) {
     let mut found = [(0, 0); 8];

@@ -11,19 +11,19 @@ use crate::build::treelet::{Scratch, SubtreeRoot, Treelet, TreeletJob};
 use crate::node::NodeBlock;
 use crate::platform::huge_page_vec::{HugePageVec, copy_to_uninit};
 
-/// All treelets, one after the other.
+/// All treelets, concatenated.
 pub struct ConcatenatedTree {
-    /// Nodes and leaves of the treelets, behind the blocks reserved for the top of the tree.
+    /// Nodes and leaves of the treelets, after the blocks reserved for the top of the tree.
     pub blocks: HugePageVec<NodeBlock>,
     pub ids: Vec<u32>,
     /// The roots of each treelet.
     pub roots: Vec<Vec<SubtreeRoot>>,
 }
 
-/// Blocks and ids of a treelet beyond the estimated capacity.
+/// Blocks and ids of a treelet that does not fit into the estimated capacity.
 type Overflow = (Box<[NodeBlock]>, Box<[u32]>);
 
-/// Unwritten output: blocks and ids.
+/// Output memory that has not been written: blocks and ids.
 type OutputSlices<'a> = (&'a mut [MaybeUninit<NodeBlock>], &'a mut [MaybeUninit<u32>]);
 
 /// Assigns output ranges to treelets in order.
@@ -32,13 +32,13 @@ struct OrderedWriter<'a> {
     next: usize,
     /// Finished treelets that come after `next`.
     out_of_order: BTreeMap<usize, Treelet>,
-    /// Scratch treelets to reuse.
+    /// Treelets whose memory can be reused.
     free_list: Vec<Treelet>,
     spare: OutputSlices<'a>,
     /// Number of blocks and ids assigned so far.
     used: [usize; 2],
     roots: Vec<Vec<SubtreeRoot>>,
-    /// Treelets beyond the capacity.
+    /// Treelets that do not fit into the estimated capacity.
     overflow: Vec<Overflow>,
 }
 
@@ -139,7 +139,7 @@ pub fn build_and_concat<L: LeafBuilder>(
     ConcatenatedTree { blocks: HugePageVec::concat_parallel(used[0], parts), ids, roots }
 }
 
-/// Locks a mutex. A panic of another thread leaves no partial update behind.
+/// Locks a mutex, even if another thread has panicked while it held the lock; such a panic leaves no partial update.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -45,7 +45,7 @@ struct KdStep {
     cell: u32,
 }
 
-/// The half-open box of the centroids of a cell.
+/// A cell's half-open box, which contains the centroids of the cell's primitives.
 #[derive(Clone, Copy)]
 struct CellBounds {
     lower: [f32; 3],
@@ -115,21 +115,22 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
     (top, finish.inputs)
 }
 
-/// Primitives per search.
+/// Number of primitives whose cells are searched together.
 const SEARCH_BATCH: usize = 16;
 
 /// If consecutive primitives change cells more often than this within a batch, the next batch uses the batched search.
 const MAX_CELL_CHANGES: usize = 3;
 
-/// The maximum number of chunks.
+/// Maximum number of chunks into which the primitives are divided.
 const MAX_CHUNKS: usize = 64;
 
-/// Offset of the sample within a group: pseudo-random, because regular meshes repeat with a period.
+/// Position of the sampled primitive within its group: pseudo-random, because the triangles of regular meshes repeat
+/// periodically.
 pub fn sample_offset(group: usize) -> usize {
     ((group as u32).wrapping_mul(0x9e37_79b1) >> 16) as usize
 }
 
-/// Splits until each cell contains about [`TREELET_SIZE`] primitives.
+/// Splits the sample until each cell represents about [`TREELET_SIZE`] primitives.
 fn build_kd<L: LeafBuilder>(
     prims: &mut [PrimRef],
     range: PrimInfo,
@@ -161,7 +162,7 @@ struct CellFinisher<'a, 'b, L: LeafBuilder, S: ?Sized> {
     source: &'a S,
     shared: &'b BuildContext<'b, L>,
     chunks: Arc<Vec<SortedChunk>>,
-    /// Cells done so far.
+    /// Number of cells finished so far.
     cells: usize,
     inputs: Vec<TreeletInput<'a>>,
 }
@@ -192,7 +193,7 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
             chunks.iter().for_each(|chunk| source.prims(chunk.ids(cell), prims));
         };
         if count > 2 * TREELET_SIZE {
-            // The sample contained none or too few of these primitives to separate them.
+            // The sample contained too few of these primitives, or none, to split the cell further.
             let mut prims = Vec::with_capacity(count);
             make(&mut prims);
             let range = parallel_split::prim_info(self.shared.dispatch, &prims);
@@ -208,7 +209,7 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
     }
 }
 
-/// The k-d tree in search order.
+/// The k-d tree in the order of the search.
 #[derive(Default)]
 struct KdTree {
     steps: Vec<KdStep>,
@@ -222,7 +223,7 @@ impl KdStep {
 }
 
 impl KdTree {
-    /// Adds a subtree at `depth`.
+    /// Adds the subtree of `node` at `depth`.
     fn add(&mut self, node: &KdNode, step: usize, region: CellBounds, depth: usize) {
         let KdNode::Split { axis, at, children, .. } = node else {
             self.steps[step] = KdStep { next: step as u32, cell: self.regions.len() as u32, ..KdStep::EMPTY };

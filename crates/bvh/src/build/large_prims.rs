@@ -10,7 +10,7 @@ use crate::simd::{Isa, Portable, Vector};
 /// a third.
 const LARGE_AREA_RATIO: f32 = 0.25;
 
-/// A filter of large primitives.
+/// A filter that selects large primitives.
 #[derive(Clone, Copy)]
 pub struct LargePrimFilter {
     /// Minimum half surface area of a large primitive.
@@ -18,7 +18,7 @@ pub struct LargePrimFilter {
 }
 
 impl LargePrimFilter {
-    /// The filter for the primitives of a range.
+    /// Creates the filter for primitives with these bounds.
     #[inline(always)]
     pub fn from_info<I: Isa>(range: &PrimInfo) -> LargePrimFilter {
         // SAFETY: a box has eight floats.
@@ -26,7 +26,7 @@ impl LargePrimFilter {
         LargePrimFilter { min_half_area: LARGE_AREA_RATIO * half_area::<I>(bounds) }
     }
 
-    /// Removes large primitives from a sample. If all primitives are large, none is split off.
+    /// Removes large primitives from a sample. If all primitives are large, all are kept.
     pub fn remove_from_sample(sample: &mut Vec<PrimRef>, range: &PrimInfo) -> LargePrimFilter {
         let large = LargePrimFilter::from_info::<Portable>(range);
         if sample.iter().all(|prim| large.matches::<Portable>(prim)) {
@@ -94,7 +94,7 @@ mod tests {
             assert_eq!(middle, floors);
             assert!(prims[..middle].iter().all(|prim| prim.id >= 100));
             assert!(prims[middle..].iter().all(|prim| prim.id < 100));
-            // The floor's box is as flat as the floor, and the other box does not reach down to it.
+            // The floor's box is flat, and the box of the other primitives does not reach down to the floor.
             assert_eq!((left.bounds[2], left.bounds[6]), (0.0, 0.0));
             assert_eq!((right.bounds[2], right.bounds[6]), (1.0, -2.0));
         }

@@ -32,7 +32,7 @@ fn bin_few256<I: Isa>(prims: &[PrimRef], mapping: &BinMapping, bins: &mut SahBin
     bins.add::<I>(prims, mapping);
 }
 
-/// The first primitive of the right side, and both sides.
+/// Index of the first primitive on the right side, and the bounds of the left and of the right side.
 pub type SplitResult = (usize, PrimInfo, PrimInfo);
 
 kernel! { fn partition_small(prims: &mut [PrimRef], plane: (&BinMapping, &SahSplit), halves: &mut SplitResult) = partition_of }
@@ -81,7 +81,7 @@ pub fn prim_info(dispatch: Dispatch, prims: &[PrimRef]) -> PrimInfo {
     chunks.reduce(PrimInfo::empty, |a, b| a.merged(&b))
 }
 
-/// Splits at least two primitives in two, in place.
+/// Splits at least two primitives into two groups, in place.
 fn split(dispatch: Dispatch, prims: &mut [PrimRef], whole: &PrimInfo, depth: usize, bins: usize) -> SplitResult {
     if has_depth_budget(prims, depth)
         && let Some((mapping, plane)) = best_split(dispatch, prims, whole, bins)
@@ -93,7 +93,7 @@ fn split(dispatch: Dispatch, prims: &mut [PrimRef], whole: &PrimInfo, depth: usi
     (middle, prim_info(dispatch, left), prim_info(dispatch, right))
 }
 
-/// The cheapest plane between 64 or 256 bins; none if all centroids are in one bin.
+/// The plane with the least SAH cost between 64 or 256 bins; `None` if all centroids are in one bin.
 pub fn best_split(
     dispatch: Dispatch,
     prims: &[PrimRef],
@@ -125,7 +125,7 @@ fn bin_and_split<const N: usize>(
         a.merge(&b);
         a
     });
-    // The leaf size does not matter for so many leaves.
+    // With so many leaves, rounding to full leaves hardly changes the cost, so a leaf size of 1 is used.
     bins?.best_split::<Portable>(mapping, 1)
 }
 
@@ -146,8 +146,9 @@ pub fn partition(dispatch: Dispatch, prims: &mut [PrimRef], mapping: &BinMapping
         rayon::join(|| partition(dispatch, front, mapping, plane), || partition(dispatch, back, mapping, plane));
     let (wrong_front, wrong_back) = (&mut front[a.0..], &mut back[..b.0]);
     let swaps = wrong_front.len().min(wrong_back.len());
-    // Exchanges equal numbers of primitives. If the front has more wrong primitives, its first ones are exchanged with
-    // all of the back; otherwise, all of the front are exchanged with the last ones of the back.
+    // Exchanges equal numbers of primitives. If the front half contains more misplaced primitives, its first ones are
+    // exchanged with all misplaced primitives of the back half. Otherwise, all of the front half are exchanged with the
+    // last ones of the back half.
     let from = wrong_front.len() - swaps;
     if from > 0 {
         wrong_front[..swaps].swap_with_slice(&mut wrong_back[..swaps]);

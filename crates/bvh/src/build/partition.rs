@@ -5,10 +5,10 @@ use crate::build::binned_sah::{BinMapping, SahBins, SahSplit, has_depth_budget};
 use crate::build::prim_ref::{PrimInfo, PrimRef};
 use crate::simd::{F32x4, Isa};
 
-/// Primitives per read. Few under Miri, which is slow.
+/// Number of primitives read at a time. The number is small under Miri, which is slow.
 const PARTITION_BLOCK: usize = if cfg!(miri) { 8 } else { 64 };
 
-/// The plane, and the centroid bounds of both sides so far.
+/// The split plane, and the centroid bounds of the primitives assigned to each side so far.
 struct PartitionState<'a> {
     mapping: &'a BinMapping,
     threshold: F32x4,
@@ -32,8 +32,8 @@ impl PartitionState<'_> {
     }
 }
 
-/// Partitions primitives so that primitives on the left of a plane come first; returns the number of left primitives
-/// and both sides.
+/// Partitions primitives so that primitives on the left of a plane come first; returns the number of primitives on the
+/// left and the bounds of both sides.
 #[inline(always)]
 pub fn partition(prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) -> (usize, PrimInfo, PrimInfo) {
     let nothing = [F32x4::splat(f32::INFINITY), F32x4::splat(f32::NEG_INFINITY)];
@@ -51,11 +51,11 @@ pub fn partition(prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) 
     (middle, range(0, sides.left), range(1, sides.right))
 }
 
-/// Both ends of the free range.
+/// The ends of the range of places that have not been written yet.
 struct WriteCursors {
-    /// Primitives before this index have been written.
+    /// Places before this index have been written.
     low: usize,
-    /// Primitives from here on have been written.
+    /// Places from this index on have been written.
     high: usize,
 }
 
@@ -121,8 +121,9 @@ fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut Partitio
     cursors.low
 }
 
-/// Splits at least two primitives by the cheapest plane between 8 or 16 bins along each axis, for leaves of `leaf_size`
-/// primitives. Reorders the primitives; returns the index of the first primitive on the right side, and both sides.
+/// Splits at least two primitives by the plane with the least SAH cost between 8 or 16 bins along each axis, for leaves
+/// of `leaf_size` primitives. Reorders the primitives; returns the index of the first primitive on the right side, and
+/// the bounds of both sides.
 #[inline(always)]
 pub fn split<I: Isa>(
     prims: &mut [PrimRef],

@@ -1,4 +1,4 @@
-//! Build primitives, and the bounds of many.
+//! The builder's primitives, and the common bounds of several primitives.
 
 use crate::aabb::Aabb;
 use crate::simd::{F32x4, Isa, Vector};
@@ -19,7 +19,7 @@ pub struct PrimRef {
 }
 
 impl PrimRef {
-    /// A primitive of a bounding box.
+    /// Creates the primitive with this bounding box.
     #[inline(always)]
     pub fn new(lower: [f32; 3], upper: [f32; 3], id: u32) -> Self {
         Self { lower, id, negated_upper: upper.map(|x| -x), pad: 0.0 }
@@ -42,7 +42,7 @@ impl PrimRef {
         }
     }
 
-    /// The area of the union, divided by the sum of both areas.
+    /// The surface area of the union of two boxes, divided by the sum of their surface areas.
     #[inline(always)]
     pub fn merge_area_ratio(&self, b: &PrimRef) -> f32 {
         let [a, b, both] = [self, b, &self.union(b)].map(|prim| {
@@ -59,7 +59,7 @@ impl PrimRef {
         unsafe { I::F32x8::load(std::ptr::from_ref(self).cast()) }
     }
 
-    /// Twice the centroid, and 0.
+    /// Twice the box's centre; the fourth lane is 0.
     #[inline(always)]
     pub fn centroid(&self) -> F32x4 {
         // An id read as a float is denormal, and arithmetic on denormals is slow.
@@ -70,10 +70,10 @@ impl PrimRef {
     }
 }
 
-/// The bounds of nothing.
+/// The bounds of the empty set.
 pub const EMPTY_BOUNDS: PackedBounds = [f32::INFINITY; 8];
 
-/// The bounds unpacked.
+/// Converts packed bounds to an AABB.
 pub fn unpack_bounds(bounds: &PackedBounds) -> Aabb {
     let [a, b, c, _, d, e, f, _] = *bounds;
     Aabb { lower: [a, b, c], upper: [-d, -e, -f] }
@@ -87,7 +87,7 @@ pub fn diagonal<I: Isa>(bounds: I::F32x8) -> F32x4 {
     lower.zero_w().add(negated_upper.zero_w())
 }
 
-/// Half the areas of four boxes, from their diagonals.
+/// Half the surface areas of four boxes, from their diagonals.
 #[inline(always)]
 pub fn half_areas(extents: [F32x4; 4]) -> F32x4 {
     let [x, y, z, _] = F32x4::transpose(extents);
@@ -137,7 +137,7 @@ impl PrimInfo {
         range
     }
 
-    /// The union of both.
+    /// The union of both bounds.
     pub fn merged(&self, b: &PrimInfo) -> PrimInfo {
         PrimInfo {
             bounds: std::array::from_fn(|i| self.bounds[i].min(b.bounds[i])),

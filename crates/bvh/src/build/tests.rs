@@ -1,4 +1,4 @@
-//! Trees over all kinds of boxes.
+//! Trees over boxes of different sizes and arrangements.
 
 use super::*;
 use crate::Bvh;
@@ -6,8 +6,8 @@ use crate::build::prim_ref::PrimRef;
 use crate::limits::MAX_DEPTH;
 use crate::node::NodeBlock;
 
-/// A builder with one box per leaf. The top of the tree is built from all boxes, or from a sample of one in `0` boxes
-/// (the field of this struct).
+/// A builder with one box per leaf. The field is the sampling rate: one in this number of boxes is sampled for the top
+/// of the tree; `None` uses all boxes.
 struct Boxes(Option<usize>);
 
 impl LeafBuilder for Boxes {
@@ -87,7 +87,7 @@ fn trees_contain_every_box_once() {
     let point = |x: f32| ([x; 3], [x; 3]);
     let same = vec![point(1.0); N as usize];
     let spread: Vec<_> = (0..N).map(|i| point((i.wrapping_mul(2_654_435_761) >> 8) as f32)).collect();
-    // Each box is half the size of the previous box, so the heuristic alone would create a list.
+    // Each box is half the size of the previous box, so the heuristic alone would create a tree as deep as a list.
     let shrinking: Vec<_> = (0..140).map(|i| ([0.0; 3], [0.5f32.powi(i - 30); 3])).collect();
     let nested: Vec<_> = (0..N).map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3])).collect();
     // All boxes that the sample does not contain are in one place.

@@ -9,7 +9,8 @@ use crate::build::treelet::{PrimGenerator, SubtreeRoot, TreeletDesc, TreeletJob,
 use crate::node::{NodeBlock, NodeRef};
 use crate::simd::Portable;
 
-/// Expected area of each half of a split, as a fraction of the whole area: the value for slanted surfaces.
+/// Expected surface area of each half of a split box, as a fraction of the whole box's area: the value for slanted
+/// surfaces.
 const HALVING_AREA_RATIO: f32 = 0.6;
 
 /// The binary tree above the treelets.
@@ -39,14 +40,14 @@ enum Child {
 pub struct TopPlan {
     binary: Vec<BinaryNode>,
     treelets: Vec<TreeletDesc>,
-    /// The child slots of each treelet.
+    /// Number of children that each treelet may give to the node above it.
     child_slots: Vec<usize>,
     /// Wide nodes, parents before children.
     nodes: Vec<Vec<Child>>,
 }
 
 impl TopPlan {
-    /// Collapses the top at the least expected cost, for leaves of `usual` primitives.
+    /// Plans the wide nodes with the least expected cost; `usual` is the typical number of primitives in a leaf.
     pub fn new(top: TopNode, usual: usize) -> TopPlan {
         let mut plan = TopPlan { binary: vec![], treelets: vec![], child_slots: vec![], nodes: vec![] };
         plan.flatten(top);
@@ -84,7 +85,7 @@ impl TopPlan {
         }
     }
 
-    /// Plans the wide node of a binary node and all wide nodes below; returns the index of the upper node.
+    /// Plans the wide node of a binary node and all wide nodes below; returns the index of that wide node.
     fn plan_node(&mut self, at: usize) -> usize {
         let index = self.nodes.len();
         self.nodes.push(vec![]);
@@ -102,7 +103,7 @@ impl TopPlan {
         index
     }
 
-    /// Builds the treelets, and the tree.
+    /// Builds the treelets, and joins them into the tree.
     pub fn build_tree<L: LeafBuilder>(&self, mut inputs: Vec<TreeletInput>, shared: &BuildContext<L>) -> BuiltBvh {
         let mut jobs = Vec::with_capacity(self.treelets.len());
         let mut next = self.treelets.iter().zip(self.child_slots.iter().copied());
@@ -129,7 +130,7 @@ impl TopPlan {
             }
         }
         let ConcatenatedTree { mut blocks, ids, roots } = build_and_concat(jobs, self.nodes.len(), shared);
-        // A plan without nodes has one treelet in one slot.
+        // A plan without nodes consists of a single treelet with a single root.
         let root = match self.nodes.is_empty() {
             true => roots[0][0],
             false => self.write_nodes(&roots, &mut blocks),
@@ -163,7 +164,7 @@ impl TopPlan {
 }
 
 /// Expected cost per area of a treelet as 1 to 8 children, by its number of primitives. The treelet is assumed to be
-/// halved down to leaves of `usual` primitives.
+/// halved until its leaves contain `usual` primitives.
 fn expected_costs(usual: usize) -> impl Fn(usize) -> PackedBounds {
     let mut halved = vec![[1.0; 8]];
     for _ in 0..usize::BITS {

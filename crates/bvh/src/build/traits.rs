@@ -28,7 +28,7 @@ pub trait LeafBuilder: Sync {
     }
     /// True if the primitives fit into one leaf. A single primitive always fits.
     fn fits(&self, prims: &[PrimRef], scratch: &mut Self::Scratch) -> bool;
-    /// Writes a leaf of `prims`, whose ids go to `ids`; returns its reference. May push blocks.
+    /// Creates a leaf of `prims` and appends their ids to `ids`; returns the leaf's reference. May append blocks.
     fn create_leaf(
         &self,
         prims: &[PrimRef],
@@ -40,12 +40,13 @@ pub trait LeafBuilder: Sync {
     const LEAVES_ARE_BLOCKS: bool;
     /// The typical number of primitives in a leaf.
     const TYPICAL_LEAF_PRIMS: usize;
-    /// Maximum number of primitives in a binary leaf, which must fit into one leaf. Splits aim at full leaves.
+    /// Maximum number of primitives in a leaf of the binary tree, which must fit into one leaf of the wide tree. Splits
+    /// are chosen so that leaves are full.
     fn max_binary_leaf_prims(&self) -> usize;
     /// Bins per axis for a number of primitives: 8 or 16, but 64 or 256 above the treelets.
     fn bin_count(&self, prims: usize) -> usize;
-    /// Estimated numbers of blocks and ids. Excess memory is released. If too little memory was reserved, the data is
-    /// copied once more.
+    /// Estimated numbers of blocks and ids, for which memory is reserved. Excess memory is released; if the reserved
+    /// memory is too small, the data is copied once more.
     fn size_estimate(&self) -> (usize, usize) {
         (0, 0)
     }
@@ -77,10 +78,10 @@ pub struct BuildContext<'a, L: LeafBuilder> {
 pub trait PrimSource: Sync {
     /// The number of primitives.
     fn count(&self) -> usize;
-    /// A primitive by index.
+    /// Returns the primitive with index `at`.
     fn prim(&self, at: usize) -> PrimRef;
 
-    /// Appends primitives.
+    /// Appends the primitives with these ids to `prims`.
     fn prims(&self, ids: &[u32], prims: &mut Vec<PrimRef>) {
         prims.extend(ids.iter().map(|&id| self.prim(id as usize)));
     }

@@ -36,7 +36,7 @@ pub enum TreeletPrims<'a> {
 /// Generates primitives.
 pub type PrimGenerator<'a> = dyn Fn(&mut Vec<PrimRef>) + Send + Sync + 'a;
 
-/// Child that a treelet gives to the node above.
+/// Child that a treelet gives to the node above it.
 #[derive(Clone, Copy)]
 pub struct SubtreeRoot {
     pub bounds: PackedBounds,
@@ -64,13 +64,13 @@ pub struct Scratch<N> {
 }
 
 kernel! {
-    /// [`build_generic`] for each instruction set.
+    /// [`build_generic`], compiled for each instruction set.
     fn build_treelet[L: LeafBuilder](prims: &mut [PrimRef], desc: &TreeletDesc, child_slots: usize,
         shared: &BuildContext<L>, scratch: &mut Scratch<L::Scratch>, treelet: &mut Treelet) = build_generic
 }
 
 impl Treelet {
-    /// Builds the next treelet in the same memory.
+    /// Builds a treelet in the memory of the previous one.
     pub fn build<L: LeafBuilder>(
         &mut self,
         job: TreeletJob,
@@ -92,13 +92,13 @@ impl Treelet {
         }
     }
 
-    /// Roots after the blocks have moved back by `base`.
+    /// The roots after the indices of all blocks have increased by `base`.
     pub fn relocated_roots<L: LeafBuilder>(&self, [base, _]: [usize; 2]) -> Vec<SubtreeRoot> {
         let relocate = |root: &SubtreeRoot| SubtreeRoot { reference: relocated::<L>(root.reference, base), ..*root };
         self.roots.iter().map(relocate).collect()
     }
 
-    /// Offsets every reference except the roots by `base` blocks and `first` ids.
+    /// Increases block indices by `base` and positions of ids by `first`, in every reference except the roots.
     pub fn relocate<L: LeafBuilder>(&mut self, [base, first]: [usize; 2]) {
         let mut open: Vec<_> = self.roots.iter().map(|root| root.reference).collect();
         while let Some(at) = open.pop() {
@@ -119,7 +119,7 @@ impl Treelet {
     }
 }
 
-/// A reference of a treelet whose blocks have moved back by `base`.
+/// The reference after the indices of the treelet's blocks have increased by `base`.
 fn relocated<L: LeafBuilder>(child: NodeRef, base: usize) -> NodeRef {
     if child.is_leaf() && !L::LEAVES_ARE_BLOCKS { child } else { child.offset(base) }
 }
@@ -155,8 +155,8 @@ fn build_generic<I: Isa, L: LeafBuilder>(
         }
         let bins = leaves.bin_count((count as usize).min(TREELET_SIZE));
         let leaf_size = leaves.max_binary_leaf_prims() as u32;
-        // Primitives that are large relative to the whole mesh have already been split off; a cell or treelet may
-        // contain primitives that are large relative to itself.
+        // Primitives that are large compared with the whole mesh have already been split off. A cell or treelet may
+        // contain primitives that are large compared with the cell or treelet.
         let large = match at {
             0 => split_large::<I>(here, &range, depth as usize),
             _ => None,

@@ -25,7 +25,7 @@ pub struct LeafScratch {
     leaf: u32,
     /// Candidate leaves: runs of primitives whose vertices fit into one leaf.
     candidate_leaves: Vec<LeafVertices>,
-    /// The last candidate leaf that begins with each primitive, counted from 1.
+    /// For each primitive, the last candidate leaf that begins with it; candidates are numbered from 1.
     candidate_of_prim: Vec<u32>,
 }
 
@@ -142,7 +142,7 @@ impl PrimSource for TrianglePrims<'_> {
         for ids in ids.chunks(corners.len()) {
             for (corners, &id) in corners.iter_mut().zip(ids) {
                 *corners = self.triangles[id as usize];
-                // Vertices may be scattered: all are prefetched before the first is read.
+                // Vertices may be scattered in memory, so all are prefetched before the first is read.
                 for vertex in *corners {
                     prefetch(self.vertices.as_ptr().wrapping_add(vertex as usize));
                 }
@@ -167,7 +167,7 @@ impl LeafBuilder for TrianglePrims<'_> {
     }
 
     fn max_binary_leaf_prims(&self) -> usize {
-        // Four pairs without a common vertex have the 16 vertices of a leaf.
+        // Four pairs without a common vertex have 16 vertices, the maximum of a leaf.
         4
     }
 
@@ -182,7 +182,7 @@ impl LeafBuilder for TrianglePrims<'_> {
     }
 
     fn size_estimate(&self) -> (usize, usize) {
-        // A third more blocks than hair requires; hair fills leaves less than other meshes.
+        // The estimate is a third more blocks than meshes of hair require, which fill leaves less than other meshes.
         let blocks = (self.triangles.len() + self.vertices.len()) / 10;
         (blocks + 1, self.triangles.len())
     }
@@ -224,7 +224,7 @@ impl LeafBuilder for TrianglePrims<'_> {
         ids: &mut Vec<u32>,
         blocks: &mut Vec<NodeBlock>,
     ) -> NodeRef {
-        // A binary leaf has at most 4 pairs and so 16 vertices; larger leaves were tested by `fits`.
+        // A binary leaf has at most 4 pairs and therefore at most 16 vertices; larger leaves were tested by `fits`.
         let made;
         let known = (scratch.candidate_of_prim[prims[0].id as usize] as usize).wrapping_sub(1);
         let shared = match scratch.candidate_leaves.get(known) {

@@ -3,11 +3,11 @@
 use crate::build::prim_ref::PrimRef;
 use crate::simd::prefetch;
 
-/// The largest area of a pair's bounds, relative to the sum of both triangles' bounds.
+/// Maximum surface area of a pair's bounds, as a fraction of the sum of the areas of both triangles' bounds.
 const MAX_PAIR_AREA_RATIO: f32 = 0.85;
 
-/// Number of triangles by which prefetching is ahead: corners may have left the L1 cache since their bounds were
-/// computed.
+/// Number of triangles between the prefetch of a triangle's corners and their use; the corners may have left the L1
+/// cache since their bounds were computed.
 const PREFETCH_DISTANCE: usize = 8;
 
 /// Maximum number of probes per edge; after that an edge is ignored.
@@ -160,7 +160,7 @@ mod tests {
             .collect()
     }
 
-    /// Returns the pairs found and their boxes, checked against the triangles.
+    /// Finds the pairs, checks their boxes and triangles, and returns the pairs.
     fn found(side: u32, triangles: &[[u32; 3]]) -> Vec<TrianglePair> {
         let vertex = |i: u32| [(i % (side + 1)) as f32, (i / (side + 1)) as f32, 0.0];
         let around = |ids: &[u32]| {
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn triangles_are_paired_with_the_best_neighbour() {
-        // Half a square, a distant triangle, the other half, and a longer triangle next to it.
+        // Half a square, a distant triangle, the other half of the square, and a longer triangle next to the square.
         let triangles = [[0, 1, 3], [10, 11, 13], [0, 3, 2], [0, 4, 3]];
         let pairs = found(1, &triangles);
         let pairs = pairs.iter().filter(|pair| pair.count == 2);

@@ -5,8 +5,8 @@ use crate::exact::expansion::{DoubleDouble, two_diff};
 
 type Vector3 = [f64; 3];
 
-/// Squared sine of the angle at the first corner above which float64, corrected once, finds the foot of the
-/// perpendicular.
+/// Squared sine of the angle at the first corner, above which float64 with one correction step is precise enough to
+/// find the foot of the perpendicular.
 const MIN_SQUARED_SINE: f64 = 1e-6;
 
 /// The point of a triangle that is closest to another point.
@@ -31,8 +31,8 @@ fn plus(a: Vector3, v: f64, e: Vector3, w: f64, f: Vector3) -> Vector3 {
     std::array::from_fn(|k| a[k] + (v * e[k] + w * f[k]))
 }
 
-/// Point of a triangle closest to `point`. A triangle without area is a segment or a point. For an edge, both triangles
-/// that share it return the same bits.
+/// Point of a triangle closest to `point`. A triangle without area is a segment or a point. If the closest point is on
+/// an edge, both triangles that share the edge return the same bits.
 #[inline]
 pub fn closest_point(point: Vector3, corners: [Vector3; 3]) -> TrianglePoint {
     let [a, b, c] = corners;
@@ -45,7 +45,7 @@ pub fn closest_point(point: Vector3, corners: [Vector3; 3]) -> TrianglePoint {
         let (v, w) = (ef * af - ff * ae, ef * ae - ee * af);
         (v >= 0.0 && w >= 0.0 && v + w <= det).then(|| {
             let (v, w) = (v / det, w / det);
-            // One step of Newton's method; the remaining error is rounding relative to the triangle's size.
+            // One step of Newton's method; the remaining error is a rounding error relative to the triangle's size.
             let rest = plus(relative[0], v, e, w, f);
             let (ae, af) = (dot(rest, e), dot(rest, f));
             [v + (ef * af - ff * ae) / det, w + (ef * ae - ee * af) / det]
@@ -65,7 +65,7 @@ pub fn closest_point(point: Vector3, corners: [Vector3; 3]) -> TrianglePoint {
     }
 }
 
-/// Weights of the second and third corner at the foot of the perpendicular, if it is inside the triangle.
+/// Weights of the second and third corner at the foot of the perpendicular, if the foot is inside the triangle.
 #[cold]
 #[inline(never)]
 fn foot_in_double_double(point: Vector3, [a, b, c]: [Vector3; 3]) -> Option<[f64; 2]> {
@@ -87,11 +87,11 @@ fn foot_in_double_double(point: Vector3, [a, b, c]: [Vector3; 3]) -> Option<[f64
     (inside && solid).then(|| [v.quotient(det), w.quotient(det)])
 }
 
-/// The closest point of the three edges.
+/// The closest point on the three edges.
 fn closest_of_edges(corners: [Vector3; 3], relative: [Vector3; 3]) -> TrianglePoint {
     let edge = |i: usize, j: usize| {
-        // Computed from the edge's lexicographically smaller end, so that both triangles of the edge return the same
-        // bits.
+        // The computation starts at the edge's lexicographically smaller end, so that both triangles of the edge return
+        // the same bits.
         let (i, j) = if corners[j] < corners[i] { (j, i) } else { (i, j) };
         let along = sub(corners[j], corners[i]);
         let t = -dot(relative[i], along) / dot(along, along);

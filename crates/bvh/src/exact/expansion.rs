@@ -66,7 +66,7 @@ impl Expansion {
         }
     }
 
-    /// Adds the product of two sums of two floats, times a float.
+    /// Adds `factor` times the product of `a` and `b`, each the sum of two floats.
     pub fn add_triple_product(&mut self, factor: f64, a: (f64, f64), b: (f64, f64)) {
         for x in [a.1, a.0] {
             for y in [b.1, b.0] {
@@ -77,7 +77,7 @@ impl Expansion {
         }
     }
 
-    /// The float nearest to the sum, up to one unit in the last place; it has the sum's sign.
+    /// A float that differs from the sum by at most one unit in the last place, and has the sum's sign.
     pub fn estimate(&self) -> f64 {
         self.components[..self.len].iter().sum()
     }
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn error_free_sums_and_products_are_exact() {
         let (sum, error) = two_sum(1e16, 1.0 + f64::EPSILON);
-        // The sum is rounded to a multiple of 2; the rounding error is exact.
+        // The float64 sum is rounded to a multiple of 2; `error` is exactly the rounding error.
         assert_eq!((sum - 1e16) + error, 1.0 + f64::EPSILON);
         let (product, error) = two_product(1.0 + f64::EPSILON, 1.0 + f64::EPSILON);
         assert_eq!((product, error), (1.0 + 2.0 * f64::EPSILON, f64::EPSILON * f64::EPSILON));

@@ -1,11 +1,13 @@
 //! Exact signs of a ray and a triangle, and their intersection in twice the precision.
 //!
-//! A ray o + t d meets the plane of corners a, b, c relative to o: A, B, C. The edge function T(a, b) = d . (A x B) is
-//! the side on which the ray passes the edge. V = A . (B x C) is the side of the plane on which the ray starts, and t
-//! is V divided by the sum of the three edge functions. Signs are exact for the given float64 numbers: a float64 filter
-//! decides, otherwise twice the precision, otherwise expansions (Shewchuk 1997).
+//! A ray o + t d meets the plane of corners a, b, c relative to o: A, B, C. The sign of the edge function T(a, b) = d .
+//! (A x B) is the side on which the ray passes the edge. The sign of V = A . (B x C) is the side of the plane on which
+//! the ray starts, and t is V divided by the sum of the three edge functions. Signs are exact for the given float64
+//! numbers: they are computed in float64; if its error bound is too large, in twice the precision; if that is not
+//! sufficient either, with expansions (Shewchuk 1997).
 //!
-//! Exact for coordinates with magnitudes between 1e-70 and 1e70, and 0; beyond, float64 rounding decides.
+//! The signs are exact if all coordinates are 0 or have magnitudes between 1e-70 and 1e70; otherwise, float64 rounding
+//! decides.
 
 use crate::exact::expansion::{DoubleDouble, Expansion, two_diff};
 
@@ -14,10 +16,11 @@ type Point = [f64; 3];
 /// The rounding unit of float64.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// Error bound of an edge function in float64, doubled, as a fraction of the sum of its products' sizes.
+/// Error bound of an edge function in float64, doubled, as a fraction of the sum of its products' magnitudes.
 const FLOAT_ERROR: f64 = 16.0 * UNIT;
 
-/// Error bound of an edge function in twice the precision, doubled, as the same fraction.
+/// Error bound of an edge function in twice the precision, doubled, as a fraction of the sum of its products'
+/// magnitudes.
 const DOUBLE_ERROR: f64 = UNIT * UNIT * 256.0;
 
 /// Magnitude, as a fraction of the sum of its products' magnitudes, above which a value in twice the precision is
@@ -27,7 +30,7 @@ const ROUNDABLE: f64 = DOUBLE_ERROR / UNIT;
 /// Axes i, j, k of the products x_i (y_j z_k - y_k z_j) in a determinant.
 const AXES: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
 
-/// The exact differences of the components.
+/// The differences a - b of the components, each exact as a rounded difference and its rounding error.
 fn differences(a: Point, b: Point) -> [(f64, f64); 3] {
     std::array::from_fn(|k| two_diff(a[k], b[k]))
 }
@@ -36,7 +39,7 @@ fn double(parts: [(f64, f64); 3]) -> [DoubleDouble; 3] {
     parts.map(|(high, low)| DoubleDouble { high, low })
 }
 
-/// The triple product x . (y x z) in twice the precision, and the sum of its products' sizes.
+/// The triple product x . (y x z) in twice the precision, and the sum of its products' magnitudes.
 fn triple_product(x: [DoubleDouble; 3], y: [DoubleDouble; 3], z: [DoubleDouble; 3]) -> (DoubleDouble, f64) {
     let (mut sum, mut size) = (DoubleDouble::ZERO, 0.0);
     for [i, j, k] in AXES {
@@ -47,7 +50,7 @@ fn triple_product(x: [DoubleDouble; 3], y: [DoubleDouble; 3], z: [DoubleDouble; 
     (sum, size)
 }
 
-/// The triple product of three vectors of two-part components, exactly.
+/// The exact triple product of three vectors whose components are sums of two floats.
 fn exact_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> Expansion {
     let mut sum = Expansion::ZERO;
     for [i, j, k] in AXES {
@@ -61,7 +64,8 @@ fn exact_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 
     sum
 }
 
-/// A triple product in twice the precision or, if that does not determine its sign, rounded from its exact value.
+/// A triple product in twice the precision or, if that is not accurate enough, its exact value rounded to twice the
+/// precision.
 fn sure_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> DoubleDouble {
     let (value, size) = triple_product(double(x), double(y), double(z));
     if value.high.abs() > ROUNDABLE * size {
@@ -191,8 +195,8 @@ impl RayPredicates {
         if is_sure { found } else { self.slow_intersection(corners) }
     }
 
-    /// [`RayPredicates::intersection`] in twice the precision, and true if that is sufficient. Branch-free, so that a
-    /// loop over rays is vectorised.
+    /// [`RayPredicates::intersection`] in twice the precision, and true if this precision is sufficient. Branch-free,
+    /// so that a loop over rays is vectorised.
     #[inline(always)]
     pub fn quick_intersection(&self, [a, b, c]: [Point; 3]) -> ([f64; 3], bool) {
         let relative = |p: Point| {
@@ -226,7 +230,7 @@ impl RayPredicates {
     }
 }
 
-/// A cross product in twice the precision, with the sizes of its components' products.
+/// A cross product in twice the precision, with the sums of the magnitudes of the products in its components.
 struct Cross {
     components: [DoubleDouble; 3],
     sizes: [f64; 3],
@@ -243,7 +247,7 @@ impl Cross {
         Cross { components: [a, b, c], sizes: [size_a, size_b, size_c] }
     }
 
-    /// The product with a vector, and true if the float64 result equals the correctly rounded exact value.
+    /// The dot product with a vector, and true if the float64 result equals the correctly rounded exact value.
     #[inline(always)]
     fn along(&self, [x, y, z]: Point) -> (DoubleDouble, bool) {
         let ([a, b, c], [size_a, size_b, size_c]) = (self.components, self.sizes);

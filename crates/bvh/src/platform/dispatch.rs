@@ -85,17 +85,17 @@ impl InstructionSet {
     }
 }
 
-/// An instruction set that this machine supports: the proof that kernels require.
+/// An instruction set that this machine supports. Kernels require this type as proof of the support.
 #[derive(Clone, Copy, Debug)]
 pub struct Dispatch(InstructionSet);
 
 impl Dispatch {
-    /// The widest.
+    /// Selects the widest available instruction set, or the one named by `RAYCAM_ISA`.
     pub fn detect() -> Dispatch {
         Dispatch(InstructionSet::detect())
     }
 
-    /// A given instruction set, if it is available.
+    /// Selects the given instruction set; `None` if it is not available.
     pub fn try_new(isa: InstructionSet) -> Option<Dispatch> {
         isa.is_available().then_some(Dispatch(isa))
     }
@@ -148,7 +148,7 @@ macro_rules! kernel {
 }
 pub(crate) use kernel;
 
-/// Vectorisable work of other crates: `run` and its callees are `#[inline(always)]`.
+/// Vectorisable work of other crates. `run` and its callees must be `#[inline(always)]`.
 pub trait WithSimd {
     /// Does the work.
     fn run(self);

@@ -16,7 +16,7 @@ pub struct HugePageVec<T: Copy> {
     start: NonNull<T>,
     len: usize,
     capacity: usize,
-    /// Bytes between the allocation and the first value.
+    /// Number of bytes between the start of the allocation and the first value.
     align_offset: usize,
 }
 
@@ -56,7 +56,7 @@ impl<T: Copy> HugePageVec<T> {
         layout
     }
 
-    /// Memory of all `capacity` values.
+    /// The memory of all `capacity` values, whether written or not.
     pub fn spare_capacity_mut(&mut self) -> &mut [MaybeUninit<T>] {
         // SAFETY: there is room for this many values, none of which is assumed to be written.
         unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr().cast(), self.capacity) }
@@ -101,7 +101,7 @@ impl<T: Copy> HugePageVec<T> {
     where
         T: Send + Sync,
     {
-        /// Copies of fewer values than this do not use another thread.
+        /// Number of values below which the copy runs on the calling thread alone.
         const FEW: usize = 1 << 12;
         let mut pages = Self::with_capacity(capacity);
         let mut room = pages.spare_capacity_mut();
@@ -161,7 +161,7 @@ impl<T: Copy> DerefMut for HugePageVec<T> {
     }
 }
 
-/// Copies values to uninitialised memory of the same length.
+/// Copies values to uninitialised memory for the same number of values.
 pub fn copy_to_uninit<T: Copy>(room: &mut [MaybeUninit<T>], values: &[T]) {
     assert!(room.len() == values.len(), "the lengths of source and destination differ");
     // SAFETY: both slices have the same length, and a mutable slice cannot overlap another slice.

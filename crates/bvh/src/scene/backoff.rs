@@ -10,7 +10,7 @@ const MAX_SKIPS: u32 = 64;
 #[derive(Debug, Default)]
 pub struct Backoff {
     remaining: AtomicU32,
-    /// The number of blocks skipped last.
+    /// Number of blocks that were skipped after the last unprofitable block.
     period: AtomicU32,
 }
 

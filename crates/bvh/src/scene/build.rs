@@ -14,21 +14,22 @@ use crate::scene::backoff::Backoff;
 use crate::scene::rebraid::{InstanceTransform, rebraid, transform_bounds, whole_instances};
 use crate::scene::{Instance, InstanceRecord, Scene, relative_padding_of};
 
-/// The leaves of a TLAS. Hits do not depend on these options.
+/// The kind of the TLAS's leaves. Hits do not depend on this choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TlasLeaves {
     /// Whole instances, which are fastest to build.
     Instances,
-    /// Subtrees of instances that overlap others, found by partial re-braiding: the fastest for many rays.
+    /// Instances, but instances that overlap others are divided into subtrees by partial re-braiding: the fastest for
+    /// many rays.
     Subtrees,
 }
 
-/// Factor that covers the rounding of [`length_scale`] and of the transforms.
+/// Factor that is larger than the rounding errors of [`length_scale`] and of the transforms.
 const LENGTH_ROUNDING: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 impl InstanceRecord {
-    /// Instance in scene coordinates, and its transform for re-braiding, still without padding. `bounds` is the mesh's
-    /// AABB in the scene, `None` for an empty mesh.
+    /// Creates the record of an instance in scene coordinates, and its transform for re-braiding; the padding is set
+    /// later. `bounds` is the mesh's AABB in the scene, `None` for an empty mesh.
     fn new(instance: Instance, bounds: Option<([f64; 3], [f64; 3])>, scale: f64) -> (Self, Option<InstanceTransform>) {
         let mesh_scale = f64::from(instance.bvh.scale());
         let forward = instance.world_from_mesh.map(|row| row.map(f64::from));
@@ -147,7 +148,7 @@ pub(crate) const fn translation([x, y, z]: [f32; 3]) -> [[f32; 4]; 3] {
     [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]]
 }
 
-/// Leaf builder of the TLAS: a leaf is one subtree reference, by index.
+/// Leaf builder of the TLAS: a leaf is the index of one subtree reference.
 struct InstanceLeaves;
 
 impl LeafBuilder for InstanceLeaves {

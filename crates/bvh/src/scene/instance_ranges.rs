@@ -5,19 +5,19 @@ use crate::ray::INVALID_ID;
 /// The triangle range of each instance in a flattened BLAS.
 #[derive(Debug)]
 pub(crate) struct InstanceRanges {
-    /// The first triangle of each mesh.
+    /// Index of the first triangle of each mesh, in the BLAS.
     pub first_prims: Vec<u32>,
 }
 
 impl InstanceRanges {
-    /// The mesh of a triangle of the BLAS, and the triangle's index there.
+    /// The mesh of a triangle of the BLAS, and the triangle's index in that mesh.
     pub fn locate(&self, triangle: u32) -> (u32, u32) {
         // An empty mesh begins at the same triangle as the next mesh.
         let mesh = self.first_prims.partition_point(|first| *first <= triangle) - 1;
         (mesh as u32, triangle - self.first_prims[mesh])
     }
 
-    /// Replaces triangles of the BLAS by instances and their triangles.
+    /// Converts hits from (0, triangle of the BLAS) to (instance, triangle of its mesh).
     pub fn remap_hits<'h>(&self, hits: impl Iterator<Item = (&'h mut u32, &'h mut u32)>) {
         for (instance, triangle) in hits.filter(|(instance, _)| **instance != INVALID_ID) {
             (*instance, *triangle) = self.locate(*triangle);

@@ -54,7 +54,7 @@ pub trait ExactTriangles {
 #[derive(Debug)]
 pub(crate) struct InstanceRecord {
     pub bvh: Arc<Bvh>,
-    /// From scaled scene coordinates to tree coordinates of the mesh.
+    /// Transform from scaled scene coordinates to tree coordinates of the mesh.
     pub mesh_from_scene: [[f32; 4]; 3],
     /// Translation, if `mesh_from_scene` is only a translation.
     pub translation_only: Option<[f32; 3]>,
@@ -62,7 +62,7 @@ pub(crate) struct InstanceRecord {
     pub max_scale: f32,
     /// Upper bound on the largest factor by which `mesh_from_scene` scales the length of a vector.
     pub max_length_scale: f32,
-    /// Upper bound on the ratio of the largest to the smallest of these factors.
+    /// Upper bound on the ratio of the largest to the smallest factor by which `mesh_from_scene` scales lengths.
     pub length_condition: f32,
 }
 
@@ -112,7 +112,8 @@ impl Scene {
         self.is_single_mesh
     }
 
-    /// Selects an instruction set; false, without effect, if the machine does not support it. Hits do not change.
+    /// Selects an instruction set. Returns false, without effect, if the machine does not support it. Hits do not
+    /// depend on it.
     pub fn set_instruction_set(&mut self, isa: InstructionSet) -> bool {
         let dispatch = Dispatch::try_new(isa);
         self.dispatch = dispatch.unwrap_or(self.dispatch);
@@ -131,21 +132,22 @@ impl Scene {
         self.relative_padding(false) * (distance + self.max_abs_coord)
     }
 
-    /// True if the small padding is sufficient for a float32 ray that starts here.
+    /// True if the origin is within the scene's bounds, so that the small padding is sufficient for a float32 ray.
     #[inline(always)]
     pub(crate) fn is_within_reach(&self, [x, y, z]: [f32; 3]) -> bool {
         x.abs().max(y.abs()).max(z.abs()) <= self.max_abs_coord
     }
 
-    /// The padding as a fraction of the largest coordinate. For a float32 ray that starts within the scene, the boxes
-    /// of instances with general transforms are already padded, and a translation has the rounding error of one sum.
+    /// The padding as a fraction of the largest coordinate; it is small if `within` is true. For a float32 ray that
+    /// starts within the scene, the boxes of instances with general transforms are already padded, and a translation
+    /// has the rounding error of one sum.
     #[inline(always)]
     pub(crate) fn relative_padding(&self, within: bool) -> f32 {
         if within { 2.0 * MACHINE_EPSILON } else { relative_padding_of(self.transform_condition) }
     }
 }
 
-/// The rounding error of a transform with a condition number, as a fraction of the largest coordinate.
+/// The rounding error of a transform with this condition number, as a fraction of the largest coordinate.
 pub(crate) fn relative_padding_of(transform_condition: f32) -> f32 {
     (64.0 * transform_condition + 24.0) * MACHINE_EPSILON
 }

@@ -9,8 +9,9 @@ use crate::traverse::exact::crossings::Crossings;
 use crate::traverse::exact::ties::MarkedHits;
 
 impl Scene {
-    /// The closest hit of every ray, on the calling thread. `hits` is as long as `rays`. Returns the rays that may have
-    /// hit coplanar surfaces of two instances, in any order; [`Scene::closest_exact`] decides which surface they hit.
+    /// Finds the closest hit of every ray, on the calling thread. `hits` must be as long as `rays`. Returns the rays
+    /// that may have hit coplanar surfaces of two instances, in any order; [`Scene::closest_exact`] decides which
+    /// surface they hit.
     pub fn closest(&self, rays: &[Ray], hits: &mut [Hit], coherence: Coherence) -> Vec<u32> {
         assert_eq!(rays.len(), hits.len(), "the numbers of hits and rays must be equal");
         let mut marked = vec![];
@@ -21,17 +22,18 @@ impl Scene {
         marked
     }
 
-    /// True for every ray that hits anything, on the calling thread. `occluded` is as long as `rays`.
+    /// Sets `occluded` to true for every ray that hits anything, on the calling thread. `occluded` must be as long as
+    /// `rays`.
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
         assert_eq!(rays.len(), occluded.len(), "the numbers of answers and rays must be equal");
         traverse::occluded(self.dispatch, self, rays, occluded, coherence);
     }
 
-    /// The closest hit of every ray, decided exactly for the float64 corners. Edges, corners and both ends of the range
-    /// of t are included, and hits are ordered by (t, instance, triangle). If surfaces of several instances are
+    /// Finds the closest hit of every ray, decided exactly for the float64 corners. Edges, corners and both ends of the
+    /// range of t are included, and hits are ordered by (t, instance, triangle). If surfaces of several instances are
     /// coplanar up to rounding to float32, the ray hits the instance with the largest index. Returns a tie for each ray
-    /// that hits several instances at the same distance, up to that rounding, in the order of the rays. On the calling
-    /// thread; `hits` is as long as `rays`.
+    /// that hits several instances at the same distance, up to that rounding, in the order of the rays. Runs on the
+    /// calling thread; `hits` must be as long as `rays`.
     pub fn closest_exact<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],
@@ -41,8 +43,8 @@ impl Scene {
         self.closest_exact_with(rays, triangles, None, HitDetail::Intersection, hits)
     }
 
-    /// Same as [`Scene::closest_exact`] among the hits that the filter accepts. Only the fields in `detail` are
-    /// computed.
+    /// Same as [`Scene::closest_exact`] among the hits that the filter accepts. Only the fields that `detail` specifies
+    /// are computed.
     pub fn closest_exact_with<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],
@@ -61,7 +63,7 @@ impl Scene {
         ties
     }
 
-    /// True for every ray that hits anything that a filter accepts, decided in the same way as by
+    /// Sets `occluded` to true for every ray that hits anything that the filter accepts; hits are decided as by
     /// [`Scene::closest_exact`].
     pub fn occluded_exact<T: ExactTriangles>(
         &self,
@@ -78,7 +80,7 @@ impl Scene {
         }
     }
 
-    /// Closest or any hits. Closest hits that float32 determines consist only of their ids.
+    /// Finds the closest hits, or any hits. For closest hits that float32 determines, only the ids are set.
     fn trace_exact<T: ExactTriangles>(
         &self,
         rays: &[ExactRay],
@@ -135,8 +137,8 @@ impl Scene {
         }
     }
 
-    /// Returns the hit of every ray, with t and weights accurate to one unit in the last place. `hits` must be as long
-    /// as `rays`.
+    /// Recomputes t and the weights of every hit, accurate to one unit in the last place. `hits` must be as long as
+    /// `rays`.
     ///
     /// # Panics
     /// For flattened scenes.
@@ -177,7 +179,7 @@ impl Scene {
         traverse::crossings(self.dispatch, self, rays, triangles, filter, &mut answers);
     }
 
-    /// Number of crossings of every ray, as in [`Scene::crossings`]. `signed`: the number of exits minus the number of
+    /// Number of crossings of every ray, as in [`Scene::crossings`]. If `signed` is true, the number is exits minus
     /// entries.
     ///
     /// # Panics
@@ -230,7 +232,7 @@ pub fn squared_distance_to_triangle(point: [f64; 3], corners: [[f64; 3]; 3]) -> 
     closest_point(point, corners).squared_distance
 }
 
-/// A filter of instances for a flattened scene.
+/// Filter for a flattened scene: looks up the instance and triangle of a hit, and calls the inner filter.
 struct FlattenedFilter<'a>(&'a InstanceRanges, &'a dyn HitFilter);
 
 impl HitFilter for FlattenedFilter<'_> {
@@ -244,7 +246,7 @@ impl HitFilter for FlattenedFilter<'_> {
     }
 }
 
-/// The triangles of all instances, in the order of the flattened BLAS.
+/// The triangles of all instances, by their index in the flattened BLAS.
 pub(crate) struct FlattenedTriangles<'a, T>(pub &'a InstanceRanges, pub &'a T);
 
 impl<T: ExactTriangles> ExactTriangles for FlattenedTriangles<'_, T> {

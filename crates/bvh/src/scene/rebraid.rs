@@ -63,7 +63,7 @@ pub(crate) fn rebraid(transforms: &[Option<InstanceTransform>]) -> Vec<SubtreeRe
     refs
 }
 
-/// The references to whole instances.
+/// One reference to each instance as a whole.
 pub(crate) fn whole_instances(transforms: &[Option<InstanceTransform>]) -> Vec<SubtreeRef> {
     let whole = |(instance, transform): (u32, &Option<InstanceTransform>)| {
         let transform = transform.as_ref()?;
@@ -130,8 +130,8 @@ fn split_at_center(group: &mut Vec<SubtreeRef>) -> Option<Vec<SubtreeRef>> {
     Some(second)
 }
 
-/// Bounds of all subtree references in a group, except the references to one instance. Per side: the extreme value, its
-/// instance, and the runner-up.
+/// Bounds of all subtree references in a group, except the references to one instance. For each side and axis: the
+/// extreme value, its instance, and the most extreme value of all other instances.
 struct BoundsOfOthers {
     farthest: [[(f32, u32, f32); 3]; 2],
 }
@@ -156,7 +156,7 @@ impl BoundsOfOthers {
         BoundsOfOthers { farthest }
     }
 
-    /// The bounds of all references of other instances.
+    /// The bounds of all references to instances other than `instance`.
     fn without(&self, instance: u32) -> Aabb {
         let [lower, upper] = [0, 1].map(|side: usize| {
             self.farthest[side]
@@ -166,10 +166,10 @@ impl BoundsOfOthers {
     }
 }
 
-/// The outward direction of the lower and of the upper corner.
+/// Sign of the outward direction along an axis, for the lower and for the upper corner.
 const SIDE_SIGN: [f32; 2] = [-1.0, 1.0];
 
-/// The fraction of a box's area that lies in another box.
+/// The surface area of the intersection of two boxes, as a fraction of the first box's area.
 fn overlap_fraction(subtree: &Aabb, other: &Aabb) -> f32 {
     let lower = std::array::from_fn(|axis| subtree.lower[axis].max(other.lower[axis]));
     let upper: [f32; 3] = std::array::from_fn(|axis| subtree.upper[axis].min(other.upper[axis]));
@@ -178,7 +178,7 @@ fn overlap_fraction(subtree: &Aabb, other: &Aabb) -> f32 {
     if apart || whole <= 0.0 { 0.0 } else { Aabb { lower, upper }.half_area() / whole }
 }
 
-/// Children of a subtree, if it contains more than a few triangles.
+/// The children of a subtree; `None` if it contains only a few triangles.
 fn open(transforms: &[Option<InstanceTransform>], subtree: &SubtreeRef) -> Option<Vec<SubtreeRef>> {
     let transform = transforms.get(subtree.instance as usize)?.as_ref()?;
     if subtree.node.is_leaf() {

@@ -15,8 +15,8 @@ const TIE_UNITS: f64 = 8.0;
 /// Sine of the largest angle between planes that count as coplanar: rounding to float32 tilts small triangles.
 const MAX_SINE: f64 = 1.0 / (1u64 << 10) as f64;
 
-/// Smallest barycentric weight of a hit that is not at an edge. At its bottom edges, a box that stands on a floor ties
-/// with the floor.
+/// Smallest barycentric weight of a hit that is not at an edge. If the weight is smaller, surfaces may only touch, as a
+/// box touches the floor at its bottom edges.
 const MIN_WEIGHT: f64 = 1.0 / (1u64 << 16) as f64;
 
 /// Range of t behind the closest hit in which hits of other instances tie with it. Along the normal, the planes may
@@ -37,7 +37,7 @@ fn tie_width(scene: &Scene, ray: &ExactRay, hit: &ExactHit, corners: [[f64; 3]; 
     if width < most { width } else { most }
 }
 
-/// Filter that accepts all instances except one, or only later instances.
+/// Filter that accepts all instances except `instance` or, if `only_later` is true, only instances with larger indices.
 struct OtherInstances<'a> {
     ranges: Option<&'a InstanceRanges>,
     instance: u32,
@@ -64,7 +64,7 @@ impl OtherInstances<'_> {
     }
 }
 
-/// Instance of a hit, also in a flattened scene.
+/// Index of the instance of a hit, for flattened scenes too.
 fn instance_of(ranges: Option<&InstanceRanges>, hit: &ExactHit) -> u32 {
     ranges.map_or(hit.instance, |ranges| ranges.locate(hit.triangle).0)
 }
@@ -95,7 +95,7 @@ impl Scene {
         marked.into_iter().filter_map(|ray| self.settle_tie(rays, triangles, filter, ray, hits)).collect()
     }
 
-    /// Applies the rule for coplanar surfaces to a ray. Returns none unless the ray hits several instances within a
+    /// Applies the rule for coplanar surfaces to a ray. Returns `None` unless the ray hits several instances within a
     /// [`tie_width`].
     fn settle_tie(
         &self,

@@ -153,7 +153,7 @@ impl Isa for Avx2 {
     }
 }
 
-/// Eight values of a table of sixteen lanes, selected by indices in the low four bits of each lane.
+/// Looks up eight values in a table of sixteen lanes; the indices are in the low four bits of each lane of `index`.
 #[inline(always)]
 fn permute_impl(table: DoubleWidth<Ymm, 8>, index: __m256i) -> Ymm {
     on_avx2!({
@@ -172,7 +172,7 @@ fn permute_impl(table: DoubleWidth<Ymm, 8>, index: __m256i) -> Ymm {
 /// As for [`Isa::load_transposed`].
 #[inline(always)]
 unsafe fn transpose8(rows: [*const f32; 8]) -> [Ymm; 4] {
-    // No closures, because rustc does not inline a closure that is called twice.
+    // This code uses no closures, because rustc does not inline a closure that is called twice.
     on_avx2!({
         let (a, b) = (transpose2(rows[0], rows[4]), transpose2(rows[1], rows[5]));
         let (c, d) = (transpose2(rows[2], rows[6]), transpose2(rows[3], rows[7]));
@@ -187,17 +187,17 @@ unsafe fn transpose8(rows: [*const f32; 8]) -> [Ymm; 4] {
     })
 }
 
-/// One row in each half of a register.
+/// Loads four floats into each half of a register.
 ///
 /// # Safety
-/// Four floats must be readable at each.
+/// Four floats must be readable at each pointer.
 #[inline(always)]
 unsafe fn transpose2(lower: *const f32, upper: *const f32) -> __m256 {
     on_avx2!(_mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(lower)), _mm_loadu_ps(upper)))
 }
 
-/// Unsigned keys that decrease as the value increases, with the lane in the low three bits. No key is the largest
-/// integer.
+/// Unsigned keys that decrease as the lane's value increases; the low three bits of a key are the lane's number. No key
+/// is the largest integer.
 #[inline(always)]
 pub fn sort_keys_descending(v: Ymm) -> __m256i {
     on_avx2!({
@@ -227,7 +227,8 @@ pub fn sort_network(v: __m256i) -> __m256i {
     })
 }
 
-/// Unsigned keys that increase with the non-negative value, with the lane in the low three bits.
+/// Unsigned keys that increase with the lane's value, which must not be negative; the low three bits of a key are the
+/// lane's number.
 #[inline(always)]
 fn sort_keys(v: Ymm) -> __m256i {
     on_avx2!({
@@ -236,7 +237,7 @@ fn sort_keys(v: Ymm) -> __m256i {
     })
 }
 
-/// [`Isa::argmin`].
+/// Implements [`Isa::argmin`].
 #[inline(always)]
 pub fn argmin(v: Ymm, mask: __m256) -> usize {
     on_avx2!({

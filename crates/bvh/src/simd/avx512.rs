@@ -116,14 +116,15 @@ impl Isa for Avx512 {
     }
 }
 
-/// One row in each quarter of a register.
+/// Loads four floats into each quarter of a register.
 ///
 /// # Safety
 ///
 /// As for [`Isa::load_transposed`].
 #[inline(always)]
 unsafe fn join4([a, b, c, d]: [*const f32; 4]) -> __m512 {
-    // No closures, because rustc does not inline a closure that is called more than once, nor the intrinsics in it.
+    // This code uses no closures, because rustc does not inline a closure that is called more than once, nor the
+    // intrinsics in it.
     on_avx512!({
         let v = _mm512_castps128_ps512(_mm_loadu_ps(a));
         let v = _mm512_insertf32x4::<1>(v, _mm_loadu_ps(b));

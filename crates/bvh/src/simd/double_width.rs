@@ -1,4 +1,4 @@
-//! A vector of twice the width of another.
+//! A vector that consists of two narrower vectors.
 
 use crate::simd::Vector;
 

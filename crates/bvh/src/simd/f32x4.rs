@@ -31,15 +31,15 @@ mod imp {
             pub fn mul(self, b: Self) -> Self = on_sse2!(Self(_mm_mul_ps(self.0, b.0)));
             pub fn min(self, b: Self) -> Self = on_sse2!(Self(_mm_min_ps(self.0, b.0)));
             pub fn max(self, b: Self) -> Self = on_sse2!(Self(_mm_max_ps(self.0, b.0)));
-            /// The first three lanes, and 0.
+            /// The vector with its last lane set to 0.
             pub fn zero_w(self) -> Self =
                 on_sse2!(Self(_mm_and_ps(self.0, _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0)))));
             /// `if self < b { NaN } else { 0.0 }`, by lane; the NaN has either sign. A bitwise or with this value
             /// replaces a number by NaN.
             pub fn cmp_lt(self, b: Self) -> Self = on_sse2!(Self(_mm_cmplt_ps(self.0, b.0)));
-            /// The inverse of [`F32x4::cmp_lt`].
+            /// `if self < b { 0.0 } else { NaN }`, by lane: the complement of [`F32x4::cmp_lt`].
             pub fn cmp_nlt(self, b: Self) -> Self = on_sse2!(Self(_mm_cmpnlt_ps(self.0, b.0)));
-            /// Bitwise or of both.
+            /// Bitwise or of two vectors.
             pub fn or(self, b: Self) -> Self = on_sse2!(Self(_mm_or_ps(self.0, b.0)));
             /// True if the sign bit of the first lane is set.
             pub fn sign(self) -> bool = on_sse2!(_mm_movemask_ps(self.0)) & 1 != 0;
@@ -50,7 +50,7 @@ mod imp {
             on_sse2!(_mm_storeu_ps(out.as_mut_ptr(), self.0));
             out
         }
-        /// Lane `LANE` in every lane.
+        /// The vector whose lanes all equal lane `LANE`.
         #[inline(always)]
         pub fn broadcast_lane<const LANE: usize>(self) -> Self {
             on_sse2!(Self(match LANE {
@@ -60,7 +60,7 @@ mod imp {
                 _ => _mm_shuffle_ps::<0b11_11_11_11>(self.0, self.0),
             }))
         }
-        /// Truncated to integers; the values must be within the range of `i32`.
+        /// The lanes, truncated to integers; the values must be within the range of `i32`.
         #[inline(always)]
         pub fn to_i32_trunc(self) -> [i32; 4] {
             let mut out = [0; 4];
@@ -74,7 +74,7 @@ mod imp {
             on_sse2!(_MM_TRANSPOSE4_PS(&mut a, &mut b, &mut c, &mut d));
             [Self(a), Self(b), Self(c), Self(d)]
         }
-        /// x y + y z + z x: half the area of a box of this diagonal.
+        /// x y + y z + z x: half the surface area of a box with this diagonal.
         #[inline(always)]
         pub fn half_area(self) -> f32 {
             on_sse2!({
@@ -109,29 +109,29 @@ mod imp {
             pub fn mul(self, b: Self) -> Self = self.zip(b, |a, b| a * b);
             pub fn min(self, b: Self) -> Self = self.zip(b, |a, b| if a < b { a } else { b });
             pub fn max(self, b: Self) -> Self = self.zip(b, |a, b| if a > b { a } else { b });
-            /// The first three lanes, and 0.
+            /// The vector with its last lane set to 0.
             pub fn zero_w(self) -> Self = Self([self.0[0], self.0[1], self.0[2], 0.0]);
             /// `if self < b { NaN } else { 0.0 }`, by lane; the NaN has either sign. A bitwise or with this value
             /// replaces a number by NaN.
             pub fn cmp_lt(self, b: Self) -> Self = self.zip(b, |a, b| f32::from_bits(if a < b { u32::MAX } else { 0 }));
-            /// The inverse of [`F32x4::cmp_lt`].
+            /// `if self < b { 0.0 } else { NaN }`, by lane: the complement of [`F32x4::cmp_lt`].
             pub fn cmp_nlt(self, b: Self) -> Self =
                 self.zip(b, |a, b| f32::from_bits(if a < b { 0 } else { u32::MAX }));
-            /// Bitwise or of both.
+            /// Bitwise or of two vectors.
             pub fn or(self, b: Self) -> Self = self.zip(b, |a, b| f32::from_bits(a.to_bits() | b.to_bits()));
             /// True if the sign bit of the first lane is set.
             pub fn sign(self) -> bool = self.0[0].to_bits() >> 31 != 0;
-            /// Truncated to integers; the values must be within the range of `i32`.
+            /// The lanes, truncated to integers; the values must be within the range of `i32`.
             pub fn to_i32_trunc(self) -> [i32; 4] = self.0.map(|x| x as i32);
             /// The transposed 4 x 4 matrix.
             pub fn transpose(rows: [Self; 4]) -> [Self; 4] = std::array::from_fn(|i| Self(rows.map(|row| row.0[i])));
         }
-        /// Lane `LANE` in every lane.
+        /// The vector whose lanes all equal lane `LANE`.
         #[inline(always)]
         pub fn broadcast_lane<const LANE: usize>(self) -> Self {
             Self([self.0[LANE]; 4])
         }
-        /// x y + y z + z x: half the area of a box of this diagonal.
+        /// x y + y z + z x: half the surface area of a box with this diagonal.
         #[inline(always)]
         pub fn half_area(self) -> f32 {
             let [x, y, z, _] = self.0;

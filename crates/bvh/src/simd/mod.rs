@@ -8,8 +8,8 @@
 //! Only `+ - * /`, [`Vector::mul_sub`], comparisons and selects contribute to a hit. All are correctly rounded, so the
 //! bits of hits do not depend on the instruction set.
 
-/// Methods with a single expression, inlined into the function that enables the instruction set: a table with one row
-/// per method.
+/// Defines methods that consist of a single expression, inlined into the function that enables the instruction set.
+/// Each row of the macro's input is a method.
 macro_rules! inlined {
     ($($(#[$doc:meta])* $vis:vis fn $name:ident($($argument:tt)*) -> $out:ty = $body:expr;)*) => {$(
         $(#[$doc])*
@@ -45,7 +45,7 @@ pub use simd128::Simd128;
 
 /// A SIMD vector of floats.
 pub trait Vector: Copy {
-    /// One truth value per lane.
+    /// A mask with one truth value per lane.
     type Mask: Copy;
 
     fn splat(x: f32) -> Self;
@@ -78,9 +78,9 @@ pub trait Vector: Copy {
     fn reduce_min(self) -> f32;
     /// The maximum of all lanes.
     fn reduce_max(self) -> f32;
-    /// Lane i is bit i.
+    /// Converts a mask to an integer in which bit i is lane i.
     fn to_bitmask(mask: Self::Mask) -> u32;
-    /// Bit i is lane i.
+    /// Converts an integer to a mask in which lane i is bit i.
     fn from_bitmask(bits: u32) -> Self::Mask;
     /// `if mask { a } else { b }`.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
@@ -88,17 +88,17 @@ pub trait Vector: Copy {
 
 /// An instruction set.
 pub trait Isa: Copy + 'static {
-    /// True if sixteen floats take only slightly longer than one.
+    /// True if an operation on sixteen floats takes only slightly longer than on one.
     const WIDE: bool = false;
     /// True if `mul_sub` is one instruction; emulation of its single rounding is slow.
     const HAS_FMA: bool = true;
 
     type F32x8: Vector;
     type F32x16: Vector;
-    /// Number of rays tested at once, each against its own triangle: [`Isa::F32x8`] if sixteen would exceed the
-    /// registers, otherwise [`Isa::F32x16`].
+    /// Vector for testing several rays at once, each against its own triangle: [`Isa::F32x8`] if sixteen lanes would
+    /// exceed the registers, otherwise [`Isa::F32x16`].
     type RayVec: Vector;
-    /// The lanes of [`Isa::RayVec`].
+    /// Number of lanes of [`Isa::RayVec`].
     const RAY_LANES: usize = 16;
     /// Sixteen indices into sixteen lanes.
     type LaneIndices: Copy;
@@ -109,7 +109,7 @@ pub trait Isa: Copy + 'static {
     fn unpack_indices(packed: u64) -> Self::LaneIndices;
     /// `table[index]`, lane by lane.
     fn permute(table: Self::F32x16, index: Self::LaneIndices) -> Self::F32x16;
-    /// Lanes `8 * HALF ..` of `table[index]`, by packed indices.
+    /// `table[index]` for the eight lanes from `8 * HALF` on; `packed` contains all sixteen indices.
     #[inline(always)]
     fn permute_half<const HALF: usize>(table: Self::F32x16, packed: u64) -> Self::F32x8 {
         let mut lanes = [0.0; 16];
@@ -120,29 +120,29 @@ pub trait Isa: Copy + 'static {
             Self::F32x8::load(std::array::from_fn::<f32, 8, _>(at).as_ptr())
         }
     }
-    /// `table[index]`, by indices in the low four bits of each lane.
+    /// `table[index]`, lane by lane; an index is in the low four bits of its lane.
     fn gather_lanes(table: Self::F32x16, index: Self::RayVec) -> Self::RayVec;
     /// [`Isa::unpack_indices`] into the low four bits of each lane; not valid for arithmetic.
     fn expand_bits(packed: u64) -> Self::F32x16;
     /// Adds an integer to the bits of every lane.
     fn add_u32_bits(bits: Self::RayVec, by: u32) -> Self::RayVec;
-    /// Moves the lanes of `mask`, in order, to the first lanes; the rest is unspecified.
+    /// Moves the lanes of `mask`, in order, to the first lanes; all other lanes are unspecified.
     #[inline(always)]
     fn compress(v: Self::F32x8, mask: u32) -> Self::F32x8 {
         permute8(v, COMPRESS[mask as usize & 255])
     }
-    /// Permutation that sorts the lanes of `mask` from the greatest value to the smallest, up to 7 ulp; the rest is
-    /// unspecified. Values must not be negative.
+    /// Permutation that sorts the lanes of `mask` from the greatest value to the smallest; values that differ by at
+    /// most 7 ulp may be exchanged. All other entries are unspecified. Values must not be negative.
     fn sort_descending(v: Self::F32x8, mask: u32) -> Self::Permutation;
     /// `v[order]`, lane by lane.
     fn permute8(v: Self::F32x8, order: Self::Permutation) -> Self::F32x8;
-    /// Lane of the smallest value among the lanes of `mask`, up to 7 ulp; unspecified for an empty mask. Values must
-    /// not be negative.
+    /// Lane of the smallest value among the lanes of `mask`, or of a value at most 7 ulp larger; unspecified for an
+    /// empty mask. Values must not be negative.
     #[inline(always)]
     fn argmin(v: Self::F32x8, mask: <Self::F32x8 as Vector>::Mask) -> usize {
         argmin(&lanes8(v), Self::F32x8::to_bitmask(mask))
     }
-    /// The first four lanes and the last four.
+    /// Splits a vector into its first four lanes and its last four lanes.
     #[inline(always)]
     fn split_f32x4(v: Self::F32x8) -> [F32x4; 2] {
         let [a, b, c, d, e, f, g, h] = lanes8(v);
@@ -170,7 +170,7 @@ pub trait Isa: Copy + 'static {
     fn prefetch(_at: *const u8) {}
 }
 
-/// The permutation of [`Isa::compress`] for every mask of eight lanes.
+/// The permutation that [`Isa::compress`] applies, for every mask of eight lanes.
 pub static COMPRESS: [[u8; 8]; 256] = {
     let mut table = [[0; 8]; 256];
     let mut mask = 0;

@@ -1,4 +1,4 @@
-//! NEON: vectors of 4, in pairs of pairs.
+//! NEON: registers hold 4 floats; a vector of 8 is a pair of registers, a vector of 16 a pair of such pairs.
 
 use std::arch::aarch64::*;
 
@@ -104,7 +104,7 @@ impl Isa for Neon {
         table: Self::F32x16,
         DoubleWidth(DoubleWidth(a, b), DoubleWidth(c, d)): Self::F32x16,
     ) -> Self::F32x16 {
-        // The four bytes of each lane: four times the index, plus 0 to 3.
+        // Byte indices of the four bytes of each lane: four times the lane index, plus 0 to 3.
         let index = [a, b, c, d].map(|v| {
             on_neon!({
                 let lane = vandq_u32(vreinterpretq_u32_f32(v.0), vdupq_n_u32(15));

@@ -2,11 +2,11 @@
 
 use crate::simd::{Isa, Vector, permute8, sort_descending};
 
-/// No instruction set in particular.
+/// Plain Rust without special instructions, for any machine.
 #[derive(Clone, Copy)]
 pub struct Portable;
 
-/// Floats in an array.
+/// A vector of floats, stored as an array.
 #[derive(Clone, Copy)]
 pub struct PortableVec<const N: usize>([f32; N]);
 
@@ -83,8 +83,8 @@ impl Isa for Portable {
     }
 }
 
-/// `a * b - c`, rounded once, without an FMA instruction: float64 represents the product exactly, and its difference
-/// rounded to odd may be rounded again (Boldo and Melquiond 2008).
+/// `a * b - c`, rounded once, without an FMA instruction: the product is exact in float64. The difference is rounded to
+/// odd in float64, so that rounding it again to float32 gives the correctly rounded result (Boldo and Melquiond 2008).
 #[inline(always)]
 pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
@@ -92,7 +92,7 @@ pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     // The rounding error of the sum (Knuth's two-sum).
     let part = sum - product;
     let rest = (product - (sum - part)) - (c + part);
-    // False for infinities, whose error is NaN.
+    // This is false for infinities, because their rounding error is NaN.
     let inexact = rest.abs() > 0.0;
     let away = (rest > 0.0) == (sum > 0.0);
     let bits = sum.to_bits();
@@ -114,7 +114,7 @@ mod tests {
         let mut twice = 0;
         for _ in 0..1_000_000 {
             let [a, b] = [0, 1].map(|_| f32::from_bits(next() % (30 << 23) + (112 << 23)));
-            // Half of the subtracted numbers are so close to the product that the difference is small.
+            // In half of the cases, `c` is so close to the product that the difference is small.
             let c = if next() & 1 == 0 {
                 f32::from_bits((a * b).to_bits().wrapping_add(next() % 9).wrapping_sub(4))
             } else {

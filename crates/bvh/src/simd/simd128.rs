@@ -1,4 +1,5 @@
-//! WebAssembly's SIMD: vectors of 4, in pairs of pairs.
+//! WebAssembly's SIMD: registers hold 4 floats; a vector of 8 is a pair of registers, a vector of 16 a pair of such
+//! pairs.
 
 use std::arch::wasm32::*;
 
@@ -121,7 +122,7 @@ impl Isa for Simd128 {
     #[inline(always)]
     fn permute(table: Self::F32x16, index: Self::LaneIndices) -> Self::F32x16 {
         let DoubleWidth(DoubleWidth(t0, t1), DoubleWidth(t2, t3)) = table;
-        // Bytes beyond a register are 0.
+        // A byte index outside the register gives 0, so the four results can be combined by a bitwise or.
         let [a, b, c, d] = index.map(|i| {
             let from = |t: WasmVec4, first| u8x16_swizzle(t.0, u8x16_sub(i, u8x16_splat(first)));
             WasmVec4(v128_or(v128_or(from(t0, 0), from(t1, 16)), v128_or(from(t2, 32), from(t3, 48))))
@@ -137,8 +138,8 @@ impl Isa for Simd128 {
     }
     #[inline(always)]
     fn expand_bits(packed: u64) -> Self::F32x16 {
-        // Each quarter takes 4 bits of words 0 and 1 for two lanes, and the next 4 bits of both words for the other two
-        // lanes.
+        // The indices of four lanes: 4 bits of word 0 and of word 1 for the first two lanes, and the next 4 bits of
+        // both words for the other two lanes.
         let words = u64x2_splat(packed);
         let quarter = |i: u32| {
             let (first, second) = (u32x4_shr(words, 8 * i), u32x4_shr(words, 8 * i + 4));
@@ -157,7 +158,8 @@ impl Isa for Simd128 {
     }
 }
 
-/// The four bytes of each lane whose index, below 16, is in the low bits: four times the index, plus 0 to 3.
+/// Byte indices of the four bytes of each lane: four times the lane index, plus 0 to 3. The lane index, below 16, is in
+/// the low bits of the lane.
 #[inline(always)]
 fn byte_indices(lanes: WasmVec4) -> v128 {
     let index = v128_and(lanes.0, u32x4_splat(15));

@@ -21,18 +21,19 @@ use crate::traverse::stream::chunker::{RayChunk, RayChunker, SINGLE_FLUSH_THRESH
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
-/// The closest hits of a batch, and the rays that may have hit coplanar surfaces of two instances.
+/// Finds the closest hits of a batch; appends the rays that may have hit coplanar surfaces of two instances to
+/// `marked`.
 #[inline(always)]
 pub fn closest<I: Isa>(scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence, marked: &mut Vec<u32>) {
-    // Two instances of this function are compiled, because the instance for coherent rays is faster without the code
-    // for incoherent rays.
+    // The generic function is compiled twice, because the version for coherent rays is faster without the code for
+    // incoherent rays.
     match coherence {
         Coherence::Coherent => for_each_chunk::<I, false>(scene, rays, hits, coherence, marked),
         _ => for_each_chunk::<I, true>(scene, rays, hits, coherence, marked),
     }
 }
 
-/// The closest hits, chunk by chunk; `MAY_DIVERGE` if some rays may be incoherent.
+/// Finds the closest hits, chunk by chunk. `MAY_DIVERGE` is true if some rays may be incoherent.
 #[inline(always)]
 fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     scene: &Scene,
@@ -78,7 +79,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     }
 }
 
-/// The closest hits of one chunk of rays.
+/// The query for the closest hits of one chunk of rays.
 struct ClosestQuery<'a, 'b, const MAY_DIVERGE: bool> {
     chunk: RayChunk<'a>,
     /// The hits of the batch.
@@ -189,7 +190,7 @@ impl<const MAY_DIVERGE: bool> PacketQuery for ClosestQuery<'_, '_, MAY_DIVERGE> 
 }
 
 impl InstanceRecord {
-    /// Ray of the scene in tree coordinates of the mesh, by the same arithmetic as for single rays.
+    /// Transforms a ray of the scene to tree coordinates of the mesh, with the same arithmetic as for single rays.
     #[inline(always)]
     pub fn ray_to_mesh(&self, ray: &Ray) -> Ray {
         let m = &self.mesh_from_scene;

@@ -1,7 +1,8 @@
 //! Traversal: from a batch of rays to hits.
 //!
 //! 1. Ray stream (`stream`): a batch is cut into chunks of 64 rays. Rays that miss the root are culled; incoherent rays
-//!    are sorted by direction octant and main axis; each chunk becomes packets of coherent rays, its octant groups.
+//!    are sorted by direction octant and main axis; each chunk is divided into octant groups, which are packets of
+//!    coherent rays.
 //! 2. Frustum packets (`packet`): a packet traverses the TLAS, is regrouped in each instance, and traverses the BLAS.
 //!    One frustum test per node serves all rays (Reshetov, Soupikov and Hurley 2005); packets of incoherent rays are
 //!    tested ray by ray. Rays that leave their group are queued.
@@ -10,11 +11,11 @@
 //!
 //! All three use one watertight triangle test (Woop, Benthin and Wald 2013; `triangle`, `packet::triangle`) with the
 //! same operations in the same order, and slabs padded so that no hit is lost (`trav_ray`). Hits are therefore
-//! bit-identical in a packet and individually. `exact` repeats all three in float64 and finds all crossings; `point`
-//! finds closest points; `closest` and `occluded` are the queries in float32.
+//! bit-identical in a packet and individually. `exact` contains the float64 versions of these three steps, and finds
+//! all crossings; `point` finds closest points; `closest` and `occluded` are the queries in float32.
 //!
-//! Within this folder: stack, trav_ray, node_test ← triangle ← single ← packet ← stream ← exact ← point; closest,
-//! occluded.
+//! Imports within this folder: stack, trav_ray, node_test ← triangle ← single ← packet ← stream ← exact ← point;
+//! closest, occluded.
 
 pub(crate) mod closest;
 pub(crate) mod exact;
@@ -42,24 +43,24 @@ use crate::traverse::occluded::occluded as occluded_packets;
 use crate::traverse::point::search::closest_points_batch;
 
 kernel! {
-    /// The closest hits, and the rays that may have hit coplanar surfaces of two instances.
+    /// Finds the closest hits, and the rays that may have hit coplanar surfaces of two instances.
     fn closest(
         scene: &Scene, rays: &[Ray], hits: &mut [Hit], coherence: Coherence, marked: &mut Vec<u32>,
     ) = closest_packets
 }
 kernel! {
-    /// True for rays that hit anything.
+    /// Sets `occluded` to true for rays that hit anything.
     fn occluded(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) = occluded_packets
 }
 kernel! {
-    /// The closest or any hits in float64. Closest hits that float32 determines consist only of their ids.
+    /// Finds the closest hits, or any hits, in float64. For closest hits that float32 determines, only the ids are set.
     fn closest_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, any_hit: bool, answers: MarkedHits,
     ) = closest_exact_batch
 }
 kernel! {
-    /// Finds any hits that a filter accepts; if the filter does not accept the given closest hits, finds the closest
-    /// accepted hits.
+    /// Finds any hits that a filter accepts or, in a search for closest hits, replaces each given hit that the filter
+    /// rejects by the closest accepted hit.
     fn filter_exact(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, filter: &dyn HitFilter, any_hit: bool,
         answers: MarkedHits,
@@ -78,14 +79,14 @@ kernel! {
     fn refine(rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit]) = refine_each
 }
 kernel! {
-    /// All crossings.
+    /// Finds the crossings of every ray.
     fn crossings(
         scene: &Scene, rays: &[ExactRay], triangles: &dyn ExactTriangles, filter: Option<&dyn HitFilter>,
         answers: &mut Crossings,
     ) = crossings_batch
 }
 kernel! {
-    /// The closest points.
+    /// Finds the closest point to every given point.
     fn closest_points(
         scene: &Scene, points: &[[f64; 3]], max_distance: &[f64], triangles: &dyn ExactTriangles,
         filter: Option<&dyn HitFilter>, found: &mut [ClosestPoint],

@@ -6,7 +6,7 @@ use crate::scene::{InstanceRecord, Scene};
 use crate::simd::{Isa, Vector};
 use crate::traverse::trav_ray::{BOUNDS_ROW, SlabPlanes, TravRay};
 
-/// The children of a node that the ray enters no later than `t_max`, and the t of entry.
+/// The children of a node whose boxes the ray enters no later than `t_max`, and the t at which it enters each.
 #[inline(always)]
 pub fn intersect_children<I: Isa>(
     node: &WideNode,
@@ -23,12 +23,12 @@ pub fn intersect_children<I: Isa>(
     (t_enter.le(t_leave), t_enter)
 }
 
-/// The t at which a ray crosses the planes of a row of bounds, by the row's first float.
+/// The t at which a ray crosses the planes in a row of bounds; `row` is the index of the row's first float.
 #[inline(always)]
 fn t_at<I: Isa>(node: &WideNode, side: &SlabPlanes, axis: usize, row: u32) -> I::F32x8 {
     debug_assert!(row.is_multiple_of(BOUNDS_ROW) && row < 6 * BOUNDS_ROW);
-    // SAFETY: `row` is the first float of one of the six rows of 8 floats; one bit of it selects the lower or the upper
-    // bounds along an axis.
+    // SAFETY: `row` is the index of the first float of one of the six rows of 8 floats; one bit of it selects the lower
+    // or the upper bounds along an axis.
     let bound = unsafe { I::F32x8::load(node.bounds.as_ptr().cast::<f32>().add(row as usize)) };
     bound.mul_sub(I::F32x8::splat(side.reciprocal[axis]), I::F32x8::splat(side.offset[axis]))
 }

@@ -17,12 +17,13 @@ use crate::traverse::stream::chunker::{RayChunk, RayChunker, SINGLE_FLUSH_THRESH
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_mask};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
-/// Packets of a chunk are faster if they visit at most this many nodes and leaves per ray; a ray that is handed to
-/// single-ray traversal counts as `SINGLE_RAY_COST` visits.
+/// Maximum number of nodes and leaves per ray that the packets of a chunk may visit to be faster than single rays; a
+/// ray that is handed to single-ray traversal counts as `SINGLE_RAY_COST` visits.
 const MAX_VISITS_PER_RAY: usize = 4;
 const SINGLE_RAY_COST: usize = 4;
 
-/// Maximum number of a packet's rays at a node that continue as single rays. Leaves are always tested by the packet.
+/// If at most this number of a packet's rays enter a node, these rays continue as single rays. Leaves are always tested
+/// by the packet.
 const MAX_SINGLE_RAYS: u32 = 2;
 
 /// Returns, for every ray of a batch, true if the ray hits anything.
@@ -77,10 +78,10 @@ pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], cohe
     }
 }
 
-/// Computes the occlusion of the rays of one chunk.
+/// The query for the occlusion of the rays of one chunk.
 struct OcclusionQuery<'a> {
     chunk: RayChunk<'a>,
-    /// Bit i: ray i of the chunk is occluded, found by a packet.
+    /// Bit i: a packet has found that ray i of the chunk is occluded.
     occluded: u64,
 }
 
@@ -145,7 +146,7 @@ impl PacketQuery for OcclusionQuery<'_> {
     }
 }
 
-/// The rays of `active` that are occluded by a leaf.
+/// The rays of `active` that a triangle of a leaf occludes.
 #[inline(always)]
 fn occluded_in_leaf<I: Isa>(leaf: &LeafNode, active: u64, packet: &Packet, potential: &mut PotentialHits) -> u64 {
     let mut occluded = 0;

@@ -8,7 +8,7 @@ use crate::limits::MAX_DEPTH;
 use crate::node::{NodeRef, WideNode};
 use crate::simd::{Isa, Vector};
 
-/// The largest stack. A path has at most `MAX_DEPTH` nodes in the TLAS and as many in a BLAS, and each node leaves at
+/// Capacity of a stack. A path has at most `MAX_DEPTH` nodes in the TLAS and as many in a BLAS, and each node leaves at
 /// most 7 children on the stack. Both trees have a sentinel, and [`Stack::push`] writes 8 entries at once. With eight
 /// more entries, the size of a ray state is an odd number of cache lines, see
 /// [`crate::traverse::single::ray_state::RayState`].
@@ -38,7 +38,7 @@ impl Stack {
         self.push_ordered::<I>(node, enter, mask).0
     }
 
-    /// [`Stack::push`], with the permutation of the lanes, the nearest last.
+    /// Same as [`Stack::push`]; also returns the permutation that sorts the lanes, with the nearest last.
     #[inline(always)]
     fn push_ordered<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32) -> (NodeRef, I::Permutation) {
         debug_assert!(self.len + 8 <= STACK_SIZE && mask != 0);
@@ -74,7 +74,7 @@ impl Stack {
         unsafe { self.nodes.get_unchecked(self.len).assume_init() }
     }
 
-    /// [`Stack::pop_unchecked`] if `done`, else `at`. Branch-free.
+    /// Returns [`Stack::pop_unchecked`] if `done` is true, otherwise `at`. Branch-free.
     #[inline(always)]
     pub fn pop_if(&mut self, done: bool, at: NodeRef) -> NodeRef {
         debug_assert!(self.len > 0);
@@ -85,7 +85,7 @@ impl Stack {
     }
 
     /// Pushes all children of `mask` except one, which is returned: with `WITH_DISTANCE` the nearest child, otherwise
-    /// the last child. Without children, pops. Branch-free, because the case is unpredictable.
+    /// the last child. If `mask` is empty, pops an entry instead. Branch-free, because the case is unpredictable.
     #[inline(always)]
     pub fn push_children_or_pop<I: Isa, const WITH_DISTANCE: bool>(
         &mut self,
@@ -105,7 +105,7 @@ impl Stack {
                 let enter = I::compress(enter, rest);
                 enter.store(self.enter.as_mut_ptr().add(self.len).cast());
             }
-            // Selects an address, because the compiler would turn the selection of a value into a branch.
+            // The code selects an address, because the compiler would turn the selection of a value into a branch.
             let last = self.nodes.as_ptr().add(self.len - 1).cast();
             let next = select_unpredictable(mask == 0, last, node.children.as_ptr().add(lane));
             self.len = self.len + rest.count_ones() as usize - usize::from(mask == 0);
@@ -129,7 +129,7 @@ impl Stack {
         self.len = len;
     }
 
-    /// Pops the last entry above `base` that is entered no later than `t_max`.
+    /// Pops the last entry above `base` that the ray enters no later than `t_max`.
     #[inline(always)]
     pub fn pop(&mut self, base: usize, t_max: f32) -> Option<NodeRef> {
         while self.len > base {
@@ -174,13 +174,13 @@ impl MaskStack {
     }
 }
 
-/// A [`Stack`] of a packet, with the rays that enter each child.
+/// A [`Stack`] for a packet, which also stores the rays that enter each node.
 pub struct PacketStack {
     stack: Stack,
     rays: [MaybeUninit<u64>; STACK_SIZE],
 }
 
-/// Lane numbers, as bits of floats.
+/// The numbers of the eight lanes, as bits of floats.
 static LANE_IDS: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 impl PacketStack {
@@ -189,7 +189,8 @@ impl PacketStack {
         Self { stack: Stack::new(), rays: [const { MaybeUninit::uninit() }; STACK_SIZE] }
     }
 
-    /// Same as [`Stack::push`], with the rays that enter each lane; also returns the rays that enter the nearest child.
+    /// Same as [`Stack::push`]; `entered` contains the rays that enter each child. Also returns the rays that enter the
+    /// nearest child.
     #[inline(always)]
     pub fn push<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32, entered: &[u64; 8]) -> (NodeRef, u64) {
         let len = self.stack.len;
@@ -206,7 +207,7 @@ impl PacketStack {
         (child, entered[nearest as usize & 7])
     }
 
-    /// [`Stack::pop`], with the rays that enter and their earliest t of entry.
+    /// Same as [`Stack::pop`]; also returns the rays that enter the node, and the earliest t at which a ray enters it.
     #[inline(always)]
     pub fn pop(&mut self, t_max: f32) -> Option<(NodeRef, u64, f32)> {
         let child = self.stack.pop(0, t_max)?;

@@ -18,8 +18,8 @@ use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 /// triangle enclose the ray exactly. Each sheared coordinate is x - s z, with an error of u |s z| from the product and
 /// a relative error from the difference. The hit point is therefore in the slab of z, and its distance from the slabs
 /// of x and y is at most 3 u T. T is the greatest t of anything in the tree along the main axis. All other errors are
-/// relative to the computed t, 7 u at most, except 2 u |o r| from the rounding of `o * r`. [`RELATIVE_PAD`] and a pad
-/// of 4 u T + 3 u |o r| exceed all these errors.
+/// relative to the computed t, and at most 7 u in total, except for the error 2 u |o r| from the rounding of `o * r`.
+/// [`RELATIVE_PAD`] and a pad of 4 u T + 3 u |o r| exceed all these errors.
 ///
 /// The pads are small and not a fraction of the largest coordinate: a ray that starts very close to a wall does not
 /// enter the wall's boxes.
@@ -45,7 +45,7 @@ pub struct SlabPlanes {
     pub offset: [f32; LANES],
 }
 
-/// Three axes and padding: compilers vectorise four lanes, not three.
+/// Number of lanes: three axes and padding, because compilers vectorise four lanes but not three.
 const LANES: usize = 4;
 
 /// The length of a row of [`crate::node::WideNode::bounds`].
@@ -117,7 +117,7 @@ impl TravRay {
         };
         let (origin, mut direction) = (lanes(origin), lanes(direction));
         let mut steepest = largest(direction);
-        // NaN if a component is not finite, which comparisons would hide.
+        // The sum is NaN if a component is not finite; comparisons alone would not detect NaN.
         let sum: [f32; LANES] = std::array::from_fn(|i| (origin[i] + direction[i]) * 0.0);
         let sane = (sum[0] + sum[1] + sum[2] == 0.0) & (largest(origin) <= MAX_ORIGIN);
         let mut t_scale = 1.0;
@@ -172,13 +172,13 @@ impl TravRay {
         true
     }
 
-    /// t along the given ray.
+    /// Converts t along this ray to t along the given ray.
     #[inline(always)]
     pub fn to_outer_t(&self, t: f32) -> f32 {
         if self.t_scale == 1.0 { t } else { (f64::from(t) / self.t_scale) as f32 }
     }
 
-    /// t along this ray.
+    /// Converts t along the given ray to t along this ray.
     #[inline(always)]
     pub fn to_local_t(&self, t: f32) -> f32 {
         scale_t(t, self.t_scale)
@@ -204,13 +204,13 @@ fn slab_planes(
     (side(1.0 - RELATIVE_PAD, 1.0), side(1.0 + RELATIVE_PAD, -1.0))
 }
 
-/// t along a ray whose t is `scale` times as large.
+/// Converts t to t along a ray whose t is `scale` times as large.
 #[inline(always)]
 pub fn scale_t(t: f32, scale: f64) -> f32 {
     if scale == 1.0 { t } else { (f64::from(t) * scale) as f32 }
 }
 
-/// The direction scaled to a largest component in 1..2, and the divisor.
+/// The direction, divided by a power of two so that its largest component is in 1..2; and this divisor.
 #[cold]
 fn normalize_direction(direction: [f32; LANES], steepest: f32) -> ([f32; LANES], f64) {
     // The exponent of a float64 converted from float32 is never subnormal.

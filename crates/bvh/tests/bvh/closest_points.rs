@@ -14,7 +14,7 @@ impl Placed {
         Scene::build(self.0.iter().map(instance).collect(), [0.0; 3]).unwrap()
     }
 
-    /// The smallest (squared distance, instance, triangle).
+    /// The smallest (squared distance, instance, triangle), by brute force.
     fn brute(&self, point: [f64; 3]) -> (f64, u32, u32) {
         let mut best = (f64::INFINITY, INVALID_ID, INVALID_ID);
         for (instance, (mesh, _)) in self.0.iter().enumerate() {
@@ -54,7 +54,7 @@ fn closest_points_match_brute_force_on_every_instruction_set() {
         (soup(60, 0.001, &mut rng), turned),
     ]);
     let mut points: Vec<[f64; 3]> = (0..400).map(|_| rng.vector().map(|x| 4.0 * f64::from(x))).collect();
-    // On corners, far away, and beyond the range of float32.
+    // Points on corners, far away, and outside the range of float32.
     points.extend((0..60).map(|i| world.corners(0, i)[0]));
     points.extend([[1e5, 2e5, -3e5], [1e12, 0.0, 0.0], [0.0, 1e30, 1e30], [0.0, f64::NAN, 0.0]]);
     let expected: Vec<_> = points.iter().map(|point| world.brute(*point)).collect();

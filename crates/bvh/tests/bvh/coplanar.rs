@@ -1,9 +1,11 @@
-//! Of coplanar surfaces of several instances, rays hit the surface of the last instance, in every order of traversal.
+//! If surfaces of several instances are coplanar, rays hit the surface of the last instance, in every order of
+//! traversal.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, ExactHit, ExactRay, ExactTriangles, Hit, Ray, Scene};
 
-/// Square of a size in the plane z = `height`, divided into cells, so that planes have different triangles.
+/// A square in the plane z = `height`, divided into `cells` x `cells` cells, so that coplanar squares have different
+/// triangles.
 fn square(size: f64, cells: usize, height: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let grid = grid(cells);
     let at = |x: f32| size * (f64::from(x) / cells as f64 - 0.5);
@@ -35,8 +37,8 @@ fn flattened(world: &World) -> Scene {
     Scene::flattened(&vertices, &triangles, firsts, [0.0; 3]).unwrap()
 }
 
-/// Rays towards random points of the largest square from below, most of them at grazing angles, and the instance that
-/// each must hit: the last one at that point of the plane.
+/// Rays from below towards random points of the largest square, most of them at grazing angles. Each ray is returned
+/// with the instance that it must hit: the last instance at this point of the plane.
 fn rays_from_below(world: &World) -> Vec<(ExactRay, u32)> {
     let mut rng = Rng(7);
     let (_, _, matrix) = world.instances[1];

@@ -40,7 +40,7 @@ fn lines_through_vertices_and_edges_have_an_even_number_of_crossings_with_every_
     }
 }
 
-/// All triangles except one.
+/// A filter that accepts all triangles except one.
 struct Without(u32);
 
 impl HitFilter for Without {
@@ -55,7 +55,7 @@ impl HitFilter for Without {
 
 #[test]
 fn limited_crossings_are_the_nearest_crossings_that_pass_the_filter() {
-    // A stack of sheets: more crossings than are kept at once.
+    // A stack of sheets, with more crossings than the search keeps at once.
     let (mut vertices, mut triangles) = (vec![], vec![]);
     for sheet in 0..300u32 {
         let z = (sheet * 7 % 300) as f32;

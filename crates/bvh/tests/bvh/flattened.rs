@@ -37,7 +37,7 @@ fn flattened_scenes_return_the_hits_of_instances() {
         .map(|_| {
             let [x, y, z] = rng.vector();
             Ray {
-                // Next to the ball, above a corner of the floor.
+                // The rays start next to the ball, above a corner of the floor.
                 origin: [1.2 + x, 1.2 + y, 1.5 + z],
                 direction: rng.vector(),
                 t_max: f32::INFINITY,

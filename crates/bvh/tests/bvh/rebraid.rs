@@ -1,4 +1,4 @@
-//! Overlapping meshes, whose parts are sorted into one tree.
+//! Overlapping instances, whose subtrees become leaves of one TLAS.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, ExactHit, ExactTriangles, Hit, INVALID_ID, Ray};

@@ -15,7 +15,7 @@ fn exact_hits(scene: &Scene, rays: &[ExactRay], world: &World) -> Vec<ExactHit> 
     hits
 }
 
-/// Rotation, shear, mirror and an offset.
+/// Random transforms: rotation, shear, mirroring and translation.
 fn transforms(rng: &mut Rng, n: usize, spread: f64) -> Vec<[[f64; 4]; 3]> {
     (0..n)
         .map(|_| {
@@ -134,7 +134,8 @@ fn exact_hits_match_brute_force_far_from_the_origin() {
     }
 }
 
-/// Rays that end just before their hit, in packets and individually: float32 cannot separate the hit from the end.
+/// Rays end just before a surface, so close that float32 cannot distinguish the surface's t from t_max. They are traced
+/// in packets and individually.
 #[test]
 fn surfaces_just_behind_the_end_of_a_ray_are_neither_hit_nor_counted() {
     let mut rng = Rng(21);
@@ -200,7 +201,8 @@ fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     [[1, 2], [2, 0], [0, 1]].map(|[y, z]| e[y] * f[z] - e[z] * f[y])
 }
 
-/// Rays from one eye are traced in packets if possible: near and far eyes, also aimed at corners and edges.
+/// Rays from one eye point are traced in packets if possible. The eye points are near and far; some rays are aimed at
+/// corners and edges.
 #[test]
 fn exact_packets_match_brute_force() {
     let mut rng = Rng(11);
@@ -225,7 +227,7 @@ fn exact_packets_match_brute_force() {
                     let k = rng.below(mesh.triangles.len()) as u32;
                     let [a, b, c] = world.corners(0, k);
                     let (u, v) = match i % 3 {
-                        // Closer to a corner or an edge than float32 can resolve.
+                        // The ray passes closer to a corner or an edge than float32 can resolve.
                         0 => (1e-6 * f64::from(rng.signed()), 1e-6 * f64::from(rng.signed())),
                         1 => (0.5, 1e-6 * f64::from(rng.signed())),
                         _ => (f64::from(rng.signed()), f64::from(rng.signed())),

@@ -1,9 +1,10 @@
-//! Triangles much finer than the spacing of the rays: the bounds of a packet enter everything between its rays.
+//! Triangles much smaller than the spacing of the rays: the frustum of a packet enters all boxes between its rays.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, Hit, INVALID_ID, Ray};
 
-/// Squares of 8 by 8 rays from one point, row by row, towards a grid below it and next to it.
+/// Squares of 8 by 8 rays, row by row. The rays of a square start at one point and are aimed at the grid below it or
+/// next to it.
 fn squares(count: usize, rng: &mut Rng) -> Vec<Ray> {
     let mut rays = vec![];
     for _ in 0..count {
@@ -25,7 +26,7 @@ fn packets_and_single_rays_have_equal_hits_on_subpixel_triangles() {
     let mut rng = Rng(3);
     let n = if cfg!(miri) { 8 } else { 300 };
     let mut mesh = grid(n);
-    // From -1 to 1, and not flat: not every ray that enters a leaf's box hits the triangles in it.
+    // The mesh spans -1 to 1 and is not flat, so that some rays enter a leaf's box without hitting its triangles.
     for [x, y, z] in &mut mesh.vertices {
         [*x, *y] = [*x, *y].map(|v| 2.0 * v / n as f32 - 1.0);
         *z = 0.01 * rng.signed();

@@ -1,9 +1,9 @@
-//! Instances that are only translated, so that rays only change their start between them.
+//! Instances that are only translated: between them, only the origins of rays change.
 
 use crate::support::*;
 use raycam_bvh::{Coherence, Hit, Ray};
 
-/// Balls on a wide floor, one of them rotated: rays leave their surfaces at offsets as small as a renderer's.
+/// Balls on a wide floor, one of them rotated: rays start above their surfaces, at offsets as small as in a renderer.
 #[test]
 fn hits_on_translated_instances_match_brute_force() {
     let mut rng = Rng(5);

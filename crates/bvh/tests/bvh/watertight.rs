@@ -23,8 +23,8 @@ fn rays_aimed_at_edges_never_leak() {
     assert!(leaks.is_empty(), "{leaks:#?}");
 }
 
-/// A ray that crosses a side of a needle 2.6 from its sharp end, the other end 500,000 away: computing t by weighting
-/// such distant corners has an error larger than t.
+/// A ray crosses a side of a needle at a distance of 2.6 from its sharp end; the other end is 500,000 away. If t were
+/// computed by weighting such distant corners, its error would be larger than t.
 #[test]
 fn needles_are_hit_close_to_their_tip() {
     let meshes = edge_rays::meshes();
@@ -47,7 +47,7 @@ fn needles_are_hit_close_to_their_tip() {
                 let mut occluded = vec![false; rays.len()];
                 scene.closest(rays, &mut hits, coherence);
                 scene.occluded(rays, &mut occluded, coherence);
-                // By rational arithmetic t is 1.000004.
+                // Exact rational arithmetic gives t = 1.000004.
                 let close = |hit: &Hit| (hit.t - 1.000004).abs() < 1e-5;
                 assert!(hits.iter().all(close), "{} {:?}", isa.name(), hits[0]);
                 assert!(occluded.iter().all(|occluded| *occluded), "{}", isa.name());

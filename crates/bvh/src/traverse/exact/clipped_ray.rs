@@ -2,7 +2,8 @@
 //!
 //! Every float32 quantity (ray, vertices, transform) has a bounded error. Boxes and triangles are padded by this error,
 //! so that no float64 hit is missed. Hits are computed only from [`ExactTriangles::corners`]. A ray that starts far
-//! away is first clipped, in float64, to the bounds of the scene, where the error bound starts.
+//! away is first clipped, in float64, to the bounds of the scene, so that its error bound does not depend on the
+//! distance.
 
 use crate::limits::MACHINE_EPSILON;
 use crate::node::NodeRef;
@@ -14,18 +15,20 @@ use crate::traverse::exact::triangle::{HitSoFar, Intersection, ShearedRay, max_f
 /// The relative error of a few float64 roundings.
 pub const F64_ERROR: f64 = 1.0 / (1u64 << 50) as f64;
 
-/// Factor for upper bounds; exceeds the rounding errors of a conversion from float64 to float32 and of a sum.
+/// Factor by which float32 upper bounds are multiplied; it exceeds the rounding errors of a conversion from float64 and
+/// of a sum.
 const ROUNDED_UP: f32 = 1.0 + 16.0 * MACHINE_EPSILON;
 
-/// t of a ray that requires no more hits.
+/// Value of the closest hit's t that marks a ray which requires no more hits.
 pub const DONE: f64 = f64::NEG_INFINITY;
 
 /// A ray clipped to the bounds of the scene.
 #[derive(Clone, Copy)]
 pub struct ClippedRay {
-    /// Origin in the world and direction as given, the latter scaled to a largest component in 1..2.
+    /// The given ray in world coordinates; its direction is scaled by a power of two so that the largest component is
+    /// in 1..2.
     pub ray: ShearedRay,
-    /// The given t is the t along `ray.direction` divided by this power of two.
+    /// Power of two by which t along `ray.direction` is divided to get t along the given direction.
     pub direction_scale: f64,
     /// Clipped origin in scaled scene coordinates, at `t_offset` along the ray.
     pub local_origin: [f64; 3],
@@ -50,7 +53,7 @@ impl ClippedRay {
     pub fn new(scene: &Scene, ray: &ExactRay) -> Option<ClippedRay> {
         let steepest = ray.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let finite = ray.origin.iter().chain(&ray.direction).all(|x| x.is_finite());
-        // False for a limit that is NaN.
+        // This is false if a limit is NaN.
         let ordered = ray.t_min <= ray.t_max;
         // This check also excludes subnormal directions, whose scaling would not be exact.
         if !finite || steepest < f64::MIN_POSITIVE || !ordered || scene.root == NodeRef::EMPTY {
@@ -61,7 +64,7 @@ impl ClippedRay {
         let direction = [x * fraction, y * fraction, z * fraction];
         let (world, scale) = (scene.origin, scene.scale);
         let far = [(origin[0] - world[0]) * scale, (origin[1] - world[1]) * scale, (origin[2] - world[2]) * scale];
-        // In scaled scene coordinates the direction is `scale` times as long, and t the same.
+        // In scaled scene coordinates, the direction is `scale` times as long, so t does not change.
         let along = [direction[0] * scale, direction[1] * scale, direction[2] * scale];
         let fat = f64::from(scene.box_padding(scene.max_abs_coord)) * 2.0 + 1e-5 * f64::from(scene.max_abs_coord);
         let (mut enter, mut leave) = (ray.t_min * power, ray.t_max * power);
@@ -81,7 +84,7 @@ impl ClippedRay {
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
         }
-        // `enter` is rounded; the padding covers the rounding error.
+        // `enter` has a rounding error, which the padding of the bounds exceeds.
         if enter > leave {
             return None;
         }
@@ -114,7 +117,7 @@ impl ClippedRay {
         t_max_f32(self.best.t, self.t_offset, &self.ties)
     }
 
-    /// The hit, with t in units of the given direction's length.
+    /// The closest hit, with t in units of the given direction's length.
     pub fn to_hit(&self) -> ExactHit {
         if self.best.triangle == crate::INVALID_ID {
             return ExactHit::MISS;
@@ -130,8 +133,8 @@ impl ClippedRay {
         [((t - error) as f32).next_down(), ((t + error) as f32).next_up()]
     }
 
-    /// Width of the range around a hit in which other hits may tie with it. The bounds of the hit's t are counted from
-    /// `t_offset`.
+    /// Width of the range of t around a hit in which other hits may tie with it. The arguments are bounds of the hit's
+    /// t, counted from `t_offset`.
     #[inline(always)]
     pub fn tie_width_f32(&self, [least, greatest]: [f32; 2]) -> f32 {
         if !self.ties.may_exist {
@@ -178,7 +181,7 @@ pub fn t_max_f32(t: f64, forward: f64, ties: &TieWindow) -> f32 {
     (limit as f32).next_up().max(0.0)
 }
 
-/// One ray in tree coordinates of the mesh.
+/// Transforms a ray to tree coordinates of the mesh.
 #[inline(always)]
 pub fn to_mesh_space(
     scene: &Scene,

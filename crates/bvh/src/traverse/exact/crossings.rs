@@ -45,7 +45,7 @@ pub fn crossings_batch<I: Isa>(
     }
 }
 
-/// Requested result for the crossings of a ray.
+/// The requested result of a search for crossings.
 #[derive(Clone, Copy, PartialEq)]
 enum Wanted {
     Count,
@@ -55,11 +55,11 @@ enum Wanted {
 
 /// The search for all crossings of one ray.
 struct CrossingSearch<'a> {
-    /// The ray; the `t` of its `best` is the t up to which boxes are visited.
+    /// The ray; its `best.t` is the t up to which boxes are visited.
     ray: ClippedRay,
-    /// The valid t, along the ray's scaled direction.
+    /// The smallest and the largest valid t, along the ray's scaled direction.
     range: [f64; 2],
-    /// Upper bound, counted from the clipped origin: smaller positive t are certainly within the range.
+    /// A t, counted from the clipped origin: smaller positive values of t are certainly within the range.
     certain_t_max: f32,
     number: usize,
     filter: Option<&'a dyn HitFilter>,
@@ -122,7 +122,7 @@ impl RaySearch for CrossingSearch<'_> {
 }
 
 impl CrossingSearch<'_> {
-    /// Keeps the first crossings, and ends the ray at the last kept crossing.
+    /// Keeps only the first crossings, and ends the ray at the last of these.
     #[cold]
     #[inline(never)]
     fn drop_farthest(&mut self, limit: usize, triangles: &dyn ExactTriangles) {
@@ -136,7 +136,7 @@ impl CrossingSearch<'_> {
     }
 }
 
-/// The first hits by (t, instance, triangle), in this order.
+/// Sorts hits by (t, instance, triangle), and returns the first `limit` of them.
 fn first_hits(hits: &mut [ExactHit], limit: usize) -> &[ExactHit] {
     hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then((a.instance, a.triangle).cmp(&(b.instance, b.triangle))));
     &hits[..limit.min(hits.len())]
@@ -144,12 +144,12 @@ fn first_hits(hits: &mut [ExactHit], limit: usize) -> &[ExactHit] {
 
 /// Lists of crossings of finished rays.
 struct Lists {
-    /// For each ray, the range of its crossings.
+    /// For each ray, the range of its crossings in `hits`.
     of_rays: Vec<std::ops::Range<usize>>,
-    /// For each crossing, its ray.
+    /// For each crossing, the index of its ray.
     owners: Vec<usize>,
     hits: Vec<ExactHit>,
-    /// Lists to be reused.
+    /// Empty lists whose memory can be reused.
     spare: Vec<Vec<ExactHit>>,
 }
 

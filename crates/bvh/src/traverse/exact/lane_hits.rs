@@ -14,23 +14,23 @@ use crate::traverse::triangle::edge::corner_lanes;
 /// Factor for upper bounds; exceeds the rounding errors of a few operations.
 const ROUNDED_UP: f32 = 1.0 + 16.0 * MACHINE_EPSILON;
 
-/// One value per lane.
+/// A row with one value per lane.
 pub type LaneRow = [f32; PACKET_SIZE];
 
-/// The closest hits so far.
+/// The closest hits so far, one per lane.
 #[repr(C, align(64))]
 pub struct LaneHits {
     /// Bounds of t of each hit, or of the end of the ray.
     pub t: [LaneRow; 2],
     /// For each lane of `pending`, the triangle's position in the primitive ids of the mesh, as bits of a float.
     prim: LaneRow,
-    /// Lanes whose hit is known by its triangle only.
+    /// Lanes of whose hit only the triangle and the bounds of t are known.
     pub pending: u64,
     /// True if any hit is sufficient.
     any_hit: bool,
-    /// Width of the range of t in which hits may tie: a fraction of t, and the width at t = 0.
+    /// Width of the range of t in which hits may tie, as two terms: a fraction of t, and the width at t = 0.
     tie: [f32; 2],
-    /// Width of the range of t behind a hit in which boxes are visited.
+    /// Width of the range of t behind a hit in which boxes are still visited, as the same two terms.
     behind: [f32; 2],
 }
 
@@ -41,7 +41,7 @@ pub struct LaneDecisions {
 }
 
 impl LaneHits {
-    /// No hits; `t` is still to be set.
+    /// Creates the state without hits; the caller must set `t`.
     #[inline(always)]
     pub fn new(ties: &TieWindow, any_hit: bool) -> LaneHits {
         let may_tie = ties.may_exist && !any_hit;
@@ -56,13 +56,13 @@ impl LaneHits {
         }
     }
 
-    /// The position of the triangle of a pending hit.
+    /// For a pending hit, the triangle's position in the primitive ids of the mesh.
     #[inline(always)]
     pub fn prim_index(&self, lane: usize) -> u32 {
         self.prim[lane & (PACKET_SIZE - 1)].to_bits()
     }
 
-    /// Decides about a triangle with these bounds of t that the ray of a lane may hit.
+    /// Decides about a triangle that the ray of a lane may hit within these bounds of t.
     #[inline(always)]
     pub fn decide(&self, lane: usize, [least, greatest]: [f32; 2], is_sure: bool) -> Decision {
         let lane = lane & (PACKET_SIZE - 1);
@@ -75,7 +75,7 @@ impl LaneHits {
         if is_sure && is_closest { Decision::Accepted } else { Decision::Unknown }
     }
 
-    /// Takes an accepted triangle as the hit of a lane.
+    /// Makes an accepted triangle the hit of a lane.
     #[inline(always)]
     pub fn accept(&mut self, lane: usize, prim: u32, t: [f32; 2], packet: &mut Packet) {
         let i = lane & (PACKET_SIZE - 1);
@@ -140,7 +140,7 @@ impl LaneHits {
             let tie = t_least.abs().max(t_greatest.abs()).mul(I::F32x16::splat(self.tie[0]));
             let tie = tie.add(I::F32x16::splat(self.tie[1]));
             let (known_least, known_greatest) = (load::<I>(&self.t[0], group), load::<I>(&self.t[1], group));
-            // Bounds that are NaN leave the decision to float64.
+            // If a bound is NaN, float64 decides.
             let end = known_greatest.add(tie);
             let behind = !<I::F32x16 as Vector>::to_bitmask(t_least.le(end)) & finite::<I>(t_least, end);
             let before = !<I::F32x16 as Vector>::to_bitmask(zero.le(t_greatest)) & finite::<I>(t_greatest, zero);

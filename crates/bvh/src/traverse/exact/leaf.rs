@@ -1,9 +1,9 @@
 //! Triangles of a leaf that a float64 ray may hit, or certainly hits, according to their float32 vertices.
 //!
 //! The shear adds at most the error along its axis, so the error of a sheared corner is at most e = 2 `off`. The error
-//! of an edge function x1 y2 - y1 x2 is then at most e (|x1| + |y1| + |x2| + |y2|) + 2 e^2. Rounding adds less than the
-//! same amount again, because `off` is much larger than the rounding errors. The largest corner coordinate of the leaf
-//! bounds all corners.
+//! of an edge function x1 y2 - y1 x2 is then at most e (|x1| + |y1| + |x2| + |y2|) + 2 e^2. Rounding at most doubles
+//! this bound, because `off` is much larger than the rounding errors. The largest corner coordinate of the leaf bounds
+//! all corners.
 
 use crate::limits::MACHINE_EPSILON;
 use crate::node::LeafNode;
@@ -11,7 +11,7 @@ use crate::simd::{Isa, Vector};
 use crate::traverse::triangle::edge::{corner_lanes, corners, indices};
 use crate::traverse::triangle::single::{RayView, max_f32, min_f32, shear_vertices};
 
-/// The rounding error of t is less than this fraction of t.
+/// Upper bound on the rounding error of t, as a fraction of t.
 pub const T_ERROR: f32 = 1e-5;
 
 /// Width of a range of t, as a fraction of t, above which the corners' weights are used to narrow the range.
@@ -28,9 +28,9 @@ fn sheared<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> ([I::F32x16;
 /// Triangles of a leaf, as bit masks.
 #[derive(Clone, Copy)]
 pub struct LeafCandidates {
-    /// Bit i: the ray may hit triangle i if ray and corners are off by at most the given error.
+    /// Bit i: the ray may hit triangle i, if the ray and the corners are inaccurate by at most the given error.
     pub near: u32,
-    /// Bit i: the line certainly passes triangle i, whatever the errors are.
+    /// Bit i: the ray's line certainly passes through triangle i, for all errors within the bound.
     pub sure: u32,
     /// Bit i: triangle i is certainly counter-clockwise around the sheared ray.
     pub positive: u32,
@@ -40,7 +40,7 @@ impl LeafCandidates {
     pub const NONE: LeafCandidates = LeafCandidates { near: 0, sure: 0, positive: 0 };
 }
 
-/// The triangles that the ray may hit, and those that its line certainly passes.
+/// Classifies the triangles of a leaf: those that the ray may hit, and those that its line certainly passes through.
 #[inline(always)]
 pub fn classify_triangles<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> LeafCandidates {
     let ([px, py], slack) = sheared::<I>(leaf, ray, off);
@@ -67,7 +67,7 @@ fn classify_halves<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode, slack:
     [lower[0] | upper[0] << 8, lower[1] | upper[1] << 8, lower[2] | upper[2] << 8]
 }
 
-/// [`classify_lanes`] of triangles `8 * HALF ..`.
+/// [`classify_lanes`] of the eight triangles from `8 * HALF` on.
 #[inline(always)]
 fn classify_half<I: Isa, const HALF: usize>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode, slack: f32) -> [u32; 3] {
     let [a, b, c] = leaf.packed_indices;
@@ -79,8 +79,8 @@ fn classify_half<I: Isa, const HALF: usize>(px: I::F32x16, py: I::F32x16, leaf: 
     )
 }
 
-/// Bit masks of triangles that the ray may hit, with certainly positive edge functions, and with certainly negative
-/// edge functions, from the sheared x and y of their corners.
+/// Three bit masks of triangles, from the sheared x and y of their corners: triangles that the ray may hit, triangles
+/// with certainly positive edge functions, and triangles with certainly negative edge functions.
 #[inline(always)]
 fn classify_lanes<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V), slack: f32) -> [u32; 3] {
     let u = cx.mul(by).sub(cy.mul(bx));
@@ -92,7 +92,7 @@ fn classify_lanes<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V
     [V::to_bitmask(near), V::to_bitmask(positive), V::to_bitmask(negative)]
 }
 
-/// Bounds of the t at which the ray meets triangle `k`, if it does, whatever the errors are.
+/// Bounds of the t at which the ray meets triangle `k` if it hits the triangle, for all errors within the bound.
 #[inline(always)]
 pub fn t_range(leaf: &LeafNode, k: usize, ray: impl RayView, off: f32, is_sure: bool) -> [f32; 2] {
     let [_, _, z] = ray.axes();
@@ -107,7 +107,8 @@ pub fn t_range(leaf: &LeafNode, k: usize, ray: impl RayView, off: f32, is_sure: 
     [least - least.abs() * T_ERROR - pad, greatest + greatest.abs() * T_ERROR + pad]
 }
 
-/// The range of t of a triangle that the line certainly passes, from the weights of its corners, whose t are `depths`.
+/// The range of t of a triangle that the line certainly passes through, from the weights of its corners; `depths`
+/// contains the t of each corner.
 ///
 /// An edge function is off by `slack`, so a weight w is off by at most (1 + 3 w) `slack` / `det`, and the three weights
 /// by 6 `slack` / `det` in total.

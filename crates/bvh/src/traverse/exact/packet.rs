@@ -33,7 +33,7 @@ const MIN_RAYS: usize = 8;
 /// Maximum number of chunks that are traced individually before packets are tried again.
 const MAX_SKIPPED_CHUNKS: usize = 16;
 
-/// Candidates per ray from which each triangle of a leaf is tested against all rays at once.
+/// Minimum number of candidates per ray for testing each triangle of a leaf against all rays at once.
 const TRANSPOSE_THRESHOLD: u32 = 2;
 
 #[inline(always)]
@@ -51,7 +51,8 @@ pub fn closest_exact_batch<I: Isa>(
     let (mut packets, mut near) = (PacketScratch::EMPTY, RayBatch::EMPTY);
     let (mut exact, mut alone) = (RaySoa64::EMPTY, vec![]);
     exact.any_hit = any_hit;
-    // Chunks to be traced individually, and their number after the next incoherent chunk.
+    // `skipped`: number of chunks that are still traced ray by ray. `next_skipped`: that number after the next
+    // incoherent chunk.
     let (mut skipped, mut next_skipped) = (0, 1);
     for (chunk, (part, hits)) in rays.chunks(PACKET_SIZE).zip(hits.chunks_mut(PACKET_SIZE)).enumerate() {
         if skipped > 0 {
@@ -122,12 +123,12 @@ fn closest_exact_chunk<I: Isa>(
     alone
 }
 
-/// The closest hits of the rays of a chunk that start near the scene, by ray index.
+/// The query for the closest hits of the rays of a chunk that start near the scene.
 struct ExactQuery<'a> {
     scene: &'a Scene,
     triangles: &'a dyn ExactTriangles,
     rays: &'a mut RaySoa64,
-    /// The closest hits so far; their t is written last.
+    /// The closest hits so far, by ray index; their t is written at the end.
     hits: &'a mut [ExactHit],
     /// The largest error of an origin, in scaled scene coordinates.
     origin_error: f64,
@@ -241,7 +242,7 @@ impl<'b, 'd> RaySource<ExactRayState<'b, HitSearch<'d>>> for SubtreeSource<'_, '
     }
 }
 
-/// Finds the closest hits of a packet in the leaves of a mesh.
+/// Visitor that finds the closest hits of a packet in the leaves of a mesh.
 struct ExactLeafVisitor<'a, 'b> {
     query: &'a mut ExactQuery<'b>,
     mesh: &'a Bvh,
@@ -309,7 +310,8 @@ impl ExactLeafVisitor<'_, '_> {
         closer
     }
 
-    /// Intersects rays with the triangle at a position in float64; returns the rays whose hit became closer.
+    /// Intersects rays with a triangle in float64; `prim` is its position in the primitive ids. Returns the rays whose
+    /// hit became closer.
     #[inline(never)]
     fn decide_exactly(&mut self, prim: u32, mut rays: u64, packet: &mut Packet) -> u64 {
         let Self { ref mut query, mesh, instance, indices, ref mut lanes, .. } = *self;
@@ -342,7 +344,7 @@ impl ExactQuery<'_> {
         self.rays.set_pending(number, [lanes.t[0][i], lanes.t[1][i]], triangle, &mut self.hits[number]);
     }
 
-    /// Clips a ray of a packet at its hit; returns the ray's bit if the ray became shorter.
+    /// Ends a ray of a packet at its closest hit; returns the ray's bit if the ray became shorter.
     #[inline(always)]
     fn clip(&self, lane: u32, packet: &mut Packet, indices: RayIndices) -> u64 {
         let t_max = &mut packet.t_max[lane as usize & (PACKET_SIZE - 1)];

@@ -18,7 +18,7 @@ use crate::traverse::trav_ray::{TravRay, scale_t};
 pub trait RaySearch {
     fn clipped_ray(&self) -> &ClippedRay;
 
-    /// True if triangles of an instance are of interest.
+    /// True if the search visits triangles of an instance.
     fn accepts_instance(&self, instance: u32) -> bool;
 
     /// True if float32 may decide about triangles; each triangle is then passed to [`RaySearch::decide`] first.
@@ -26,10 +26,10 @@ pub trait RaySearch {
 
     fn decide(&self, estimate: &TriangleEstimate) -> Decision;
 
-    /// Takes an accepted triangle.
+    /// Receives a triangle for which [`RaySearch::decide`] returned [`Decision::Accepted`].
     fn accept(&mut self, triangle: (u32, u32), estimate: &TriangleEstimate);
 
-    /// Visits a triangle that the ray may hit.
+    /// Tests a triangle that the ray may hit, in float64.
     fn visit(&mut self, triangle: (u32, u32), corners: [[f64; 3]; 3], triangles: &dyn ExactTriangles);
 }
 
@@ -37,7 +37,7 @@ pub trait RaySearch {
 pub struct TriangleEstimate {
     /// Bounds of t along the ray of the search, counted from its clipped origin.
     pub t: [f32; 2],
-    /// True if the line certainly passes the triangle.
+    /// True if the ray's line certainly passes through the triangle.
     pub is_sure: bool,
     /// True if the ray leaves through the back of the triangle, as seen in the mesh; valid if `is_sure`.
     pub leaves: bool,
@@ -48,7 +48,7 @@ pub struct TriangleEstimate {
 pub enum Decision {
     Rejected,
     Accepted,
-    /// float64 must decide.
+    /// Float64 must decide.
     Unknown,
 }
 
@@ -59,7 +59,7 @@ pub struct ExactRayState<'a, S> {
     ray: TravRay,
     blocks: &'a [NodeBlock],
     node: NodeRef,
-    /// Stack entries below belong to the TLAS.
+    /// Stack entries below this index belong to the TLAS.
     stack_base: u32,
     /// The t up to which boxes are visited, along `ray`.
     t_max: f32,
@@ -77,12 +77,12 @@ pub struct ExactRayState<'a, S> {
     current_instance: u32,
     /// True if only one tree is traversed.
     single_tree: bool,
-    /// The scale of t along the TLAS ray.
+    /// The scale of t along the ray in TLAS coordinates.
     tlas_t_scale: f64,
     triangles: &'a dyn ExactTriangles,
-    /// The index under which its hits are reported.
+    /// The index under which the ray's hits are reported.
     pub ray_id: usize,
-    /// The search, if there is a ray.
+    /// The search along the ray; `None` without a ray.
     pub search: Option<S>,
     stack: Stack,
 }
@@ -189,7 +189,7 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
     }
 
     /// Pops the next TLAS entry. Usually, the next entry is another instance, or the stack is empty. In both cases, the
-    /// ray in TLAS coordinates is not needed. True if the ray is done.
+    /// ray in TLAS coordinates is not needed. Returns true if the ray is done.
     #[inline(always)]
     fn pop_tlas(&mut self, scene: &'a Scene) -> bool {
         self.node = self.stack.pop_unchecked();
@@ -199,7 +199,8 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
         self.node == NodeRef::EMPTY
     }
 
-    /// Enters the instance of the current subtree, or pops. True once the ray is done.
+    /// Enters the instance of the current subtree, or pops the next entry if the instance is skipped. Returns true if
+    /// the ray is done.
     #[inline(never)]
     fn enter_instance(&mut self, scene: &'a Scene) -> bool {
         let subtree = &scene.subtree_refs[self.node.index()];
@@ -212,7 +213,7 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
         self.pop_tlas(scene)
     }
 
-    /// Leaves an instance. Returns true once the ray is finished.
+    /// Leaves an instance. Returns true if the ray is done.
     #[inline(never)]
     fn leave_instance(&mut self, scene: &'a Scene) -> bool {
         if self.mesh.is_none() {

@@ -13,10 +13,11 @@ type RayRow = [f64; PACKET_SIZE];
 
 /// Up to 64 rays near the scene, by ray index; entries of other rays are meaningless.
 pub struct RaySoa64 {
-    /// Origin in the world and direction as given, the latter scaled to a largest component in 1..2.
+    /// Origin and direction in world coordinates; the direction is scaled by a power of two so that its largest
+    /// component is in 1..2.
     origin: [RayRow; 3],
     direction: [RayRow; 3],
-    /// The given t is the t along `direction` divided by this power of two.
+    /// Power of two by which t along `direction` is divided to get t along the given direction.
     direction_scale: RayRow,
     /// The smallest valid t; 0 for all rays near the scene.
     t_min: RayRow,
@@ -26,11 +27,11 @@ pub struct RaySoa64 {
     t_error: RayRow,
     /// Bounds of the t of the closest hit so far, or of the end of the ray.
     pub t_range: [[f32; PACKET_SIZE]; 2],
-    /// Bit i: the closest hit of ray i is known by its triangle only, and `t_hit` is an upper bound.
+    /// Bit i: of the closest hit of ray i, only the triangle is known, and `t_hit` is an upper bound of its t.
     pending: u64,
     /// Shear of x and y per unit of the main axis.
     shear: [RayRow; 2],
-    /// The main axis, of the largest component of the direction.
+    /// The main axis: the axis of the direction's largest component.
     major_axis: [u8; PACKET_SIZE],
     /// Origin and direction in scaled scene coordinates, rounded to float32.
     origin_f32: [[f32; PACKET_SIZE]; 3],
@@ -38,14 +39,14 @@ pub struct RaySoa64 {
     /// The largest absolute coordinate of the scaled origin.
     max_abs_origin: RayRow,
     origin_class: [u8; PACKET_SIZE],
-    /// True if any hit is sufficient; a ray with one is done.
+    /// True if any hit is sufficient: a ray that has a hit is done.
     pub any_hit: bool,
     /// Bit i: ray i may have hit two surfaces at equal distances.
     pub contested: u64,
     ties: TieWindow,
 }
 
-/// Class of a ray by its origin. Rows contain the discriminants, for vectorised code.
+/// Class of a ray by its origin. Rows store the class as a number, so that code is vectorised.
 #[repr(u8)]
 #[derive(Clone, Copy, PartialEq)]
 pub enum OriginClass {
@@ -157,7 +158,7 @@ impl RaySoa64 {
         }
     }
 
-    /// The ray in scaled scene coordinates, and the largest coordinate of its origin.
+    /// Ray `i` in scaled scene coordinates, and the largest absolute coordinate of its origin.
     #[inline(always)]
     pub fn local_ray_f32(&self, i: usize) -> (Ray, f64) {
         let i = i & (PACKET_SIZE - 1);
@@ -176,7 +177,7 @@ impl RaySoa64 {
         t_max_f32(self.t_hit[i & (PACKET_SIZE - 1)], 0.0, &self.ties)
     }
 
-    /// Origin in scaled scene coordinates, and direction.
+    /// The origin of ray `i` in scaled scene coordinates, and its direction.
     #[inline(always)]
     pub fn local_ray_f64(&self, scene: &Scene, i: usize) -> ([f64; 3], [f64; 3]) {
         let (i, world) = (i & (PACKET_SIZE - 1), scene.origin());
@@ -184,7 +185,7 @@ impl RaySoa64 {
         ([at(0), at(1), at(2)], [self.direction[0][i], self.direction[1][i], self.direction[2][i]])
     }
 
-    /// A single ray with its closest hit so far.
+    /// Converts ray `i`, with its closest hit so far, to a single ray.
     pub fn to_single(&self, scene: &Scene, i: usize, hit: &ExactHit) -> ClippedRay {
         let i = i & (PACKET_SIZE - 1);
         let (start, _) = self.local_ray_f64(scene, i);
@@ -203,7 +204,7 @@ impl RaySoa64 {
         }
     }
 
-    /// Takes over the hit of a single ray.
+    /// Copies the closest hit of a single ray to ray `i`.
     pub fn commit(&mut self, i: usize, ray: &ClippedRay, hit: &mut ExactHit) {
         self.set_t(i, ray.best.t, ray.t_error);
         self.contested |= u64::from(ray.contested) << (i & (PACKET_SIZE - 1));
@@ -225,7 +226,7 @@ impl RaySoa64 {
         self.t_range[1][i] = ((t + error) as f32).next_up();
     }
 
-    /// Takes a hit of which only the triangle and bounds of t are known. With `any_hit`, the ray is done.
+    /// Stores a hit of which only the triangle and bounds of t are known. If `any_hit` is true, the ray is done.
     #[inline(always)]
     pub fn set_pending(&mut self, i: usize, t: [f32; 2], triangle: (u32, u32), hit: &mut ExactHit) {
         let i = i & (PACKET_SIZE - 1);
@@ -250,7 +251,7 @@ impl RaySoa64 {
         }
     }
 
-    /// Writes the t of the hit in lengths of the given direction; that of a miss or of a pending hit is infinite.
+    /// Writes the t of the hit, in units of the given direction's length; t is infinite for a miss or a pending hit.
     #[inline(always)]
     pub fn to_hit(&self, i: usize, hit: &mut ExactHit) {
         let i = i & (PACKET_SIZE - 1);
@@ -299,7 +300,7 @@ impl RaySoa64 {
     }
 }
 
-/// The error bound of the origins of rays up to a largest coordinate, in scaled scene coordinates.
+/// The error bound of ray origins whose largest absolute coordinate is at most `farthest`, in scaled scene coordinates.
 #[inline(always)]
 pub fn origin_error(scene: &Scene, farthest: f64) -> f64 {
     let world = scene.origin().map(|x| (x * scene.scale).abs());

@@ -8,10 +8,10 @@ use crate::scene::ExactTriangles;
 use crate::simd::Isa;
 use crate::traverse::exact::triangle::{ShearedRay, max_f64};
 
-/// Hits that are refined at once.
+/// Number of hits that are refined at once.
 const LANES: usize = 8;
 
-/// One number of each hit.
+/// A row with one number per hit.
 type Row = [f64; LANES];
 
 /// Rays and corners of hits, in SoA.
@@ -39,7 +39,7 @@ impl Intersections {
         (ray, self.corners.map(|corner| corner.map(|row| row[lane])))
     }
 
-    /// t and the weights of the second and third corner.
+    /// Computes t and the weights of the second and third corner.
     #[inline(always)]
     fn refine(&self) -> [Row; 3] {
         let (mut found, mut sure) = ([[0.0; LANES]; 3], [0u64; LANES]);
@@ -65,7 +65,7 @@ impl Intersections {
     }
 }
 
-/// Refines hits, also pending hits; `hits[i]` belongs to the ray `owner(i)`. Misses are not changed.
+/// Refines hits, including pending hits; `hits[i]` belongs to the ray `owner(i)`. Misses are not changed.
 #[inline(always)]
 pub fn refine_hits<I: Isa>(
     rays: &[ExactRay],
@@ -74,7 +74,8 @@ pub fn refine_hits<I: Isa>(
     hits: &mut [ExactHit],
 ) {
     let mut batch = Intersections::default();
-    // Corners are scattered in memory: their indices are prefetched two chunks ahead, and they themselves one chunk.
+    // Corners are scattered in memory: their indices are prefetched two chunks ahead, and their coordinates one chunk
+    // ahead.
     let prefetch = |hits: &[ExactHit], chunk: usize, prefetch: &dyn Fn(&ExactHit)| {
         let ahead = hits.chunks(LANES).nth(chunk).unwrap_or_default();
         ahead.iter().filter(|hit| hit.instance != INVALID_ID).for_each(prefetch);
@@ -104,7 +105,7 @@ pub fn refine_hits<I: Isa>(
     }
 }
 
-/// The hit of every ray, refined.
+/// Refines the hit of every ray.
 #[inline(always)]
 pub fn refine_each<I: Isa>(rays: &[ExactRay], triangles: &dyn ExactTriangles, hits: &mut [ExactHit]) {
     refine_hits::<I>(rays, |i| i, triangles, hits);
@@ -116,7 +117,7 @@ fn is_pending(hit: &ExactHit) -> bool {
     hit.side == 0 && hit.triangle != INVALID_ID
 }
 
-/// A ray's direction scaled to a largest component in 1..2, and the divisor, a power of two.
+/// A ray's direction, divided by a power of two so that its largest component is in 1..2; and this divisor.
 #[inline(always)]
 fn scaled_direction(ray: &ExactRay) -> ([f64; 3], f64) {
     let steepest = ray.direction.iter().fold(0.0, |most, d| max_f64(most, d.abs()));

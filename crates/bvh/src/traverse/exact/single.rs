@@ -1,4 +1,4 @@
-//! Closest and any hits in float64 of single rays.
+//! Closest hits and any hits of single rays, in float64.
 
 use crate::ray::{ExactHit, ExactRay, HitFilter, INVALID_ID};
 use crate::scene::{ExactTriangles, Scene};
@@ -8,11 +8,11 @@ use crate::traverse::exact::ray_state::{Decision, ExactRayState, RaySearch, Tria
 use crate::traverse::exact::ties::MarkedHits;
 use crate::traverse::single::interleaved::{RaySource, traverse_rays};
 
-/// The search for the closest hit, or any, that a filter accepts.
+/// The search for the closest hit, or for any hit, that a filter accepts.
 ///
-/// float32 rejects triangles that are certainly behind the closest hit so far, and accepts triangles that are certainly
-/// hit before it. The latter are kept by their ids only; their intersection is computed in float64 if another triangle
-/// is too close, or at the end of the search, by [`crate::traverse::exact::refine`].
+/// Float32 rejects triangles that are certainly behind the closest hit so far, and accepts triangles that are certainly
+/// hit before it. Of an accepted triangle, only the ids are kept. The intersection is computed in float64 if another
+/// triangle is too close, or at the end by [`crate::traverse::exact::refine`].
 pub struct HitSearch<'a> {
     pub ray: ClippedRay,
     /// The ray's index, for the filter.
@@ -20,7 +20,7 @@ pub struct HitSearch<'a> {
     pub filter: Option<&'a dyn HitFilter>,
     /// Bounds of the t of the closest hit so far, or of the end of the ray, counted from the clipped origin.
     best_t: [f32; 2],
-    /// True if the closest hit so far has no intersection yet; its t is the upper bound.
+    /// True if the intersection of the closest hit so far has not been computed; its t is then an upper bound.
     is_pending: bool,
 }
 
@@ -49,7 +49,7 @@ impl<'a> HitSearch<'a> {
         self.is_pending = false;
     }
 
-    /// The hit, with t in lengths of the given direction; only the ids of a pending hit.
+    /// The hit, with t in units of the given direction's length. For a pending hit, only the ids are set.
     #[inline(always)]
     fn to_hit(&self) -> ExactHit {
         let ExactHit { instance, triangle, .. } = self.ray.best;
@@ -108,7 +108,7 @@ impl RaySearch for HitSearch<'_> {
     }
 }
 
-/// Source of the rays of a batch with these numbers, and sink of their hits.
+/// Source of those rays of a batch whose indices are in `numbers`, and sink of their hits.
 struct HitSource<'a, 'b, W> {
     scene: &'a Scene,
     rays: &'b [ExactRay],
@@ -145,8 +145,8 @@ impl<'a, 'b, W: Iterator<Item = usize>> RaySource<ExactRayState<'a, HitSearch<'b
     }
 }
 
-/// The closest hits, or any hits, of the rays with these numbers, and the rays that may have hit two surfaces at equal
-/// distances. For any hits, only the presence of an instance is valid.
+/// Finds the closest hits, or any hits, of the rays whose indices are given, and marks the rays that may have hit two
+/// surfaces at equal distances. For any hits, only the presence of an instance is valid.
 #[inline(always)]
 pub fn trace_alone<I: Isa>(
     scene: &Scene,
@@ -160,8 +160,8 @@ pub fn trace_alone<I: Isa>(
     traverse_rays::<I, _>(scene, rays.len(), || ExactRayState::idle(triangles), &mut source);
 }
 
-/// Finds any hits that a filter accepts. If the filter does not accept the given closest hits, finds the closest
-/// accepted hits.
+/// Finds any hits that a filter accepts or, in a search for closest hits, replaces each given hit that the filter
+/// rejects by the closest accepted hit.
 #[inline(always)]
 pub fn filter_hits<I: Isa>(
     scene: &Scene,

@@ -2,9 +2,9 @@
 //!
 //! If the planes of several surfaces differ by a few float32 rounding units, rounding decides which surface is closer,
 //! and neighbouring rays hit different surfaces. Therefore the rule is: of all hits within a few rounding units of the
-//! closest, the instance with the largest index wins. Traversal only marks rays that meet two instances at nearly the
-//! same t; the marks are generous, and [`Scene::settle_ties`] applies the rule to marked rays, so that hits do not
-//! depend on the order of traversal.
+//! closest hit, the ray hits the instance with the largest index. Traversal only marks rays that meet two instances at
+//! nearly the same t; the marks are generous, and [`Scene::settle_ties`] applies the rule to marked rays, so that hits
+//! do not depend on the order of traversal.
 
 use crate::ray::{ExactHit, INVALID_ID};
 use crate::scene::Scene;
@@ -23,9 +23,9 @@ pub struct MarkedHits<'a> {
 /// 1.
 #[derive(Clone, Copy)]
 pub struct TieWindow {
-    /// Width at t = 0.
+    /// Width of the window at t = 0.
     absolute: f64,
-    /// False in a scene of one instance.
+    /// True if hits can tie; false in a scene with one instance.
     pub may_exist: bool,
     /// True if instances share one BLAS, so that the instance of a triangle is not known during traversal.
     is_flattened: bool,
@@ -44,7 +44,7 @@ impl TieWindow {
         }
     }
 
-    /// Width of the window at a t.
+    /// Width of the window around a hit at `t`.
     #[inline(always)]
     pub fn width(&self, t: f64) -> f64 {
         t.abs() * RELATIVE_WIDTH + self.absolute
@@ -60,7 +60,7 @@ impl TieWindow {
     }
 }
 
-/// The absolute part of the window's width, in the world.
+/// The width of the window at t = 0, as a length in world units.
 #[inline(always)]
 pub fn absolute_width(scene: &Scene) -> f64 {
     f64::from(scene.max_abs_coord) / scene.scale * ABSOLUTE_WIDTH

@@ -6,15 +6,15 @@ use crate::node::cross;
 use crate::ray::{ExactHit, INVALID_ID};
 use crate::scene::ExactTriangles;
 
-/// The error of a sheared edge function: a fraction of the largest coordinate times the sum of all sheared coordinates,
-/// plus the product of two errors.
+/// Factors of the error bound of a sheared edge function: the first is multiplied by the largest coordinate and the sum
+/// of all sheared coordinates, the second by the square of the largest coordinate.
 const NEAR_EDGE_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
 const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
 
 /// The relative error of t and of the weights beyond which they are computed in twice the precision.
 const MAX_RELATIVE_ERROR: f64 = 1.0 / (1u64 << 24) as f64;
 
-/// The axis after each axis.
+/// The axis that follows each axis cyclically.
 const NEXT_AXES: [usize; 3] = [1, 2, 0];
 
 /// A ray with its shear along the main axis, the axis of the direction's largest component.
@@ -42,7 +42,7 @@ pub struct Intersection {
 }
 
 impl Intersection {
-    /// The hit of a triangle; t is measured along the present ray.
+    /// The intersection as a hit of the triangle with these ids; t is not converted.
     #[inline(always)]
     pub fn to_hit(&self, instance: u32, triangle: u32) -> ExactHit {
         let Intersection { t, u, v, normal, side, .. } = *self;
@@ -50,14 +50,14 @@ impl Intersection {
     }
 }
 
-/// The range of t of a ray, ending at its closest hit so far.
+/// The range of t of a ray, which ends at its closest hit so far, or at a limit if there is no hit.
 #[derive(Clone, Copy)]
 pub struct HitSoFar {
     pub t_min: f64,
     pub t: f64,
-    /// The error bound of `t`; 0 for a limit.
+    /// The error bound of `t`; 0 if `t` is a limit.
     pub t_error: f64,
-    /// Instance and triangle.
+    /// Instance and triangle of the hit; `None` if `t` is a limit.
     pub id: Option<(u32, u32)>,
 }
 
@@ -78,7 +78,7 @@ struct EdgeFunctions {
 }
 
 impl EdgeFunctions {
-    /// True if the signs are the signs of the exact values.
+    /// True if the computed signs are certainly the signs of the exact values.
     #[inline(always)]
     fn are_sure(&self) -> bool {
         let [u, v, w] = self.values;
@@ -118,7 +118,7 @@ impl ShearedRay {
         ([rx - sx * rz, ry - sy * rz, rz / self.direction[z]], max_f64(max_f64(rx.abs(), ry.abs()), rz.abs()))
     }
 
-    /// The sheared edge functions of a triangle, if the line may pass it. The watertight test of
+    /// The sheared edge functions of a triangle, if the line may pass it. This is the watertight test of
     /// [`crate::traverse::packet::triangle`] in float64.
     #[inline(always)]
     fn edges(&self, corners: [[f64; 3]; 3]) -> Option<EdgeFunctions> {
@@ -135,7 +135,8 @@ impl ShearedRay {
         same_sign(u, v, w, error).then_some(EdgeFunctions { values: [u, v, w], depths, error })
     }
 
-    /// Intersection of the line with a closed triangle; `None` if seen edge-on, and for a triangle without area.
+    /// Intersection of the line with a closed triangle; `None` if the line is parallel to the triangle's plane, and for
+    /// a triangle without area.
     #[inline(always)]
     pub fn intersect(&self, corners: [[f64; 3]; 3]) -> Option<Intersection> {
         let edges = self.edges(corners)?;
@@ -198,7 +199,7 @@ impl ShearedRay {
         Intersection { t, t_error: f64::EPSILON * t.abs(), u, v, normal, side }
     }
 
-    /// True if the intersection is at the origin or in front of it.
+    /// True if the intersection is at the ray's origin or ahead of it.
     #[inline(always)]
     fn is_ahead(&self, found: &Intersection, corners: [[f64; 3]; 3]) -> bool {
         if found.t.abs() > found.t_error { found.t > 0.0 } else { self.is_ahead_exactly(corners, found.side) }
@@ -252,7 +253,8 @@ impl ShearedRay {
         t < other || t == other && triangle < (other_instance, other_triangle)
     }
 
-    /// True if a crossing is within a range of t. At `t_min` = 0 the shifted start decides.
+    /// True if a crossing is within a range of t. If `t_min` is 0, the shifted origin decides whether the crossing is
+    /// ahead.
     #[inline(always)]
     pub fn is_within(&self, found: &Intersection, corners: [[f64; 3]; 3], [t_min, t_max]: [f64; 2]) -> bool {
         let starts = if (found.t - t_min).abs() > found.t_error {

@@ -6,14 +6,14 @@ use crate::traverse::packet::Packet;
 use crate::traverse::triangle::edge::{corners, indices, vertices_minus};
 
 impl Packet {
-    /// Bit k: some ray may hit triangle k. For every ray, each of the other triangles is on one side of the sheared
-    /// axis. Rounding is monotonic, so interval bounds are valid for the values that the test computes.
+    /// Bit k: some ray may hit triangle k. All other triangles are entirely on one side of the axis after shearing, for
+    /// every ray. Rounding is monotonic, so interval bounds are valid for the values that the test computes.
     #[inline(always)]
     pub fn candidate_triangles<I: Isa>(&self, leaf: &LeafNode) -> u32 {
         self.candidate_triangles_within::<I>(leaf, 0.0) & leaf.non_degenerate
     }
 
-    /// [`Packet::candidate_triangles`] if sheared corners may be off by `slack`.
+    /// Same as [`Packet::candidate_triangles`], for sheared corners with errors of up to `slack`.
     #[inline(always)]
     pub fn candidate_triangles_within<I: Isa>(&self, leaf: &LeafNode, slack: f32) -> u32 {
         let [kx, ky, kz] = self.axes;

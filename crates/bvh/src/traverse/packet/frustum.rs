@@ -9,9 +9,10 @@ use crate::simd::{Isa, Vector};
 #[derive(Clone, Copy)]
 pub struct Frustum {
     pub apex: [f32; 3],
-    /// The smallest and the largest reciprocal of the rays' directions.
+    /// For each axis, the smallest and the largest reciprocal of the rays' direction components.
     pub reciprocal: [[f32; 2]; 3],
-    /// Padding of the t of entry and exit, because rays are rounded and do not start exactly at the apex.
+    /// Padding of the t at which boxes are entered and left, because rays are rounded and do not start exactly at the
+    /// apex.
     pub t_near_pad: [f32; 3],
     pub t_far_pad: [f32; 3],
     pub near_rows: [usize; 3],
@@ -53,7 +54,7 @@ pub enum Apex {
 }
 
 impl Apex {
-    /// The end at which the rays are closer together, estimated from three rays.
+    /// Selects the end at which the rays are closer together, judging by three rays.
     #[inline(always)]
     pub fn choose(rays: &[Ray]) -> Apex {
         let (mut starts, mut ends) = (0.0, 0.0);

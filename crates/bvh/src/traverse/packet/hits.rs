@@ -16,13 +16,13 @@ use crate::traverse::single::closest_hit::NO_PRIM;
 /// The closest hits of the rays of a packet in a mesh.
 pub struct PacketHits<'a> {
     pub t: [f32; PACKET_SIZE],
-    /// Positions in the primitive ids, as bits of floats.
+    /// Positions of the hit triangles in the primitive ids of the mesh, as bits of floats.
     pub prim_index: [f32; PACKET_SIZE],
-    /// Barycentric weights times `det`, until [`PacketHits::normalize_barycentrics`].
+    /// Barycentric weights times `det`, until [`PacketHits::normalize_barycentrics`] divides them.
     pub u: [f32; PACKET_SIZE],
     pub v: [f32; PACKET_SIZE],
     det: [f32; PACKET_SIZE],
-    /// Instances of a flattened scene.
+    /// The instances of the mesh in a flattened scene; otherwise `None`.
     ranges: Option<&'a InstanceRanges>,
     /// Bit i: ray i may have hit coplanar surfaces of two instances.
     pub contested: u64,
@@ -39,14 +39,15 @@ impl<'a> PacketHits<'a> {
         contested: 0,
     };
 
-    /// Misses in a mesh that contains these instances.
+    /// Creates hits that are all misses; `ranges` contains the instances of a flattened scene.
     #[inline(always)]
     pub fn new(ranges: Option<&'a InstanceRanges>) -> PacketHits<'a> {
         PacketHits { ranges, ..Self::MISS }
     }
 }
 
-/// Intersects a leaf; returns the rays whose hit became closer. `COMMON_ORIGIN` as in [`PotentialHits::test_edges`].
+/// Intersects a leaf; returns the rays whose hit became closer. `COMMON_ORIGIN` has the same meaning as in
+/// [`PotentialHits::test_edges`].
 #[inline(always)]
 pub fn closest_in_leaf<I: Isa, const COMMON_ORIGIN: bool>(
     mesh: &Bvh,
@@ -116,7 +117,8 @@ impl PacketHits<'_> {
         }
     }
 
-    /// Merges the intersections of a group: keeps intersections that come first by (t, id), and returns their lanes.
+    /// Merges new intersections of a group into the hits: an intersection that comes before the current hit by (t, id)
+    /// replaces it. Returns the lanes of the replaced hits.
     #[inline(always)]
     fn merge<I: Isa>(
         &mut self,
@@ -146,8 +148,8 @@ impl PacketHits<'_> {
         first
     }
 
-    /// Among the lanes with nearly equal t, the lanes whose new triangle comes first by (t, id), or that had no hit.
-    /// Marks lanes whose two hits are on different instances.
+    /// Of the lanes in `ties`, whose two hits have nearly equal t, returns those whose new triangle comes first by (t,
+    /// id) or that had no hit. Marks lanes whose two hits are on different instances.
     #[cold]
     #[inline(never)]
     fn resolve_ties<I: Isa>(&mut self, mesh: &Bvh, (t, prim): (I::RayVec, I::RayVec), group: usize, ties: u32) -> u32 {

@@ -16,7 +16,7 @@ const MIN_PACKET_RAYS: u32 = 5;
 /// The rays that leave a packet for single-ray traversal.
 pub struct SingleHandoff {
     pub single_mask: u64,
-    /// Rays that would leave at several nodes; they restart at the root of the subtree.
+    /// Rays that would leave the packet at several nodes; as single rays, they restart at the root of the subtree.
     restart_mask: u64,
     pub start_node: [NodeRef; PACKET_SIZE],
     /// Nodes and leaves visited by the packet.
@@ -39,7 +39,8 @@ impl SingleHandoff {
     }
 }
 
-/// Closest hits in a subtree, except for rays that are handed off: each continues once, from `start_node`.
+/// Finds closest hits in a subtree, except for rays that are handed off: each of these continues as one single ray from
+/// its `start_node`.
 #[inline(always)]
 pub fn intersect_incoherent<I: Isa>(
     mesh: &Bvh,
@@ -86,13 +87,13 @@ pub fn intersect_incoherent<I: Isa>(
     handoff
 }
 
-/// The children of a mask, farthest first along the main axis, and their number.
+/// The children in a mask, sorted along the main axis with the farthest first, and their number.
 #[inline(always)]
 fn sort_children_far_to_near<I: Isa>(mesh: &Bvh, node: &WideNode, packet: &Packet, mask: u32) -> ([u32; 8], usize) {
     const LANES: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
     let main = packet.axes[2];
     let row = packet.near_rows[main];
-    // A point before all origins and all boxes.
+    // A coordinate along the main axis that is before all origins and all boxes.
     let [least, greatest] = packet.origin_range[main];
     let reach = mesh.bounds().max_abs_coord();
     let from = match row % 2 {

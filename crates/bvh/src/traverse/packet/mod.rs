@@ -34,15 +34,15 @@ pub struct Packet {
     /// The largest valid t of each ray. After a hit, this value also includes the window of
     /// [`crate::traverse::near_ties`].
     pub t_max: [f32; PACKET_SIZE],
-    /// Width of the window at t = 0, as a length.
+    /// Width of this window at t = 0, as a length.
     pub tie_width: f32,
     pub axes: [usize; 3],
-    /// The rows of a node's bounds where rays enter.
+    /// For each axis, the row of a node's bounds that contains the planes where rays enter.
     pub near_rows: [usize; 3],
-    /// Bit i: ray i exists.
+    /// Bit i: the packet contains ray i.
     pub active: u64,
     pub frustum: Frustum,
-    /// The ranges of origins by axis, and of the shear in x and y.
+    /// The range of the rays' origins along each axis, and of their shear in x and y.
     pub origin_range: [[f32; 2]; 3],
     pub shear_range: [[f32; 2]; 2],
 }

@@ -22,13 +22,13 @@ struct SetupContext<'a> {
     apex_point: [f32; 3],
 }
 
-/// Results of a packet's setup by lane, reduced over its groups.
+/// Results of a packet's setup for each lane, combined over all groups.
 struct LaneTotals<V: Vector> {
     /// NaN if a component of an origin or a direction is NaN or infinite.
     sum: V,
     /// Lanes whose t_max is at least 0 in every group.
     ahead: V::Mask,
-    /// For each axis, how much earlier and how much later in t the rays enter a plane, compared with a ray from the
+    /// For each axis, the maximum amounts of t by which a ray crosses a plane earlier and later than a ray from the
     /// apex.
     early: [V; 3],
     late: [V; 3],
@@ -63,7 +63,7 @@ impl Packet {
                 Apex::Target => first.origin[axis] + first.direction[axis] * first.t_max,
             }),
         };
-        // Two instances of this function are compiled, because a common origin requires much less work.
+        // The generic function is compiled twice, because a common origin requires much less work.
         let coherent = match apex == Apex::Origin && have_common_origin::<I>(rays) {
             true => self.setup_lanes::<I, true>(&context),
             false => self.setup_lanes::<I, false>(&context),
@@ -106,7 +106,7 @@ impl Packet {
         coherent
     }
 
-    /// The main axis and the signs of the first ray, which all other rays must share.
+    /// Sets the main axis and the signs of the first ray, which all other rays must share.
     #[inline(always)]
     fn setup_axes(&mut self, direction: [f32; 3]) {
         let size = direction.map(f32::abs);
@@ -179,7 +179,7 @@ impl Packet {
             store::<I>(&mut self.far.reciprocal[axis], g, far);
             store::<I>(&mut self.far.offset[axis], g, o[axis].mul(far).sub(wide));
             if !COMMON_ORIGIN {
-                // A ray from `p` enters at (b - p) r = (b - apex) r - (p - apex) r.
+                // A ray from `p` crosses the plane b at t = (b - p) r = (b - apex) r - (p - apex) r.
                 let apex = I::F32x16::splat(context.apex_point[axis]);
                 let aside = match context.apex {
                     Apex::Origin => o[axis].sub(apex),
@@ -223,7 +223,8 @@ impl Packet {
         let backwards = context.apex == Apex::Target;
         for axis in 0..3 {
             let [least, greatest] = self.origin_range[axis];
-            // Rays that start off the apex have three more roundings than their own slabs.
+            // For rays that do not start at the apex, the frustum's t has three more rounding errors than the t of the
+            // rays' own slabs.
             let farthest = least.abs().max(greatest.abs());
             let off = if backwards { farthest + apex_point[axis].abs() } else { greatest - least };
             let range = ranges[axis];
@@ -242,20 +243,21 @@ impl Packet {
     }
 }
 
-/// The largest absolute value of reciprocals of one sign.
+/// The largest absolute value in a range of reciprocals that have one sign.
 #[inline(always)]
 fn max_reciprocal([least, greatest]: [f32; 2]) -> f32 {
     if least < 0.0 { -least } else { greatest }
 }
 
-/// The smallest absolute value of reciprocals of one sign.
+/// The smallest absolute value in a range of reciprocals that have one sign.
 #[inline(always)]
 fn min_reciprocal([least, greatest]: [f32; 2]) -> f32 {
     if least < 0.0 { -greatest } else { least }
 }
 
 /// True if all directions have a smaller component along an axis than along the main axis, according to the range of
-/// the quotients. Rounding does not change that; ties go to the first axis, as for a single ray.
+/// the quotients of both components. Rounding does not change the result. If the components are equal, the first axis
+/// is the main axis, as for a single ray.
 #[inline(always)]
 fn is_minor_axis([least, greatest]: [f32; 2], is_before_main: bool) -> bool {
     match is_before_main {
@@ -271,7 +273,7 @@ fn max_abs(point: &[f32; 3]) -> f32 {
     x.max(y).max(z)
 }
 
-/// Sixteen rays read as seven vectors: the lanes of each vector that do not belong to an origin.
+/// Masks for sixteen rays that are read as seven vectors: the lanes of each vector that do not belong to an origin.
 const NON_ORIGIN_LANES: [u32; 7] = {
     let mut lanes = [0; 7];
     let mut i = 0;

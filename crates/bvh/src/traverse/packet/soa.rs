@@ -19,14 +19,14 @@ pub fn store<I: Isa>(row: &mut [f32; PACKET_SIZE], group: usize, values: I::F32x
     unsafe { values.store(row.as_mut_ptr().add(16 * group)) }
 }
 
-/// The values of a group of [`Isa::RAY_LANES`] rays.
+/// Loads the values of a group of [`Isa::RAY_LANES`] rays from a row.
 #[inline(always)]
 pub fn load_rays<I: Isa>(row: &[f32; PACKET_SIZE], group: usize) -> I::RayVec {
     // SAFETY: the group index is reduced modulo the number of groups, and the groups fill the row.
     unsafe { I::RayVec::load(row.as_ptr().add(I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES)))) }
 }
 
-/// Stores the lanes of a mask in a group of [`Isa::RAY_LANES`] rays.
+/// Stores the values of the lanes in a mask, for a group of [`Isa::RAY_LANES`] rays.
 #[inline(always)]
 pub fn store_masked<I: Isa>(
     row: &mut [f32; PACKET_SIZE],
@@ -61,7 +61,7 @@ impl SlabPlanesSoa {
         plane.mul_add(self.reciprocal[axis][i], -self.offset[axis][i])
     }
 
-    /// t at which each ray of a group crosses its own plane across an axis; groups as in [`load_rays`].
+    /// The t at which each ray of a group crosses its own plane across an axis; groups as in [`load_rays`].
     #[inline(always)]
     pub fn t_at_lanes<I: Isa>(&self, axis: usize, group: usize, planes: I::RayVec) -> I::RayVec {
         let reciprocal = load_rays::<I>(&self.reciprocal[axis], group);
@@ -93,7 +93,7 @@ pub fn to_bitmask<I: Isa>(mask: <I::F32x16 as Vector>::Mask) -> u32 {
     <I::F32x16 as Vector>::to_bitmask(mask)
 }
 
-/// The minimum and the maximum over several groups.
+/// The minimum and the maximum of a row's first `groups` groups.
 #[inline(always)]
 pub fn min_max<I: Isa>(row: &[f32; PACKET_SIZE], groups: usize) -> [f32; 2] {
     let (mut least, mut greatest) = (load::<I>(row, 0), load::<I>(row, 0));

@@ -8,11 +8,11 @@ use crate::traverse::node_test::prefetch_block;
 use crate::traverse::packet::Packet;
 use crate::traverse::stack::PacketStack;
 
-/// Maximum number of leaves that the frustum enters but no ray enters. After that, nodes are also tested against each
-/// ray, because the geometry is finer than the spacing of the rays.
+/// Maximum number of leaves that the frustum enters but no ray enters. After more such leaves, nodes are also tested
+/// against each ray, because the geometry is finer than the spacing of the rays.
 const MAX_FALSE_LEAVES: u32 = 32;
 
-/// The work at a leaf.
+/// Processes the leaves that a packet visits.
 pub trait LeafVisitor {
     /// Intersects the rays `active` with a leaf that they enter; returns the rays whose hit became closer.
     fn visit_leaf<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64;
@@ -59,7 +59,7 @@ pub fn traverse_packet<I: Isa, L: LeafVisitor>(mesh: &Bvh, start: NodeRef, packe
         } else if active != 0 {
             let closer = visitor.visit_leaf::<I>(leaf(blocks, at), active, packet);
             hit_mask |= closer;
-            // Before every ray has a hit, the largest t_max is unchanged.
+            // Until every ray has a hit, the largest t_max does not change.
             if closer != 0 && hit_mask == packet.active {
                 t_max = packet.max_t::<I>();
             }

@@ -1,10 +1,10 @@
 //! The watertight ray-triangle test for packets (S. Woop, C. Benthin and I. Wald, "Watertight Ray/Triangle
 //! Intersection", JCGT 2013), one triangle per ray.
 //!
-//! The ray is sheared to its main axis; the triangle is hit if its three edge functions do not differ in sign. Each is
-//! a difference of two rounded products, never fused. Two triangles that share an edge compute the same value with
-//! opposite sign, so no ray passes between them; if a value is 0, float64 decides exactly. Front and back faces are
-//! hit, and edges count as inside.
+//! The ray is sheared to its main axis; the triangle is hit if its three edge functions do not differ in sign. Each
+//! edge function is a difference of two rounded products, never fused. For two triangles that share an edge, the test
+//! computes the same value with opposite sign, so no ray passes between them; if a value is 0, float64 decides exactly.
+//! Front and back faces are hit, and edges count as inside.
 //!
 //! The test has two stages: edge functions, of one ray and sixteen triangles
 //! ([`crate::traverse::triangle::single::edge_test`]) or of one triangle and sixteen rays
@@ -25,11 +25,11 @@ use crate::traverse::triangle::single::plane_depth_f64;
 /// Intersections of rays with one triangle each; valid in the lanes of `hit`.
 pub struct LaneIntersections<V> {
     pub hit: u32,
-    /// The triangles, as bits of floats.
+    /// Indices of the triangles, as bits of floats.
     pub triangle: V,
     pub t: V,
-    /// Barycentric weights times `det`: a ray hits several triangles before the closest one is known, and divides only
-    /// once.
+    /// Barycentric weights times `det`. A ray may hit several triangles before the closest one is known; the division
+    /// by `det` is done once at the end.
     pub u: V,
     pub v: V,
     pub det: V,
@@ -110,8 +110,8 @@ fn gather_triangles<I: Isa>(leaf: &LeafNode, axes: [usize; 3], triangle: I::RayV
     ]
 }
 
-/// The t at which rays enter and leave the bounds of their triangles, see [`crate::traverse::trav_ray::SLAB_PAD`].
-/// Corners along the main axis, which come last, are relative to the origins.
+/// The t at which rays enter and leave the bounds of their triangles, see [`crate::traverse::trav_ray::SLAB_PAD`]. The
+/// corners' coordinates along the main axis, which come last, are relative to the origins.
 #[inline(always)]
 fn slab_interval<I: Isa>(
     packet: &Packet,
@@ -132,7 +132,7 @@ fn slab_interval<I: Isa>(
 }
 
 /// Replaces the edge functions of the lanes `unsure`, in which one edge function is 0, by float64 results; returns the
-/// lanes of `hit` that are still hits.
+/// lanes of `hit` in which the ray still hits.
 #[inline(always)]
 fn resolve_zero_edges<I: Isa>(corners: [I::RayVec; 6], edges: &mut [I::RayVec; 3], unsure: u32, hit: u32) -> u32 {
     let mut edge_lanes = [[0.0; 16]; 3];
@@ -171,7 +171,7 @@ fn resolve_sliver_depths<I: Isa>(
     unsafe { I::RayVec::load(depths.as_ptr()) }
 }
 
-/// The corner coordinates along an axis of one triangle per lane, looked up by the lanes of the vertices.
+/// The corner coordinates of one triangle per lane along an axis; a, b and c are the lanes of its vertices in the leaf.
 #[inline(always)]
 fn gather_corners<I: Isa>(leaf: &LeafNode, axis: usize, [a, b, c]: &[I::RayVec; 3]) -> [I::RayVec; 3] {
     // SAFETY: each row of `vertices` contains 16 floats.
@@ -189,7 +189,8 @@ fn shear_corners<V: Vector>([a, b, c]: [V; 3], s: V, z: [V; 3]) -> [V; 3] {
     [a.sub(s.mul(z[0])), b.sub(s.mul(z[1])), c.sub(s.mul(z[2]))]
 }
 
-/// The near and the far coordinate of three corners along an axis; `near_row` is the row of bounds where rays enter.
+/// The coordinates of a triangle's bounds along an axis where rays enter and leave; `near_row` is the row of bounds
+/// where rays enter.
 #[inline(always)]
 fn near_far_bounds<V: Vector>([a, b, c]: [V; 3], near_row: usize) -> (V, V) {
     let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
@@ -197,7 +198,7 @@ fn near_far_bounds<V: Vector>([a, b, c]: [V; 3], near_row: usize) -> (V, V) {
     (V::select(backwards, upper, lower), V::select(backwards, lower, upper))
 }
 
-/// Replaces the depths of slivers that begin behind the ray by depths computed in float64.
+/// Replaces the depths of slivers whose bounds begin behind the ray's origin by depths computed in float64.
 #[cold]
 #[inline(never)]
 fn sliver_depths(
@@ -217,7 +218,7 @@ fn sliver_depths(
     }
 }
 
-/// Decides the lanes of `unsure` by float64; returns the lanes of `hit` that stay.
+/// Decides in float64 whether the lanes of `unsure` are hits; returns the lanes of `hit` that remain.
 #[cold]
 #[inline(never)]
 fn edge_functions_f64_lanes(corners: &[[f32; 16]; 6], unsure: u32, mut hit: u32, edges: &mut [[f32; 16]; 3]) -> u32 {

@@ -8,16 +8,16 @@ use crate::traverse::packet::soa::{load, load_xyz, store, to_bitmask};
 use crate::traverse::triangle::edge::inside_mask;
 use crate::traverse::triangle::edge::{corner_lanes, indices, vertices_minus};
 
-/// Up to this many rays are tested against all triangles of a leaf, because culling would take as long.
+/// Maximum number of rays that are tested against all triangles of a leaf, because culling would take as long.
 const ALL_TRIANGLES_THRESHOLD: u32 = 6;
 
-/// Triangles that pass the edge tests, one per ray at a time; most rays have one.
+/// The triangles of a leaf that pass a ray's edge tests; they are processed one per ray at a time. Most rays have one.
 #[repr(C, align(64))]
 pub struct PotentialHits {
     /// The current triangle of each ray of `hit_mask`.
     pub triangle: [u32; PACKET_SIZE],
     pub hit_mask: u64,
-    /// For each ray of `multi_mask`, a bit mask of the other triangles, stored as a float.
+    /// For each ray of `multi_mask`, a bit mask of its triangles after the current one, stored as a float.
     remaining: [f32; PACKET_SIZE],
     multi_mask: u64,
 }
@@ -26,7 +26,8 @@ impl PotentialHits {
     pub const EMPTY: PotentialHits =
         PotentialHits { triangle: [0; PACKET_SIZE], hit_mask: 0, remaining: [0.0; PACKET_SIZE], multi_mask: 0 };
 
-    /// Tests the rays `active`. `COMMON_ORIGIN` if all rays may share their origin.
+    /// Tests the rays `active` against the leaf's triangles. `COMMON_ORIGIN` is true if all rays may share their
+    /// origin.
     #[inline(always)]
     pub fn test_edges<I: Isa, const COMMON_ORIGIN: bool>(&mut self, leaf: &LeafNode, active: u64, packet: &Packet) {
         (self.hit_mask, self.multi_mask) = (0, 0);
@@ -48,7 +49,8 @@ impl PotentialHits {
         }
     }
 
-    /// One ray against sixteen triangles at a time. `COMMON_ORIGIN` if all rays share their origin.
+    /// Tests one ray at a time against all triangles of the leaf. `COMMON_ORIGIN` is true if all rays share their
+    /// origin.
     #[inline(always)]
     fn test_edges_by_ray<I: Isa, const COMMON_ORIGIN: bool>(
         &mut self,
@@ -86,7 +88,8 @@ impl PotentialHits {
         (self.hit_mask, self.multi_mask) = (some, more);
     }
 
-    /// One triangle against sixteen rays at a time. `COMMON_ORIGIN` if the leaf is relative to the shared origin.
+    /// Tests one triangle against sixteen rays at a time. `COMMON_ORIGIN` is true if the leaf's vertices are relative
+    /// to the shared origin.
     #[inline(always)]
     fn test_edges_by_triangle<I: Isa, const COMMON_ORIGIN: bool>(
         &mut self,
@@ -160,14 +163,14 @@ impl PotentialHits {
         (0..PACKET_SIZE / I::RAY_LANES).fold(0, |groups, g| groups | u32::from(self.hit_lanes::<I>(g) != 0) << g)
     }
 
-    /// The rays in a group of [`Isa::RAY_LANES`] rays that have a triangle.
+    /// Bit i: ray i of a group of [`Isa::RAY_LANES`] rays has a triangle.
     #[inline(always)]
     pub fn hit_lanes<I: Isa>(&self, group: usize) -> u32 {
         (self.hit_mask >> (I::RAY_LANES * group)) as u32 & ((1 << I::RAY_LANES) - 1)
     }
 }
 
-/// A corner, sheared for sixteen rays.
+/// The x and y of a corner, sheared for each of sixteen rays.
 #[inline(always)]
 fn shear_corner<I: Isa, const COMMON_ORIGIN: bool>(
     corner: [f32; 3],

@@ -8,14 +8,15 @@ use crate::traverse::triangle::edge::{corners, indices, vertices_minus};
 /// Rounding error of a squared distance, as a fraction of the squared distance.
 const SQUARE_ERROR: f32 = 16.0 * MACHINE_EPSILON;
 
-/// The error of a distance to a triangle, as a fraction of the largest coordinate relative to the point. Divided by the
-/// squared sine of the angle at the first corner, this fraction bounds the error of the foot of the perpendicular.
+/// Error bound of the distance to a triangle, as a fraction of the largest coordinate relative to the point. Divided by
+/// the squared sine of the angle at the first corner, this fraction bounds the error of the foot of the perpendicular.
 const TRIANGLE_ERROR: f32 = 32.0 * MACHINE_EPSILON;
 
-/// Maximum coordinate of a point for which bounds are computed; beyond, squares overflow and everything counts as near.
+/// Maximum coordinate of a point for which bounds are computed; for larger coordinates, squares overflow, and
+/// everything counts as near.
 const MAX_POINT: f32 = (1u64 << 50) as f32;
 
-/// The smallest squared length, for triangles whose largest relative coordinate is 1 to 2.
+/// Lower limit of squared lengths, for triangles whose largest relative coordinate is 1 to 2.
 const TINY: f32 = 1e-30;
 
 type Triple<V> = [V; 3];
@@ -26,14 +27,14 @@ pub struct Sphere {
     pub center: [f32; 3],
     /// The error bound for the coordinates of the centre and the vertices.
     pub error: f32,
-    /// The radius, without errors.
+    /// The radius, without allowance for errors.
     pub radius: f32,
-    /// The largest ratio of two factors by which the tree's coordinates scale lengths of the world.
+    /// The ratio of the largest to the smallest factor by which the transform to tree coordinates scales lengths.
     pub condition: f32,
 }
 
 impl Sphere {
-    /// Sphere around a point; everything counts as near to a point that is too far away.
+    /// Creates the sphere around a point. If the point is too far away, everything counts as near.
     pub fn new(center: [f32; 3], error: f32, condition: f32) -> Sphere {
         let reach = center.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
         let is_known = reach <= MAX_POINT && error <= MAX_POINT;
@@ -50,7 +51,7 @@ impl Sphere {
     }
 }
 
-/// The squared distances of the children's boxes.
+/// The squared distances from the sphere's centre to the boxes of a node's children.
 #[inline(always)]
 pub fn box_distances<I: Isa>(node: &WideNode, sphere: &Sphere) -> I::F32x8 {
     let x = squared_gaps::<I>(node, sphere, 0);
@@ -58,7 +59,7 @@ pub fn box_distances<I: Isa>(node: &WideNode, sphere: &Sphere) -> I::F32x8 {
     x.add(y).add(squared_gaps::<I>(node, sphere, 2))
 }
 
-/// The squared distances of the children's slabs across an axis.
+/// The squared distances from the sphere's centre to the children's slabs along an axis.
 #[inline(always)]
 fn squared_gaps<I: Isa>(node: &WideNode, sphere: &Sphere, axis: usize) -> I::F32x8 {
     // SAFETY: each row of bounds contains 8 floats.
@@ -70,11 +71,11 @@ fn squared_gaps<I: Isa>(node: &WideNode, sphere: &Sphere, axis: usize) -> I::F32
     gap.mul(gap)
 }
 
-/// Bit i: triangle i of the leaf may be near. Triangles that are certainly farther than the nearest are excluded,
-/// unless a filter may reject the nearest.
+/// Bit i: triangle i of the leaf may be near. Triangles that are certainly farther than the nearest triangle of the
+/// leaf are excluded, unless a filter may reject it.
 #[inline(always)]
 pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, is_unfiltered: bool) -> u32 {
-    // This function contains no closures, because their code would not use the instruction set.
+    // This function contains no closures, because their code would be compiled without the selected instruction set.
     let [x, y, z] = sphere.center;
     let x = vertices_minus::<I>(leaf, 0, x);
     let y = vertices_minus::<I>(leaf, 1, y);

@@ -55,8 +55,8 @@ pub fn closest_points_batch<I: Isa>(
             local,
             error: F64_ERROR * (reach + f64::from(scene.max_abs_coord)),
             best: ClosestPoint::MISS,
-            // This bound is slightly larger than the squared maximum distance, because the distance itself is compared
-            // at the end.
+            // The bound is slightly larger than the squared maximum distance; at the end, the distance itself is
+            // compared exactly.
             squared_distance: max_distance * max_distance * (1.0 + 4.0 * f64::EPSILON),
         };
         if let Some((instance, triangle)) = hint
@@ -178,16 +178,16 @@ impl PointSearch<'_> {
 fn enter<I: Isa>(node: &WideNode, sphere: &Sphere, stack: &mut Stack) -> Option<NodeRef> {
     let distances = box_distances::<I>(node, sphere);
     let into = <I::F32x8 as Vector>::to_bitmask(distances.le(I::F32x8::splat(sphere.squared_limit())));
-    // This code contains no closure, because a closure would not use the function's instruction set.
+    // This code contains no closure, because a closure would be compiled without the selected instruction set.
     if into == 0 { None } else { Some(stack.push::<I>(node, distances, into)) }
 }
 
-/// A hit with the only two facts that a filter reads: instance and triangle.
+/// A hit for filters, in which only the instance and the triangle are set.
 fn hit(instance: u32, triangle: u32) -> ExactHit {
     ExactHit { instance, triangle, ..ExactHit::MISS }
 }
 
-/// A point of scaled scene coordinates in tree coordinates of the mesh.
+/// Transforms a point from scaled scene coordinates to tree coordinates of the mesh.
 #[inline(always)]
 fn to_mesh_point(record: &InstanceRecord, point: [f64; 3]) -> [f32; 3] {
     record.mesh_from_scene.map(|row| {

@@ -23,14 +23,14 @@ pub struct ClosestHit {
 pub const NO_PRIM: u32 = u32::MAX;
 
 impl ClosestHit {
-    /// A miss up to `t_max`.
+    /// Creates a miss: no hit at a t of up to `t_max`.
     #[inline(always)]
     pub fn miss(t_max: f32) -> ClosestHit {
         ClosestHit { t: t_max, u: 0.0, v: 0.0, prim_index: NO_PRIM, limit: t_max }
     }
 
-    /// Intersects the triangles `candidates` of a leaf; keeps the first by (t, id). True if the hit changed. `ties` is
-    /// marked if triangles of two instances are at nearly the same t.
+    /// Intersects the triangles `candidates` of a leaf; keeps the first hit by (t, id). Returns true if the hit
+    /// changed. Sets `ties.contested` if triangles of two instances are at nearly the same t.
     #[inline(always)]
     pub fn update(
         &mut self,
@@ -74,12 +74,12 @@ impl ClosestHit {
     }
 }
 
-/// Near ties of a ray in a mesh.
+/// Detection of near ties of a ray in a mesh.
 #[derive(Clone, Copy)]
 pub struct MeshTies<'a> {
-    /// Instances of a flattened scene.
+    /// The instances of a flattened scene; otherwise `None`.
     pub ranges: Option<&'a InstanceRanges>,
-    /// Width of the range of t at t = 0, as a length.
+    /// Width at t = 0, as a length, of the range of t in which [`crate::traverse::near_ties`] searches.
     pub width: f32,
     /// True if the ray may have hit coplanar surfaces of two instances.
     pub contested: bool,

@@ -3,7 +3,8 @@
 //!
 //! One thread advances 24 rays in turn, so that the prefetch for one ray overlaps the work for the other rays. Rays at
 //! nodes and rays at leaves are processed in separate loops, because the kind of a ray's next step is unpredictable.
-//! Ready rays are bit masks by next step; a queue in memory would add a store-to-load dependency per step.
+//! The rays that are ready for each kind of step are a bit mask; a queue in memory would add a store-to-load dependency
+//! per step.
 
 use std::mem::MaybeUninit;
 
@@ -11,14 +12,14 @@ use crate::node::NodeRef;
 use crate::scene::Scene;
 use crate::simd::Isa;
 
-/// Rays in flight per thread.
+/// Number of rays that a thread advances in turn.
 const RAYS_IN_FLIGHT: usize = 24;
 
 /// Up to this number of rays, [`traverse_rays`] traces the rays one after the other, because creating all states would
 /// take longer.
 const FEW_RAYS: usize = 2;
 
-/// Maximum number of rays at nodes that wait while rays at leaves advance.
+/// If at most this number of rays are at nodes, these rays wait while rays at leaves advance.
 const MAX_WAITING_NODES: u32 = 8;
 
 /// A ray in flight, advanced one step at a time.
@@ -42,7 +43,7 @@ pub trait RayInFlight<'a> {
     /// Intersects the remaining triangles of a leaf.
     fn step_triangles<I: Isa>(&mut self);
 
-    /// Enters or leaves an instance; true once the ray is done.
+    /// Enters or leaves an instance; returns true if the ray is done.
     fn step_instance(&mut self, scene: &'a Scene) -> bool;
 }
 
@@ -51,17 +52,17 @@ pub trait RaySource<R> {
     /// Starts the next ray that may hit anything; returns false if no such ray is left.
     fn start(&mut self, state: &mut R) -> bool;
 
-    /// Takes the hit of a ray that is done.
+    /// Stores the hit of a ray that is done.
     fn finish(&mut self, state: &mut R);
 }
 
-/// Rays by next step; bit i is state i.
+/// Bit masks of the ray states, by the kind of their next step; bit i is state i.
 #[derive(Default)]
 struct ReadyMasks {
     nodes: u32,
     /// Rays at leaves, in the TLAS or in a BLAS.
     leaves: u32,
-    /// Rays at the end of a tree.
+    /// Rays that have reached the end of a tree.
     finished: u32,
     /// Rays in the TLAS, whose leaves are instances.
     in_tlas: u32,
@@ -92,7 +93,8 @@ fn pop_lowest_bit(bits: &mut u32) -> u32 {
     i
 }
 
-/// Traces all rays of a source; `idle` creates a state without a ray in place, because states are large.
+/// Traces all rays of a source. `idle` creates a state without a ray; states are created in place, because they are
+/// large.
 #[inline(always)]
 pub fn traverse_interleaved<'a, I: Isa, R: RayInFlight<'a>>(
     scene: &'a Scene,
@@ -124,7 +126,7 @@ fn traverse_states<'a, I: Isa, R: RayInFlight<'a>, const STATES: usize>(
     source: &mut impl RaySource<R>,
 ) {
     let mut memory: [MaybeUninit<R>; STATES] = [const { MaybeUninit::uninit() }; STATES];
-    // `std::array::from_fn` would copy each state, which takes kilobytes.
+    // `std::array::from_fn` is not used, because it would copy each state, which is several kilobytes large.
     for state in &mut memory {
         state.write(idle());
     }

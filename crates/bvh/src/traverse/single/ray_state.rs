@@ -17,9 +17,9 @@ use crate::traverse::triangle::single::edge_test;
 #[derive(Clone, Copy)]
 pub struct RayTask {
     pub ray: Ray,
-    /// The index under which its hit is reported.
+    /// The index under which the ray's hit is reported.
     pub ray_id: usize,
-    /// The subtree of an instance to traverse alone; [`NodeRef::EMPTY`] for the whole scene.
+    /// The only subtree of the instance to traverse; [`NodeRef::EMPTY`] for the whole scene.
     pub start_node: NodeRef,
     pub instance: u32,
 }
@@ -33,7 +33,7 @@ pub struct RayState<'a, const ANY_HIT: bool> {
     blocks: &'a [NodeBlock],
     /// The next node, leaf or instance.
     node: NodeRef,
-    /// Stack entries below belong to the TLAS.
+    /// Stack entries below this index belong to the TLAS.
     stack_base: u32,
     best: ClosestHit,
     ties: MeshTies<'a>,
@@ -45,12 +45,12 @@ pub struct RayState<'a, const ANY_HIT: bool> {
     instance: u32,
     /// The instance in whose coordinates `ray` is, or [`INVALID_ID`].
     current_instance: u32,
-    /// Only this instance is traversed.
+    /// True if only one instance is traversed.
     single_instance: bool,
-    /// `ray` has the given direction and is not parallel to an axis, so a translation of its origin is sufficient for
-    /// other instances that are only translated.
+    /// True if `ray` has the given direction and is not parallel to an axis. For an instance that is only translated,
+    /// it is then sufficient to translate the ray's origin.
     direction_reusable: bool,
-    /// The scale of t along the TLAS ray, relative to the given ray.
+    /// The scale of t along the ray in TLAS coordinates, relative to the given ray.
     tlas_t_scale: f64,
     pub ray_id: usize,
     pub hit: Hit,
@@ -204,7 +204,7 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
     }
 
     /// Enters the instance of the current subtree, or pops the next entry if the ray misses the instance by definition.
-    /// True once the ray is done.
+    /// Returns true if the ray is done.
     #[inline(never)]
     fn enter_instance(&mut self, scene: &'a Scene) -> bool {
         let t_max = self.t_max();
@@ -218,7 +218,7 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
         self.pop_tlas(scene)
     }
 
-    /// Leaves an instance. True once the ray is done.
+    /// Leaves an instance. Returns true if the ray is done.
     #[inline(never)]
     fn leave_instance(&mut self, scene: &'a Scene) -> bool {
         self.commit_hit(scene);
@@ -259,7 +259,8 @@ impl<'a, const ANY_HIT: bool> RayInFlight<'a> for RayState<'a, ANY_HIT> {
     }
 
     /// Tests the edges of the triangles, branch-free because candidates are unpredictable; without a candidate, pops
-    /// the next node. Any hits are found in one step, because most rays end too early for two steps to be faster.
+    /// the next node. In any-hit queries, triangles are intersected in the same step, because most rays end too early
+    /// for two steps to be faster.
     #[inline(always)]
     fn step_leaf<I: Isa>(&mut self) -> bool {
         let leaf = leaf(self.blocks, self.node);

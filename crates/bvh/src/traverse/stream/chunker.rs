@@ -13,7 +13,7 @@ use crate::traverse::stream::octant_sort::{MAX_BLOCK, OctantSorter};
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_index};
 use crate::traverse::stream::root_cull::{RootCull, TRIAL_RAYS};
 
-/// Number of queued single rays above which they are traced.
+/// Number of queued single rays above which the queue is traced.
 pub const SINGLE_FLUSH_THRESHOLD: usize = 2048;
 
 /// Rays queued for single-ray traversal.
@@ -22,7 +22,7 @@ pub struct SingleRayQueue {
     subtree_rays: Vec<RayTask>,
     /// Rays that traverse the whole scene, by index in the batch.
     pub full_rays: Vec<u32>,
-    /// Nodes and leaves visited by packets.
+    /// Number of nodes and leaves that packets have visited.
     pub visits: usize,
 }
 
@@ -100,7 +100,7 @@ impl<'a> RayChunk<'a> {
         }
     }
 
-    /// The rays in scaled scene coordinates.
+    /// Returns the rays of the chunk in scaled scene coordinates.
     #[inline(always)]
     pub fn scaled<'b>(&self, room: &'b mut RayBatch) -> &'b [Ray]
     where
@@ -119,8 +119,8 @@ impl<'a> RayChunk<'a> {
         room.all().0
     }
 
-    /// Builds a packet; returns false if tracing single rays is faster. Parallel rays with distant origins share their
-    /// octant, but no boxes.
+    /// Builds a packet; returns false if tracing single rays is faster. Parallel rays with distant origins, for
+    /// example, share their octant but enter different boxes.
     #[inline(always)]
     pub fn make_packet<I: Isa>(
         &self,
@@ -135,7 +135,7 @@ impl<'a> RayChunk<'a> {
                 let within = |ray: &Ray| self.scene.is_within_reach(ray.origin);
                 let (bounds, reach) = (&self.scene.bounds, self.scene.max_abs_coord);
                 let pad = self.scene.relative_padding(rays.iter().all(within));
-                // Packets pad by the size of the bounds; the bounds of the meshes may be larger.
+                // The padding of packets is a fraction of the size of `bounds`; the bounds of the meshes may be larger.
                 (bounds, pad * (reach / bounds.max_abs_coord()).max(1.0))
             }
         };
@@ -147,7 +147,7 @@ impl<'a> RayChunk<'a> {
     }
 }
 
-/// Splits a batch into chunks: 64 rays in a row, and packets of the octant sort in between.
+/// Splits a batch into chunks: 64 consecutive rays or, in between, packets of the octant sort.
 pub struct RayChunker<'a> {
     rays: &'a [Ray],
     coherence: Coherence,
@@ -177,8 +177,8 @@ impl<'a> RayChunker<'a> {
         }
     }
 
-    /// Advances to the next chunk; false at the end. May queue single rays, and appends rays to `incoherent` for the
-    /// octant sort.
+    /// Advances to the next chunk; returns false at the end. May queue single rays, and appends rays to `incoherent`
+    /// for the octant sort.
     #[inline(always)]
     pub fn advance<I: Isa>(&mut self, singles: &mut SingleRayQueue, incoherent: &mut Vec<u32>) -> bool {
         loop {
@@ -233,7 +233,8 @@ impl<'a> RayChunker<'a> {
         prefetch_all::<I, _>(&rays[..rays.len().min(PACKET_SIZE)]);
     }
 
-    /// Reports single rays and visits of the current chunk.
+    /// Records the cost of the current chunk: the number of its rays that became single rays, and of visited nodes and
+    /// leaves.
     #[inline(always)]
     pub fn report_cost(&mut self, alone: usize, visits: usize) {
         if self.from_sorter {

@@ -1,7 +1,7 @@
-//! Octant sort: a counting sort of incoherent rays by direction class; the packets may start anywhere.
+//! Octant sort: a counting sort of incoherent rays by direction class. The rays of a packet may start anywhere.
 //!
-//! Every ray is tested against every box, and small groups continue as single rays. This is faster near the root of a
-//! tree, and in all of a small tree.
+//! Every ray is tested against every box, and small groups continue as single rays. Such packets are faster than single
+//! rays near the root of a tree and, if the tree is small, in the whole tree.
 
 use crate::ray::Ray;
 use crate::scene::backoff::Backoff;
@@ -18,21 +18,21 @@ const FIRST_BLOCK: usize = 1024;
 /// Minimum number of rays of a class for a packet; smaller classes are traced as single rays.
 const MIN_PACKET_RAYS: usize = 16;
 
-/// Number of packet rays before the first evaluation. Packets are faster if they visit at most `MAX_VISITS_PER_RAY`
-/// nodes and leaves for each ray that they complete.
+/// Number of rays traced in packets before their speed is first evaluated. Packets are faster than single rays if they
+/// visit at most `MAX_VISITS_PER_RAY` nodes and leaves for each ray that they complete.
 const TRIAL_RAYS: usize = 4 * PACKET_SIZE;
 const MAX_VISITS_PER_RAY: usize = 1;
 
 /// A block of rays in the order of their direction classes.
 pub struct OctantSorter<'a> {
     order: Vec<u32>,
-    /// The end of each class.
+    /// The end of each class in `order`.
     class_ends: [usize; DIRECTION_CLASSES],
     cursor: usize,
     /// The rays of the current packet.
     packet: Vec<Ray>,
-    /// Statistics of a block: the rays in packets, the number of times that a ray left a packet and became a single
-    /// ray, and the visited nodes and leaves.
+    /// Statistics of a block: the number of rays in packets, the number of times that a ray left a packet and became a
+    /// single ray, and the number of visited nodes and leaves.
     packet_rays: usize,
     single_count: usize,
     visits: usize,
@@ -129,7 +129,8 @@ impl<'a> OctantSorter<'a> {
         false
     }
 
-    /// Reports single rays and visits of the current packet.
+    /// Records the cost of the current packet: the number of its rays that became single rays, and of visited nodes and
+    /// leaves.
     #[inline(always)]
     pub fn report_cost(&mut self, singles: usize, visits: usize) {
         self.single_count += singles;
@@ -209,7 +210,7 @@ mod tests {
         assert!(few < all / 2 && sorter.block_size() == FIRST_BLOCK, "{few}");
         assert_eq!(packets(&mut sorter, MAX_VISITS_PER_RAY), 0);
         assert_eq!(packets(&mut sorter, MAX_VISITS_PER_RAY), all);
-        // The same applies to the next batch.
+        // The next batch, which has a new sorter, skips packets too.
         packets(&mut sorter, MAX_VISITS_PER_RAY + 1);
         assert_eq!(packets(&mut OctantSorter::new(&skip), MAX_VISITS_PER_RAY), 0);
     }

@@ -44,10 +44,10 @@ pub fn ray_mask(mut lanes: u64, indices: RayIndices) -> u64 {
 
 const EMPTY_RAY: Ray = Ray { origin: [0.0; 3], direction: [0.0; 3], t_max: 0.0 };
 
-/// Some rays of a chunk.
+/// Several rays of a chunk.
 pub struct RayBatch {
     pub rays: [Ray; PACKET_SIZE],
-    /// Their indices in the chunk.
+    /// The rays' indices in the chunk.
     pub indices: [u8; PACKET_SIZE],
     pub len: usize,
 }
@@ -105,7 +105,7 @@ impl RayBatch {
 pub struct OctantGroups {
     direction_class: [u8; PACKET_SIZE],
     remaining: u64,
-    /// Not grouped yet.
+    /// True until the chunk is divided into groups.
     pub is_whole: bool,
 }
 
@@ -154,8 +154,8 @@ impl OctantGroups {
     }
 }
 
-/// Direction class as required by [`crate::traverse::packet::Packet::setup`]. Branch-free, because directions are
-/// unpredictable.
+/// The direction class of a direction; rays of one class satisfy the conditions of
+/// [`crate::traverse::packet::Packet::setup`]. Branch-free, because directions are unpredictable.
 #[inline(always)]
 fn direction_class([x, y, z]: [f32; 3]) -> u8 {
     const MIN_DIRECTION_RATIO: u32 = (1.0 / MAX_RECIPROCAL).to_bits();

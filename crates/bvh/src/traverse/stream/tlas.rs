@@ -1,5 +1,5 @@
-//! Packets through the TLAS: from up to 64 rays to packets of coherent rays, regrouped in every instance, whose
-//! transform changes their directions.
+//! Traversal of the TLAS by packets. Up to 64 rays become packets of coherent rays; they are regrouped in every
+//! instance, because its transform changes their directions.
 
 use crate::node::{NodeRef, node};
 use crate::ray::Ray;
@@ -11,7 +11,8 @@ use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::stack::Stack;
 use crate::traverse::stream::packet_groups::{OctantGroups, RayBatch, RayIndices, ray_index};
 
-/// A query over packets. Rays are identified by their index in the chunk, lanes by `indices`.
+/// A query that traverses packets. Rays are identified by their index in the chunk; `indices` contains the index of the
+/// ray in each lane.
 pub trait PacketQuery {
     /// Builds a packet in scaled scene or instance coordinates; returns false if tracing single rays is faster.
     fn make_packet<I: Isa>(&self, rays: &[Ray], instance: Option<&InstanceRecord>, packet: &mut Packet) -> bool;
@@ -20,7 +21,7 @@ pub trait PacketQuery {
     fn to_instance_space(&self, ray: &Ray, index: usize, instance: &InstanceRecord) -> Ray;
 
     /// Maximum valid t of a ray, given its value at the start of the TLAS traversal; negative if the ray is done.
-    /// `scale` is t per length along the ray's main axis.
+    /// `scale` is the amount of t per unit of length along the ray's main axis.
     fn t_max(&self, index: usize, t_max: f32, scale: f32) -> f32;
 
     /// Traverses a subtree of an instance by a packet.

@@ -3,13 +3,13 @@
 use crate::node::LeafNode;
 use crate::simd::{Isa, Vector, packed_index};
 
-/// The corners of the triangles of a leaf.
+/// Looks up the corners of a leaf's triangles in a vector of its vertices.
 #[inline(always)]
 pub fn corners<I: Isa>(v: I::F32x16, index: &[I::LaneIndices; 3]) -> [I::F32x16; 3] {
     [I::permute(v, index[0]), I::permute(v, index[1]), I::permute(v, index[2])]
 }
 
-/// The indices for [`corners`].
+/// The corners of a leaf's triangles as vertex indices, for [`corners`].
 #[inline(always)]
 pub fn indices<I: Isa>(leaf: &LeafNode) -> [I::LaneIndices; 3] {
     [
@@ -28,7 +28,7 @@ pub fn vertices_minus<I: Isa>(leaf: &LeafNode, axis: usize, origin: f32) -> I::F
 }
 
 impl LeafNode {
-    /// The leaf with vertices relative to a point.
+    /// A copy of the leaf with vertices relative to a point.
     #[inline(always)]
     pub fn translated<I: Isa>(&self, point: [f32; 3]) -> LeafNode {
         let mut leaf = *self;
@@ -56,7 +56,7 @@ fn inside_mask_by_halves<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode) 
     lower | inside_mask_half::<I, 1>(px, py, leaf) << 8
 }
 
-/// [`inside_mask`] of triangles `8 * HALF ..`.
+/// [`inside_mask`] of the eight triangles from `8 * HALF` on.
 #[inline(always)]
 fn inside_mask_half<I: Isa, const HALF: usize>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode) -> u32 {
     let [a, b, c] = leaf.packed_indices;
@@ -67,7 +67,7 @@ fn inside_mask_half<I: Isa, const HALF: usize>(px: I::F32x16, py: I::F32x16, lea
     )
 }
 
-/// Bit mask of the triangles that contain 0, from sheared vertices; `index` as of [`indices`].
+/// Bit mask of the triangles that contain 0, from sheared vertices; `index` is the result of [`indices`].
 #[inline(always)]
 pub fn inside_mask<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode, index: &[I::LaneIndices; 3]) -> u32 {
     if I::RAY_LANES < 16 {
@@ -77,8 +77,8 @@ pub fn inside_mask<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode, index:
     edge_functions_agree((ax, ay), (bx, by), (cx, cy))
 }
 
-/// Bit mask of the triangles that contain 0, from the x and y of their corners: edge functions that do not differ in
-/// sign.
+/// Bit mask of the triangles that contain 0, from the x and y of their corners: triangles whose edge functions do not
+/// differ in sign.
 #[inline(always)]
 fn edge_functions_agree<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V)) -> u32 {
     let u = cx.mul(by).sub(cy.mul(bx));

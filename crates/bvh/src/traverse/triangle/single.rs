@@ -8,7 +8,7 @@ use crate::simd::{Isa, Vector};
 use crate::traverse::trav_ray::TravRay;
 use crate::traverse::triangle::edge::{corner_lanes, edge_functions_f64, indices, inside_mask, vertices_minus};
 
-/// View of a ray that triangle tests require, for a single ray or a ray in a packet.
+/// The properties of a ray that triangle tests require; implemented for single rays and for rays in a packet.
 pub trait RayView: Copy {
     /// See [`TravRay::axes`].
     fn axes(&self) -> [usize; 3];
@@ -17,7 +17,7 @@ pub trait RayView: Copy {
     fn reciprocal(&self, axis: usize) -> f32;
     /// The padded t at which the slab of a bound is entered.
     fn t_near(&self, axis: usize, bound: f32) -> f32;
-    /// The padded t at which the slab is left.
+    /// The padded t at which the slab of a bound is left.
     fn t_far(&self, axis: usize, bound: f32) -> f32;
 }
 
@@ -82,7 +82,7 @@ pub fn intersect_triangle(leaf: &LeafNode, k: usize, ray: impl RayView, t_max: f
     intersect::<_, false>(leaf, k, ray, t_max)
 }
 
-/// A separate function, to keep the common path small.
+/// Intersects a sliver. This is a separate function, to keep the common path small.
 #[cold]
 #[inline(never)]
 fn intersect_sliver(leaf: &LeafNode, k: usize, ray: impl RayView, t_max: f32) -> Option<TriangleIntersection> {
@@ -122,7 +122,8 @@ fn intersect<L: RayView, const SLIVER: bool>(
         return None;
     }
     if !SLIVER && leaf.is_sliver(k) && enter < 0.0 {
-        // Field by field, because the struct would go through memory and stall on store forwarding.
+        // The result is copied field by field, because a copy of the whole struct would go through memory and stall on
+        // store forwarding.
         let TriangleIntersection { t, u, v } = intersect_sliver(leaf, k, ray, t_max)?;
         return Some(TriangleIntersection { t, u, v });
     }
@@ -146,10 +147,10 @@ fn intersect<L: RayView, const SLIVER: bool>(
 }
 
 /// The depth along the main axis at which the ray hits triangle `k` of the leaf, by the float64 plane of its corners;
-/// `depth` if there is no plane.
+/// `depth` if the corners define no plane.
 ///
-/// For a sliver, the error of the weighted sum is as large as the distance of its corners. If its bounds contain the
-/// origin, the sign of that depth is unreliable.
+/// For a sliver, the weighted sum of the corners' depths has an error as large as the distance between the corners. If
+/// the sliver's bounds contain the ray's origin, the sign of such a sum is unreliable.
 pub fn plane_depth_f64(leaf: &LeafNode, k: usize, ray: impl RayView, depth: f32) -> f32 {
     let axes = ray.axes();
     let [a, b, c] = corner_lanes(leaf, k)

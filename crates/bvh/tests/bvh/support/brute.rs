@@ -5,8 +5,8 @@
 //! from the edge. Float32 cannot distinguish hits within the *tie band*. On either side of an edge, the band is
 //! [`BAND`] times the distance from the ray's origin to the triangle. On either side of the triangle's plane, it is
 //! larger by the triangle's ratio of length to width, because t is computed from the volumes and they depend on the
-//! width. A correct answer is a triangle that is hit within the band, such that no triangle hit outside the band is
-//! nearer. All other answers are wrong.
+//! width. An answer is correct if its triangle is hit, possibly only within the band, and no triangle that is certainly
+//! hit is nearer. All other answers are wrong.
 #![allow(clippy::needless_range_loop)]
 
 use std::sync::Arc;
@@ -16,10 +16,10 @@ use raycam_bvh::{
     Scene, squared_distance_to_triangle,
 };
 
-/// Relative difference below which float32 answers count as ties: 17 rounding errors.
+/// The tie band of float32 answers, as a relative difference: 17 rounding errors.
 pub const BAND: f64 = 1e-6;
 
-/// The tie band of float64 answers.
+/// The tie band of float64 answers, as a relative difference.
 pub const EXACT_BAND: f64 = 1e-13;
 
 type V3 = [f64; 3];
@@ -40,7 +40,7 @@ fn length(a: V3) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// A mesh in the form used by the reference.
+/// A mesh in the form that the brute-force reference requires.
 pub struct Brute {
     pub name: String,
     vertices: Vec<[f32; 3]>,
@@ -52,7 +52,7 @@ pub struct Brute {
     longest_edge: f64,
 }
 
-/// A triangle that a ray hits, within the band.
+/// A triangle that a ray hits, possibly only within the band.
 #[derive(Clone, Copy, Debug)]
 pub struct Intersection {
     pub triangle: u32,
@@ -63,7 +63,7 @@ pub struct Intersection {
     pub sure: bool,
 }
 
-/// Number of triangles whose sides are computed together, so that the compiler vectorises the loop.
+/// Number of triangles that are tested together, so that the compiler vectorises the loop.
 const ROW: usize = 16;
 
 impl Brute {
@@ -129,7 +129,7 @@ impl Brute {
         }
     }
 
-    /// The same test for one triangle, with volumes whose accuracy is proportional to the edge length.
+    /// The same test for one triangle, with volumes whose error is proportional to the edge's length.
     fn intersect_one(&self, ray: &ExactRay, k: usize, band: f64) -> Option<Intersection> {
         let p = self.triangles[k].map(|i| self.vertices[i as usize].map(f64::from));
         let away = p.map(|p| length(sub(p, ray.origin)));
@@ -158,7 +158,8 @@ impl Brute {
         Some(Intersection { triangle: k as u32, t, slack, sure })
     }
 
-    /// Fault of an answer (a triangle and its t, or `None`); `None` if the answer is correct.
+    /// Describes the fault of an answer, which is a triangle and its t, or `None` for a miss. Returns `None` if the
+    /// answer is correct.
     pub fn fault(met: &[Intersection], answer: Option<(u32, f64)>) -> Option<String> {
         let mut sure = met.iter().filter(|met| met.sure);
         let Some((triangle, t)) = answer else {
@@ -181,7 +182,7 @@ impl ExactTriangles for Brute {
     }
 }
 
-/// xorshift64*
+/// A small random number generator (xorshift64*).
 struct Rng(u64);
 
 impl Rng {
@@ -194,7 +195,7 @@ impl Rng {
     fn below(&mut self, n: usize) -> usize {
         (self.next() >> 33) as usize % n
     }
-    /// -1 to 1.
+    /// A random number from -1 to 1.
     fn signed(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1 << 23) as f32 - 1.0
     }
@@ -296,9 +297,9 @@ pub struct Tally {
     pub hits: u64,
     /// Hits within the band of an edge, of another triangle or of an end of the ray.
     pub ties: u64,
-    /// Float64 rays whose crossings were counted; no crossing is within the band.
+    /// Float64 rays whose crossings were compared, because no crossing is within the band.
     pub counted: u64,
-    /// Query points.
+    /// Points whose closest points were compared.
     pub points: u64,
     pub faults: Vec<String>,
 }
@@ -317,10 +318,10 @@ impl Tally {
 
 const BATCH: usize = 512;
 
-/// Rays per batch that are also traced in float64.
+/// Number of rays per batch that are also traced in float64.
 const EXACT_BATCH: usize = BATCH / 8;
 
-/// Float64 answers for the first rays of a batch, and for their origins as points.
+/// Float64 answers for the first rays of a batch, and the closest points to the origins of these rays.
 struct ExactAnswers {
     hits: [ExactHit; EXACT_BATCH],
     occluded: [bool; EXACT_BATCH],
@@ -344,7 +345,8 @@ impl ExactAnswers {
         found
     }
 
-    /// Faults of ray `i`; `met` contains its triangles within the float64 band.
+    /// Faults of the float64 answers for ray `i`; `met` contains the triangles that it hits, including hits within the
+    /// float64 band.
     fn faults(&self, i: usize, mesh: &Brute, ray: &ExactRay, met: &[Intersection], tally: &mut Tally) -> Vec<String> {
         let hit = &self.hits[i];
         let answer = (hit.triangle != INVALID_ID).then_some((hit.triangle, hit.t));

@@ -7,7 +7,7 @@ use raycam_bvh::{
     Bvh, Coherence, ExactHit, ExactRay, ExactTriangles, Hit, INVALID_ID, Instance, InstructionSet, Ray, Scene,
 };
 
-/// xorshift64*
+/// A small random number generator (xorshift64*).
 pub struct Rng(pub u64);
 
 impl Rng {
@@ -20,13 +20,13 @@ impl Rng {
     fn below(&mut self, n: usize) -> usize {
         (self.next() >> 33) as usize % n
     }
-    /// 0 to 1.
+    /// A random number from 0 to 1.
     fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1 << 24) as f32
     }
 }
 
-/// A closed mesh around `centre`, star-shaped as seen from there, and its position in the scene.
+/// A closed mesh, star-shaped around `centre`, and its transform to the scene.
 pub struct Closed {
     pub name: String,
     vertices: Vec<[f32; 3]>,
@@ -79,7 +79,7 @@ fn bumpy(
 /// The offset at which a crack was found in early versions of Embree.
 const FAR: [f32; 3] = [148_376.0, 1234.0, -223_423.0];
 
-/// Meshes of the trial.
+/// The closed meshes that the rays are aimed at.
 pub fn meshes() -> Vec<Closed> {
     let zero = [0.0; 3];
     let round = (40, 80);
@@ -115,7 +115,7 @@ fn jiggle(x: f32, rng: &mut Rng) -> f32 {
 }
 
 impl Closed {
-    /// Builds the mesh.
+    /// Builds a scene that contains the mesh.
     pub fn scene(&self, isa: InstructionSet) -> Result<Scene, Box<dyn std::error::Error>> {
         let bvh = Arc::new(Bvh::build(&self.vertices, &self.triangles)?);
         let mut scene = Scene::build(vec![Instance { bvh, world_from_mesh: self.place }], [0.0; 3])?;
@@ -129,24 +129,24 @@ impl Closed {
         self.place.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
     }
 
-    /// Corners of all triangles at their positions in the scene, in float32.
+    /// The positions of all vertices in the scene, in float32.
     pub fn placed_vertices(&self) -> Vec<[f32; 3]> {
         self.vertices.iter().map(|v| self.placed(*v)).collect()
     }
 
-    /// Three vertices per triangle.
+    /// The corner indices of every triangle.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// [`BATCH`] rays through points on vertices and edges or within 4 ulp of them, and true if they are to be traced
-    /// together. All must hit the mesh before their t_max: rays from inside (half of the batches, each from one point)
-    /// cannot leave the mesh, and rays from outside end deep inside.
+    /// Creates [`BATCH`] rays through points on vertices and edges or within 4 ulp of them; returns the coherence with
+    /// which they are to be traced. All must hit the mesh before their t_max: rays from inside (half of the batches,
+    /// each from one point) cannot leave the mesh, and rays from outside end deep inside.
     pub fn aim(&self, rays: &mut Vec<Ray>, rng: &mut Rng) -> Coherence {
         let inside = rng.below(2) == 0;
         rays.clear();
         let deep = self.placed(std::array::from_fn(|a| self.centre[a] + self.room * (2.0 * rng.unit() - 1.0)));
-        // Distance from which outside rays start, as a multiple of the surface's.
+        // Distance from the centre at which outside rays start, as a multiple of the surface's distance.
         let away = 10f32.powf(5.0 * rng.unit() - 2.0);
         for _ in 0..BATCH {
             let triangle = self.triangles[rng.below(self.triangles.len())];
@@ -195,7 +195,7 @@ impl Closed {
     }
 }
 
-/// Rays traced together.
+/// Number of rays traced together.
 pub const BATCH: usize = 1024;
 
 impl ExactTriangles for Closed {

@@ -23,7 +23,7 @@ impl Rng {
     pub fn below(&mut self, n: usize) -> usize {
         (self.next() >> 33) as usize % n
     }
-    /// Between -1 and 1.
+    /// A random number between -1 and 1.
     pub fn signed(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1 << 23) as f32 - 1.0
     }
@@ -60,7 +60,7 @@ pub fn soup(n: usize, size: f32, rng: &mut Rng) -> Mesh {
     Mesh { vertices, triangles: (0..n as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect() }
 }
 
-/// A closed, bumpy sphere around the origin: `n` rings.
+/// A closed, bumpy sphere around the origin, with `n` rings.
 pub fn sphere(n: usize, rng: &mut Rng) -> Mesh {
     let m = 2 * n;
     let mut vertices = vec![[0.0, 0.0, 1.0f32], [0.0, 0.0, -1.0]];
@@ -137,7 +137,7 @@ impl World {
         }
     }
 
-    /// Rounded to float32 and built.
+    /// Builds the scene of the meshes, rounded to float32.
     pub fn scene(&self) -> Scene {
         let instances = self.instances.iter().map(|(vertices, triangles, matrix)| {
             let vertices = vertices.iter().map(|v| v.map(|x| x as f32)).collect();
@@ -183,7 +183,7 @@ impl ExactTriangles for World {
     }
 }
 
-/// Möller and Trumbore 1997 in float64.
+/// The t at which a ray hits a triangle (Möller and Trumbore 1997), in float64.
 pub fn intersect(ray: &ExactRay, [a, b, c]: [[f64; 3]; 3]) -> Option<f64> {
     let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     let cross =
