@@ -27,11 +27,11 @@ pub enum RenderError {
     /// The image does not fit into memory.
     #[error("{what} requires {bytes} bytes; the limit is {limit}; render it in regions or with fewer channels")]
     TooLarge {
-        /// The object that was requested.
+        /// Description of the requested data.
         what: String,
-        /// Its size.
+        /// Size of the data in bytes.
         bytes: u64,
-        /// The largest size allowed.
+        /// Maximum size in bytes.
         limit: u64,
     },
     /// The system cannot provide the memory.
@@ -42,7 +42,7 @@ pub enum RenderError {
     OutOfMemory {
         /// A description of the requested data.
         what: String,
-        /// Its size.
+        /// Size of the data in bytes.
         bytes: u64,
     },
     /// [`crate::Control::cancel`] was called.

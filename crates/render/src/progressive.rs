@@ -24,8 +24,8 @@ use crate::tile_renderer::{ThreadScratch, TileRenderer};
 /// Samples of the first rounds of [`Progressive::add_for`]. From 16 samples on, the texture filter and the BVH may
 /// differ, and tiles start from scratch; the first rounds are therefore small.
 const FIRST_ROUNDS: [u32; 2] = [2, 16];
-/// Maximum number of samples that a later round adds. Until then each round doubles the number, because rays of small
-/// rounds share fewer triangles.
+/// Maximum number of samples that a later round adds. Each round doubles the number of samples up to this maximum,
+/// because larger rounds trace more rays through the same triangles.
 const LARGEST_ROUND: u32 = 64;
 
 /// Frame to which samples are added. Each tile has its own number of samples. At any time, its pixels are bit-identical

@@ -125,13 +125,14 @@ pub fn is_brief(world: &World, prepared: &PreparedWorld, camera: &Camera, settin
     may_run_here(prepared, moves, settings, needs) && estimated_work(settings, region, needs) <= MAX_WORK_HERE
 }
 
-/// True if a frame needs no thread pool: it is not lit, has no time limit, needs no lights, and nothing moves.
+/// True if a frame may be rendered without a thread pool: it shows no lit colours, requires no lights, has no time
+/// limit, and nothing moves.
 fn may_run_here(world: &PreparedWorld, moves: bool, settings: &Settings, needs: RenderNeeds) -> bool {
     let unlit = !needs.color || (settings.integrator == Integrator::Flat && world.has_lighting());
     unlit && !moves && settings.time_limit.is_none()
 }
 
-/// Estimated time of a frame on one thread, in nanoseconds.
+/// Estimated time of a frame on one thread, in nanoseconds, from its number of rays.
 fn estimated_work(settings: &Settings, [_, _, width, height]: [u32; 4], needs: RenderNeeds) -> f64 {
     let ray = match settings.integrator {
         Integrator::Flat => 40.0,
@@ -278,7 +279,8 @@ impl RenderRequest<'_> {
     }
 
     /// Traces and resolves tiles for about this time, and adds a notice with the number of samples per pixel. The frame
-    /// equals one with exactly this number of samples, on which the texture filter, scene and sample positions depend.
+    /// is equal to a frame with exactly this number of samples; the texture filter, the scene and the sample positions
+    /// depend on the number.
     fn render_for_duration(
         &self,
         camera: &Camera,

@@ -78,7 +78,7 @@ pub struct Settings {
     pub surface: TruthSurface,
     /// Hides the environment from camera rays, so that the frame can be composited: see [`Channel::Alpha`].
     pub transparent_background: bool,
-    /// Role of shadow catchers, if `transparent_background`.
+    /// Role of shadow catchers; any role except `Show` requires `transparent_background`.
     pub catchers: Catchers,
     /// Maximum number of path segments in `path`: 1 shows emitters, 2 adds direct lighting, and so on. `None`: no
     /// limit.

@@ -48,7 +48,7 @@ impl Drop for CountedCall<'_> {
 static CALLS: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
-    /// Suspended calls below the current one on this thread's stack.
+    /// Number of suspended calls on this thread's stack.
     static WAITING: Cell<u32> = const { Cell::new(0) };
 }
 
@@ -192,12 +192,13 @@ pub(crate) fn give_turn() {
     }
 }
 
-/// A value that the first thread to need it computes on a separate pool, while others wait. A thread that waits within
-/// its own pool takes up other work, which may need the value too. A forked child does not wait for its parent.
+/// A value that is computed by the first thread that needs it, on a separate pool, while other threads wait. If a
+/// thread waited inside its own pool, it would take up other work, which may need the value too. A forked child does
+/// not wait for its parent.
 #[derive(Debug, Default)]
 pub(crate) struct MadeOnce<T> {
     value: OnceLock<T>,
-    /// Id of the process that computes the value, or 0.
+    /// Id of the process that computes the value; 0 if no process does.
     maker: AtomicU32,
 }
 
@@ -207,7 +208,7 @@ impl<T: Send + Sync> MadeOnce<T> {
         self.value.get()
     }
 
-    /// The value; computed if necessary.
+    /// Returns the value; computes it if necessary.
     pub fn get_or_make(&self, make: impl FnOnce() -> T + Send) -> &T {
         let process = if HAS_THREADS { std::process::id() } else { 1 };
         while self.value.get().is_none() && self.maker.swap(process, Ordering::Relaxed) == process {
@@ -310,7 +311,7 @@ mod tests {
                     let parts: Vec<usize> = (0..parts).collect();
                     let work = |_: &mut (), _: &usize| {
                         started.store(true, Ordering::Relaxed);
-                        // If the short call waited for the long call, it would take 10 s, on a busy machine too.
+                        // If the short call waited for the long call, it would take at least 10 s.
                         if !is_over.load(Ordering::Relaxed) {
                             std::thread::sleep(Duration::from_millis(2));
                         }

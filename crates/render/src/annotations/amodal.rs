@@ -25,7 +25,7 @@ pub struct AmodalMask {
     pub mask: Vec<bool>,
 }
 
-/// Amodal masks of those `objects` that cover any pixel centre, in the given order.
+/// Amodal masks of the `objects` that cover any pixel centre, in the given order.
 ///
 /// `margin` columns on either side and rows above and below extend the image, so that objects cut off by its edge are
 /// complete. With a rolling shutter, each row shows the world at its own time.
@@ -104,7 +104,7 @@ fn too_large([width, height]: [u64; 2]) -> RenderError {
     }
 }
 
-/// Pixels of a tile: bit x of row y.
+/// Mask of a tile's pixels: bit x of word y is the pixel in column x and row y.
 type TileBits = [u32; TILE_SIZE as usize];
 
 /// Scene that contains only one object.

@@ -142,7 +142,7 @@ struct FlowSample {
 /// Second viewpoint and the worlds of its rows.
 struct SecondView<'a> {
     view: Viewpoint<'a>,
-    /// World of each row, if they differ.
+    /// World of each row if the rows are exposed at different times; otherwise empty.
     row_worlds: Vec<Arc<PreparedWorld>>,
 }
 
@@ -184,7 +184,7 @@ impl<'a> SecondView<'a> {
     }
 }
 
-/// Position in a world of a point hit in another world.
+/// Position in `world` of a surface point that was hit in another world.
 fn point_in(world: &PreparedWorld, hit: &ExactHit) -> DVec3 {
     let [a, b, c] = world.geometry.corners(hit.instance, hit.triangle);
     a + (b - a) * hit.u + (c - a) * hit.v
@@ -228,7 +228,7 @@ fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32
         if inside {
             let world = second.world(pixel);
             let (origin, direction) = camera.ray(pixel);
-            // Between the middles of two rows, a point deviates slightly from both worlds.
+            // Between the middles of two rows, the point is not exactly at its position in the world of either row.
             let way = point_in(world, &hit) - origin;
             let direction = match second.row_worlds.is_empty() || camera.center() != Center::Point {
                 true => direction,

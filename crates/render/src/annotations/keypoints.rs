@@ -16,7 +16,7 @@ use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
-/// The points that one task processes.
+/// Number of points that one task processes.
 const POINTS_PER_TASK: usize = 4096;
 
 /// Point to be projected.
@@ -88,7 +88,7 @@ pub struct Keypoint {
     pub point: DVec3,
     /// Position of the point in the image, in pixels; NaN if the camera cannot project the point.
     pub pixel: DVec2,
-    /// True if this position is inside the image.
+    /// True if the pixel position is inside the image.
     pub inside: bool,
     /// Occluding object.
     pub occluder: Option<usize>,
@@ -236,13 +236,13 @@ fn project_keypoint(
     })
 }
 
-/// Distance of each point along the camera's ray, and the ray's first hit.
+/// For each point: its distance along the ray through its pixel, and the first hit of this ray.
 fn find_occluders(world: &PreparedWorld, camera: &Camera, points: &[(DVec3, DVec2)]) -> Vec<(f64, ExactHit)> {
     let (distances, rays): (Vec<_>, Vec<_>) = points
         .iter()
         .map(|&(point, pixel)| {
             let (origin, direction) = camera.ray(pixel);
-            // Off the middle of its row, a point deviates slightly from the row's world.
+            // Between the middles of two rows, the point is not exactly at its position in the row's world.
             let way = point - origin;
             let direction = match camera.center() {
                 Center::Point => way.normalize(),

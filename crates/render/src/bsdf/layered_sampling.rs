@@ -124,7 +124,7 @@ impl LayeredBsdf<'_> {
         if choice < reflect_probability * self.lobe_probabilities[SPECULAR] {
             reflect(wo, wm)
         } else if self.stack.eta == 1.0 {
-            // Thin walls: the reflection as seen from behind.
+            // Thin walls: transmission is the reflection, mirrored to the other side.
             reflect(wo, wm).map(|wi| Vec3::new(wi.x, wi.y, -wi.z))
         } else {
             refract(wo, wm, self.stack.eta)

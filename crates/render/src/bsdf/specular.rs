@@ -23,10 +23,10 @@ pub(crate) struct SpecularBsdf {
     eta: f32,
 }
 
-/// The random number that chooses refraction, if any light is refracted.
+/// Value in place of a random number that selects refraction, if any light is refracted.
 pub(crate) const FORCE_TRANSMISSION: f32 = f32::INFINITY;
 
-/// Returns a sample without following both branches, or `None`.
+/// Sample of one branch; `is_valid` is false if no light is scattered.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpecularSample {
     pub is_valid: bool,

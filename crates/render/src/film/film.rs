@@ -63,7 +63,7 @@ impl<'a> Film<'a> {
             .map(|(i, strip)| StripCursor::new(strip, background.get(i).map(|(_, plane)| plane)))
             .collect();
         let mut runs = vec![];
-        // Writes a few rows of all channels before it writes the next rows.
+        // Writes some rows of all channels before the following rows, so that their source data stays in the cache.
         for blocks in blocks.chunk_by(|a, b| a.block.y == b.block.y) {
             let height = blocks.first().map_or(0, |one| one.block.height);
             let blank = blocks.iter().all(|one| one.first_pixel.is_none());
@@ -101,7 +101,7 @@ impl<'a> Film<'a> {
     /// Strips of the row of tiles that contains a tile, and their first image row.
     fn tile_row(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<ChannelStrip<'a>>>) {
         let tile_row = (tile.y - self.region[1]) / TILE_SIZE;
-        // If a thread panicked, only its own pixels are unwritten.
+        // After a panic, the lock is still usable: only the pixels of the panicked thread are missing.
         let strips = self.tile_rows[tile_row as usize].lock().unwrap_or_else(PoisonError::into_inner);
         (self.region[1] + tile_row * TILE_SIZE, strips)
     }
@@ -171,7 +171,7 @@ mod tests {
         let channels = [Channel::Position, Channel::Instance];
         for (region, tile) in [
             ([3, 5, 100, 70], [35, 37, 60, 32]),
-            ([0, 0, 700, 200], [0, 192, 700, 8]), // large
+            ([0, 0, 700, 200], [0, 192, 700, 8]), // a merged tile of the full width
         ] {
             let mut planes = output_plane::allocate_planes(region, &channels).unwrap();
             let film = Film::new(region, planes.iter_mut().map(OutputPlane::zeroed)).unwrap();

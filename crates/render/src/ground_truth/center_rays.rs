@@ -80,7 +80,7 @@ pub(crate) struct CenterRays {
     pub rays: Vec<ExactRay>,
     /// First hits.
     pub hits: Vec<ExactHit>,
-    /// Hits that the ground truth describes, if it skips some surfaces; otherwise empty.
+    /// If the ground truth skips some surfaces: the hits that it describes; otherwise empty.
     hits_behind: Vec<ExactHit>,
     normals: Vec<Normals>,
     /// Rays that hit coplanar surfaces of several objects.
@@ -140,7 +140,7 @@ impl CenterRays {
         self.rebase_depth(camera.ray_start_depth());
     }
 
-    /// [`CenterRays::trace`] with a world for each pixel; pixels of a row share a world.
+    /// Same as [`CenterRays::trace`], with a world for each pixel; the pixels of a row share a world.
     pub fn trace_per_world(
         &mut self,
         worlds: &[Arc<PreparedWorld>],
@@ -183,7 +183,7 @@ impl CenterRays {
         }
     }
 
-    /// A single ray that misses.
+    /// The centre ray of a pixel that shows the background.
     pub fn background() -> Self {
         Self {
             rays: vec![exact_ray((DVec3::ZERO, DVec3::Z))],

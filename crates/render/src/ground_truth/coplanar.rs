@@ -17,12 +17,12 @@ use crate::prepare::geometry::Geometry;
 const RELATIVE_SEARCH: f64 = 1.0 / (1u64 << 13) as f64;
 const ABSOLUTE_SEARCH: f64 = 1.0 / (1u64 << 14) as f64;
 
-/// Rays that find an object, by their kind.
+/// Returns true if the visibility of an object allows rays of a certain kind to hit the object.
 type FindsRay = fn(&RayVisibility) -> bool;
 
 impl Geometry {
-    /// First hits of float32 rays of one kind in one of the geometry's scenes. Returns the rays that hit several
-    /// objects at the same distance, up to rounding, in their order.
+    /// First hits of float32 rays in `scene`, one of the geometry's scenes; `finds` specifies the kind of rays. Returns
+    /// the rays that hit several objects at the same distance, up to rounding, in their order.
     pub(crate) fn closest(
         &self,
         scene: &Scene,
@@ -35,8 +35,9 @@ impl Geometry {
         if marked.is_empty() { vec![] } else { self.decide_exactly(rays, hits, marked, finds) }
     }
 
-    /// Replaces tied float32 hits by exact hits. Other marked rays keep their hits, because marks depend on the order
-    /// of traversal.
+    /// Decides the hits of marked rays, which may hit several objects at the same distance, up to rounding. If exact
+    /// arithmetic confirms this, the exact hit replaces the float32 hit. Otherwise, the float32 hit is kept, because
+    /// the marks depend on the order of traversal.
     #[cold]
     #[inline(never)]
     fn decide_exactly(&self, rays: &[Ray], hits: &mut [Hit], mut marked: Vec<u32>, finds: FindsRay) -> Vec<Tie> {

@@ -16,7 +16,7 @@ const RESTART_OFFSET: f64 = 1e-12;
 /// Maximum number of surfaces skipped per ray; the following surface always counts.
 const MAX_SKIPS: usize = 1000;
 
-/// The rays of ties, ascending.
+/// Indices of the rays that hit several objects at the same distance, in ascending order.
 fn rays_of(ties: &[Tie]) -> Vec<u32> {
     ties.iter().map(|tie| tie.ray).collect()
 }
@@ -74,8 +74,8 @@ impl Geometry {
         });
     }
 
-    /// Replaces hits that are skipped by the first hits behind them, or in the same plane. `tied` are the rays of ties,
-    /// ascending.
+    /// Replaces hits that are skipped by the first hits behind them, or in the same plane. `tied` are the indices of
+    /// the rays that hit several objects at the same distance, in ascending order.
     fn skip_hits(
         &self,
         rays: &[ExactRay],
@@ -134,7 +134,8 @@ impl Geometry {
         );
     }
 
-    /// Instances behind transparent surfaces, for scene-local rays with these first hits.
+    /// Instances that the ground truth describes, behind transparent surfaces, for scene-local rays with these first
+    /// hits.
     pub(crate) fn visible_instances(&self, origins: &[DVec3], directions: &[Vec3], hits: &[Hit]) -> Vec<u32> {
         let mut seen: Vec<u32> = hits.iter().map(|hit| hit.instance).collect();
         let passed: Vec<usize> = (0..hits.len())

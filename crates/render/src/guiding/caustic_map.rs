@@ -48,24 +48,24 @@ const MIN_EXIT_DISTANCE: f64 = 0.1;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct GuideTarget {
     pub center: [f32; 3],
-    /// 0 without photons.
+    /// Radius; 0 if the cell has no photons.
     pub radius: f32,
 }
 
-/// Targets of many points.
+/// One target for each of N points.
 pub(crate) struct GuideTargets<const N: usize> {
     pub center: Vec3xN<f32, N>,
     pub radius: [f32; N],
 }
 
-/// A target of every cell.
+/// One target per cell.
 type CellTargets = Box<[GuideTarget; CELL_COUNT]>;
 
-/// Targets of all cells around a caster.
+/// Targets of all cells around a caster. A cell has a first target and, in some maps, a second one.
 #[derive(Clone, Debug)]
 pub(crate) struct CausticMap {
     first: CellTargets,
-    /// `None` if few cells have second targets, because every target takes time at every diffuse hit.
+    /// `None` if few cells require second targets, because every target takes time at every diffuse hit.
     second: Option<CellTargets>,
 }
 
@@ -82,7 +82,7 @@ pub(crate) struct PhotonDeposit {
 struct MapPhoton {
     cell: usize,
     landing: DVec3,
-    /// Exit point, and the points at [`WAY_DISTANCES`].
+    /// The photon's exit point, followed by the points on its path at [`WAY_DISTANCES`] from the landing point.
     ways: [DVec3; WAY_DISTANCES.len() + 1],
     power: f64,
 }

@@ -117,7 +117,8 @@ fn cell_index(at: DVec3, cell: f64, count: usize) -> usize {
     (x * count + y) * count + z
 }
 
-/// Fluence by cell and slot, one slot for each of the six main directions of a normal; 0 if no photon ends there.
+/// Fluence of the photons that end in each slot; 0 if no photon ends there. Each cell has six slots, one for each main
+/// direction of the normal.
 fn fluences(ends: &[usize]) -> Vec<f64> {
     let mut counts = vec![0.0; 6 * CELLS.pow(3)];
     ends.iter().for_each(|&slot| counts[slot] += 1.0);
@@ -176,7 +177,8 @@ fn arrivals(segments: &[PhotonSegment], lower: DVec3, size: f64) -> Vec<Arrival>
     all
 }
 
-/// Number of times that each weight is drawn, for this many draws at even steps.
+/// Number of times that each weight is drawn by systematic sampling: the draws are evenly spaced in the sum of all
+/// weights.
 pub(crate) fn systematic_counts(weights: &[f64], draws: u32) -> Vec<u32> {
     let step = weights.iter().sum::<f64>() / f64::from(draws);
     let (mut passed, mut next) = (0.0, 0.5 * step);
@@ -194,9 +196,10 @@ pub(crate) fn systematic_counts(weights: &[f64], draws: u32) -> Vec<u32> {
 /// Mixture of the cosine distribution and the balls chosen so far, for every segment.
 struct Mixture<'a> {
     arrivals: &'a [Arrival],
-    /// Weight of the balls before it is limited, and their density divided by the cosine's.
+    /// For each segment: the sum of the balls' weights before it is limited, and the sum of their densities divided by
+    /// the density of the cosine distribution.
     terms: Vec<[f32; 2]>,
-    /// Density relative to the density of the cosine distribution.
+    /// Variance that remains with these balls; 1 without any ball.
     variance: f64,
 }
 
@@ -227,7 +230,8 @@ impl<'a> Mixture<'a> {
 }
 
 impl Arrival {
-    /// A ball's weight at the end of the segment, and its density towards the start divided by the cosine's.
+    /// The ball's weight at the end of the segment, and its density towards the start, divided by the density of the
+    /// cosine distribution.
     fn terms(&self, ball: &Ball) -> [f32; 2] {
         let cone = TargetCone::new((ball.center - self.end).as_vec3(), ball.radius as f32, self.normal);
         let weight = (MAX_DENSITY_RATIO * cone.max_fraction).min(1.0);

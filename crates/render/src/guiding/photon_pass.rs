@@ -75,7 +75,7 @@ pub(crate) fn find_caustics(geometry: &Geometry, lights: &Lights, candidates: &[
     let own = |index: usize| deposits.iter().flatten().filter_map(move |(last, one)| (*last == index).then_some(*one));
     let maps = chosen.par_iter().map(|(index, caster)| CausticMap::new(caster, own(*index))).collect();
     let landed = chosen.iter().flat_map(|(index, caster)| {
-        // Same order as in `thrown_fractions`.
+        // Converts power to a fraction of all light, as in `thrown_fractions`.
         let scale = caster.radius.powi(2) / (f64::from(photons) * lights.phi());
         own(*index).map(move |deposit| (deposit.landing_point, deposit.power * scale))
     });
@@ -293,7 +293,7 @@ mod tests {
             for _ in 0..100 {
                 let there = MIDDLE + 0.5 * normal;
                 let half = (LAMP - there).normalize() + (at - there).normalize();
-                // Half a step, because full steps would oscillate.
+                // Only half of each step is taken, because full steps would oscillate.
                 normal = (normal + 0.5 * half.normalize()).normalize();
             }
             let (left, radius) = thrown_on(&world, at);

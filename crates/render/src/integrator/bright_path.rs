@@ -119,7 +119,7 @@ impl Recorder<'_, '_> {
         }
     }
 
-    /// Records the light of a bounce's shadow rays, for the paths `lit`.
+    /// Records the light that the shadow rays of a bounce find. `lit` are the indices of the paths that queued them.
     fn note_shadow_rays(&mut self, scratch: &PathScratch, lit: &[u32]) {
         let queues = scratch.queues.shadow_rays.iter().chain([&scratch.queues.bsdf_shadow_rays]);
         for (ray, index, light) in queues.flat_map(ShadowRayQueue::entries) {
@@ -141,7 +141,7 @@ impl Recorder<'_, '_> {
         }
     }
 
-    /// Copies the list of surfaces to paths that began at a split.
+    /// Copies the list of instances to paths that began when a path followed both branches of a dielectric.
     fn follow_splits(&mut self, scratch: &PathScratch, lit: &[u32]) {
         for index in self.records.len()..scratch.paths.len() {
             let path = &scratch.paths[index];
@@ -151,7 +151,7 @@ impl Recorder<'_, '_> {
         }
     }
 
-    /// The camera ray's path whose surface is nearest to a point.
+    /// Among the paths `lit` of a camera ray, the index of the path whose surface is nearest to a point.
     fn path_at(&self, scratch: &PathScratch, lit: &[u32], ray_index: usize, point: DVec3) -> Option<usize> {
         let own = lit.iter().map(|&index| index as usize).filter(|&path| scratch.paths[path].ray_index() == ray_index);
         let far = |path: usize| self.records[path].position.distance_squared(point);
@@ -160,7 +160,7 @@ impl Recorder<'_, '_> {
 }
 
 impl PathTracer<'_> {
-    /// Light that a path gathers where its ray ends: emission of the surface, or the sky.
+    /// Light that a path finds at the end of its ray: emission of the surface, or the sky.
     fn light_at_end(&self, path: &PathState, hit: &Hit, distance: f64) -> Vec3 {
         let mut light = Vec3::ZERO;
         if !is_miss(hit) {

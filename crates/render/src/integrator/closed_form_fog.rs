@@ -15,8 +15,8 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::medium::Medium;
 use crate::settings::Catchers;
 
-/// For each path, the point that scattered it last, and the distance from there at which its present ray begins. The
-/// distance is greater than 0 after surfaces that let the path through without scattering it.
+/// For each path, the point that scattered it last, and the distance from this point at which its present ray begins.
+/// The distance is greater than 0 after surfaces that let the path through without scattering it.
 #[derive(Debug, Default)]
 pub(super) struct RayBegins(Vec<(DVec3, f64)>);
 
@@ -36,7 +36,7 @@ impl RayBegins {
         begin
     }
 
-    /// Forgets the paths of the previous batch.
+    /// Removes the data of the previous batch.
     pub fn clear(&mut self) {
         self.0.clear();
     }

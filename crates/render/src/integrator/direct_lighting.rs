@@ -89,7 +89,7 @@ impl PathTracer<'_> {
         self.for_each_light_sample(sampling, &(&context).into(), choice, random, emit);
     }
 
-    /// Adds the ambient term, which nearby surfaces occlude.
+    /// Adds the ambient term, unless nearby surfaces occlude it.
     fn add_ambient<B: BsdfModel>(
         &self,
         path: &PathState,
@@ -120,7 +120,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Records the ambient term of a path's hit.
+    /// Records the ambient term of a path's hit for the passes.
     fn record_ambient<B: BsdfModel>(&self, path: &PathState, point: &ShadingPoint<B>, ambient: Vec3) {
         if let Some(passes) = self.settings.passes
             && let Some(tag) = self.tag(path, LightSource::Ambient, || ambient_scattering(point))

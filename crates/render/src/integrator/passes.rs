@@ -94,7 +94,7 @@ impl LightWay {
     }
 }
 
-/// Source of a contribution.
+/// Source of the light in a contribution.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum LightSource {
     /// A finite light, given by its index among the lights that a ray finds.

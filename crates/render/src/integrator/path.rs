@@ -74,7 +74,7 @@ impl PathScratch {
         self.queues.clear(tracer.max_light_samples(), tracer.settings.media.is_some());
         self.next_active.clear();
         self.paths.clear();
-        // Rays of a batch mostly start at one point.
+        // The media are found once per starting point, because the rays of a batch mostly start at one point.
         let mut known = (DVec3::NAN, InteriorList::default());
         let has_bodies = !tracer.geometry.bodies.is_empty();
         let mut interior_at = |origin: DVec3, direction: Vec3| {

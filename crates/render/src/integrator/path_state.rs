@@ -15,10 +15,10 @@ use crate::prepare::material::PreparedMaterial;
 /// The kind of light that a ray collects after it has passed objects that are hidden from some rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LightSearch {
-    /// Light of lamps, the sky and surfaces, and light that surfaces scatter.
+    /// The ray collects all light: from lamps, the sky and surfaces, and light that surfaces scatter.
     All,
-    /// Counts only light that light samples find too, because the ray has passed an object that casts no shadow, and
-    /// another path continues at this object.
+    /// The ray collects only light that light samples also find, because it has passed an object that casts no shadow,
+    /// and another path continues at this object.
     Sampled,
     /// The ray collects only light that light samples do not find, because it has passed a hidden object that casts a
     /// shadow.
@@ -28,18 +28,19 @@ pub(crate) enum LightSearch {
 /// Path in progress.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathState {
-    /// Index of its camera ray in the batch.
+    /// Index of the path's camera ray in the batch.
     pub camera_ray: u32,
-    /// Index of its way in [`PassRecorder`](crate::integrator::passes::PassRecorder); 0 if no passes are recorded.
+    /// Index of the path's way in [`PassRecorder`](crate::integrator::passes::PassRecorder); 0 if no passes are
+    /// recorded.
     pub way: u32,
     /// Factor from radiance along the current ray to radiance at the camera.
     pub throughput: Vec3,
     pub direction: Vec3,
     /// Point that scattered the path last; initially the camera.
     pub prev_context: LightSampleContext,
-    /// Distance from there to the last thin wall that the path passed.
+    /// Distance from that point to the last thin wall that the path passed.
     pub passed_distance: f32,
-    /// Density with which the BSDF there sampled `direction`.
+    /// Density with which the BSDF at that point sampled `direction`.
     pub bsdf_pdf: f32,
     /// True if light sampling could not have found `direction`: from the camera, or after a specular bounce.
     pub specular_bounce: bool,
@@ -49,7 +50,7 @@ pub(crate) struct PathState {
     pub split_count: u8,
     /// Light that the ray of the path collects.
     pub light_search: LightSearch,
-    /// Method of light sampling at `prev_context`.
+    /// Method of light sampling at the point that scattered the path last.
     pub light_sampling: LightSampling,
     /// Number of segments, including this one, that count towards the maximum depth; at most 65,535.
     pub depth: u16,
@@ -81,20 +82,20 @@ impl ColorChannel {
 }
 
 impl PathState {
-    /// Index of its camera ray in the batch.
+    /// Index of the path's camera ray in the batch.
     #[inline(always)]
     pub fn ray_index(&self) -> usize {
         self.camera_ray as usize
     }
 
-    /// Distance from the point that scattered the path last.
+    /// Distance to a position from the point that scattered the path last.
     #[inline(always)]
     pub fn distance_to(&self, position: DVec3) -> f64 {
         (position - self.prev_context.position).length()
     }
 }
 
-// Two cache lines; the compiler copies larger structs by a function call.
+// At most two cache lines, because the compiler copies larger structs by a function call.
 const _: () = assert!(size_of::<PathState>() <= 128);
 
 /// Rays that one bounce of all paths queues.

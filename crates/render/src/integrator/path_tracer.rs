@@ -91,7 +91,7 @@ pub(crate) struct PathModes<'a> {
     pub last_segment_is_occlusion_only: bool,
     /// True if any batched BSDF selects between lobes.
     pub needs_lobe_choice: bool,
-    /// True if some rays do not find an object.
+    /// True if some objects are hidden from some kinds of rays.
     pub has_hidden_objects: bool,
     /// True if there are materials of several kinds, so that hits are sorted by kind.
     pub has_many_kinds: bool,
@@ -149,7 +149,8 @@ impl<'a> PathModes<'a> {
 fn last_segment_is_occlusion_only(geometry: &Geometry, lights: &Lights) -> bool {
     let has_interior = |prepared: &PreparedMaterial| prepared.absorption.is_some();
     let may_absorb = lights.has_finite() && geometry.materials.iter().any(has_interior);
-    // An environment is looked up only if it is unoccluded; testing occlusion first saves the other lookups.
+    // With an environment, the occlusion test comes first, because the environment is looked up only for unoccluded
+    // rays.
     let has_environment = lights.environment().is_some();
     !(geometry.has_transparency || lights.has_emissive_triangles() || may_absorb || has_environment)
 }
@@ -174,7 +175,7 @@ impl<'a> PathTracer<'a> {
         let lights = settings.lights;
         let guiding = world.guiding.get();
         let modes = PathModes::new(&world.geometry, settings);
-        // The rate is learned at surfaces, and does not hold in media.
+        // The rate of light sampling is learned at surfaces, and is not valid in media.
         let is_clear = settings.media.is_none();
         let may_be_rare =
             is_clear && modes.needs_light_choice() && settings.light_sampling == LightSampling::Importance;
@@ -203,7 +204,7 @@ impl PathTracer<'_> {
         self.settings.free_specular_bounces && path.specular_bounce
     }
 
-    /// True if a path ends at its current hit.
+    /// True if a path has the maximum number of segments, so that it ends at its current hit.
     pub fn is_at_max_depth(&self, path: &PathState) -> bool {
         !self.is_free_bounce(path) && u32::from(path.depth) >= self.settings.max_depth
     }
@@ -272,8 +273,8 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Adds lights without a mesh that the ray crosses before `distance`, except those in front of a thin wall that it
-    /// passed.
+    /// Adds lights without a mesh that the ray crosses before `distance`, except lights in front of a thin wall that
+    /// the path has passed.
     #[inline]
     pub fn add_intersected_lights(&self, path: &PathState, distance: f64, out: &mut Vec3) {
         if path.is_camera_ray && self.settings.catchers == Catchers::Only {
@@ -310,7 +311,7 @@ impl PathTracer<'_> {
         (self.lights.view(view), view)
     }
 
-    /// Light of the environment along the ray of a path.
+    /// Light of the environment along the ray of a path, weighted for multiple importance sampling.
     #[inline]
     pub fn environment_light(&self, path: &PathState, lookup: Option<EnvironmentLookup>) -> Vec3 {
         let direction = path.direction;

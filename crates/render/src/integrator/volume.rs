@@ -35,15 +35,16 @@ struct VolumeVertex {
     position: DVec3,
     medium: Medium,
     interior: InteriorList,
-    /// The strategy that is combined with free flight for light that arrives directly; none if it does not apply to
-    /// this ray.
+    /// Equiangular sampling of light that arrives directly, which is combined with free flight; `None` if it does not
+    /// apply to this ray.
     near_lights: Option<NearLights>,
-    /// Distance from the start of the part, and its density by free flight.
+    /// Distance of the vertex from the start of the part of the ray that is in this medium, and the density of this
+    /// distance by free flight.
     distance: f64,
     density: f64,
 }
 
-/// Equiangular sampling along one part of a ray.
+/// Equiangular sampling along the part of a ray that is in one medium.
 #[derive(Clone, Copy)]
 struct NearLights {
     /// Point at which a light is selected.
@@ -172,7 +173,7 @@ impl PathTracer<'_> {
         Some(VolumeVertex { position, medium, interior: part.interior, near_lights, distance, density })
     }
 
-    /// Equiangular sampling along a part of a ray; none if no light has a position.
+    /// Equiangular sampling along the part of a ray that is in one medium; `None` if no light has a position.
     fn near_lights(&self, path: &PathState, ray: &MediumRay, part: &MediumPart) -> Option<NearLights> {
         if !self.lights.has_finite() || self.is_at_max_depth(path) {
             return None;

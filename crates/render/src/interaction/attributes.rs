@@ -25,7 +25,7 @@ impl Geometry {
         object.materials[slot]
     }
 
-    /// World-space normals of a triangle's vertices, of arbitrary length; `None` if the mesh has none.
+    /// World-space normals of a triangle's vertices, of arbitrary length; `None` if the mesh has no normals.
     #[inline]
     pub(crate) fn vertex_normals(&self, instance: u32, triangle: u32) -> Option<[DVec3; 3]> {
         let object = &self.instances[instance as usize];
@@ -211,7 +211,7 @@ impl Geometry {
     }
 
     /// Texture coordinates of a set, interpolated with the weights of a triangle's second and third vertex; `None` if
-    /// the mesh has none.
+    /// the mesh does not have this set.
     pub(crate) fn uv(&self, instance: u32, triangle: u32, set: usize, weights: [f64; 2]) -> Option<[f32; 2]> {
         let corners = self.uv_corners(instance, triangle, set)?;
         Some(Self::interpolate_uv(&corners, weights))

@@ -19,7 +19,7 @@ pub(crate) struct SurfaceInteractions<const N: usize> {
     scene_origin: DVec3,
     /// World-space vertex normals of arbitrary length, if the mesh has them.
     vertex_normals: [Vec3xN<f64, N>; 3],
-    /// True for lanes with vertex normals, and for batches that contain such a lane.
+    /// For each lane, true if it has vertex normals.
     has_normals: [bool; N],
     /// True for lanes of curved surfaces that only reflect.
     side_is_smooth: [bool; N],
@@ -28,7 +28,7 @@ pub(crate) struct SurfaceInteractions<const N: usize> {
     barycentrics: [[f64; N]; 2],
     direction: Vec3xN<f32, N>,
     flips_orientation: [bool; N],
-    /// [`ErrorBounds::columns`].
+    /// Error bounds of the lanes' instances, in the form of [`ErrorBounds::columns`].
     error_bounds: [Vec3xN<f64, N>; 4],
     footprint: [Footprint; N],
     /// Geometric normal: first on the counter-clockwise side, then on the viewer's side.
@@ -249,8 +249,8 @@ impl<const N: usize> SurfaceInteractions<N> {
 
     /// Interpolates vertex normals on the geometric normal's side, and lifts ray origins to the smooth surface that
     /// they describe, so that a coarse mesh does not shadow itself (J. Hanika, "Hacking the Shadow Terminator", Ray
-    /// Tracing Gems II, 2021, chapter 4). The sides of a curved surface that only reflects are those of the smooth
-    /// surface.
+    /// Tracing Gems II, 2021, chapter 4). The smooth surface also separates the two sides of a curved surface that only
+    /// reflects.
     #[inline(always)]
     fn interpolate_normals(&mut self) {
         for lane in 0..N {

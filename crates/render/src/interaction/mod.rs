@@ -20,15 +20,16 @@ use crate::lobes::shading_frame::ShadingFrame;
 pub(crate) struct SurfaceInteraction {
     /// Scene-local.
     pub position: DVec3,
-    /// Unit normal that separates reflection from transmission, on the viewer's side: the triangle's, or the
-    /// interpolated one of a curved surface that only reflects. Light that reaches the smooth surface from below a
+    /// Unit normal that separates reflection from transmission, on the viewer's side: the triangle's normal or, on a
+    /// curved surface that only reflects, the interpolated normal. Light that reaches the smooth surface from below a
     /// triangle's plane is then limited by occluders, not by the plane.
     pub side_normal: Vec3,
     /// Interpolated unit normal, on the viewer's side.
     shading_normal: Vec3,
     /// True if the vertices are in counter-clockwise order as seen by the viewer.
     pub is_front: bool,
-    /// Offsets of ray origins from the point, on the viewer's side and behind: beyond all float32 errors.
+    /// Offsets from the point to the origins of rays that leave on the viewer's side and on the far side; they exceed
+    /// all float32 errors.
     offset_front: Vec3,
     offset_back: Vec3,
     /// Footprint of the ray cone, in scenes with textures.

@@ -8,8 +8,8 @@ use crate::interaction::ray_cone::Footprint;
 use crate::prepare::geometry::Geometry;
 
 impl Geometry {
-    /// World-space directions of increasing u and v at a hit: the mesh's tangents, or those of a set of texture
-    /// coordinates on the triangle; `None` without either.
+    /// World-space directions of increasing u and v at a hit: the mesh's tangents or, without them, tangents computed
+    /// from a set of texture coordinates; `None` if the mesh has neither.
     pub(crate) fn tangents(&self, hit: &Hit, uv_set: usize) -> Option<[Vec3; 2]> {
         let object = &self.instances[hit.instance as usize];
         let mesh = &*object.mesh.mesh;
@@ -31,7 +31,7 @@ impl Geometry {
         let [a, b, c] = corners.map(|i| mesh.vertices[i]);
         let [p, q, r] = corners.map(|i| uvs[i].map(f64::from));
         let [[u1, v1], [u2, v2]] = [q, r].map(|x| [x[0] - p[0], x[1] - p[1]]);
-        // Texture coordinates run down the image; tangent space's second axis runs up.
+        // In an image, v increases downwards, but the second axis of tangent space points upwards.
         let turned = (u1 * v2 - u2 * v1).signum();
         let tangent = ((b - a) * v2 - (c - a) * v1) * turned;
         let down = ((c - a) * u1 - (b - a) * u2) * turned;

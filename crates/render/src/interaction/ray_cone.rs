@@ -24,7 +24,7 @@ pub(crate) struct Stretch(u32);
 
 impl Stretch {
     const ROUND: Self = Self(0);
-    /// Steps of the ratio between 1 and 2, and of the coordinates on an octahedron.
+    /// Number of steps with which the ratio from 1 to 2 and the coordinates on the octahedron are quantised.
     const RATIO_STEPS: f32 = 32.0;
     const AXIS_STEPS: f32 = 2047.0;
 
@@ -71,7 +71,7 @@ pub(crate) struct PixelCones<'a> {
 /// Side length in pixels of the image squares that share a cone, for cameras other than pinholes.
 const CONE_SQUARE: u32 = 4;
 
-/// Width of a sample's cone as a fraction of its pixel, at least a quarter.
+/// Width of a sample's cone as a fraction of the pixel's width; at least a quarter.
 pub(crate) fn sample_share(samples: u32) -> f64 {
     (1.0 / f64::from(samples).sqrt()).max(0.25)
 }
@@ -159,7 +159,7 @@ impl RayCone {
         Self { width: self.width + self.spread * distance, ..*self }
     }
 
-    /// Cone after a scattering event: specular reflection keeps its mean width, any other scattering reduces the cone
+    /// Cone after a scattering event: specular reflection keeps the mean width, any other scattering reduces the cone
     /// to a ray.
     pub fn after_scatter(&self, mirrored: bool) -> Self {
         if mirrored { Self { stretch: Stretch::ROUND, ..*self } } else { Self::default() }

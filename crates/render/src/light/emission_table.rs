@@ -33,14 +33,14 @@ pub(crate) enum CellContent {
 }
 
 impl EmissionTable {
-    /// Number of values of a table with this many cells along an edge.
+    /// Upper bound on the number of values in a table with `size` cells along an edge.
     pub fn len_of(size: usize) -> usize {
         (size + 1) * (size + 4)
     }
 
-    /// Measures the radiance at points (u, v) of `size` cells along each edge: in their middles if it is constant
-    /// there, otherwise at their corners. Returns the mean radiance, and the distribution unless it is uniform or
-    /// black.
+    /// Measures the radiance at points (u, v) of a triangle with `size` cells along each edge: in the middle of each
+    /// cell if the radiance is constant within a cell, otherwise at the cells' corners. Returns the mean radiance, and
+    /// the distribution unless it is uniform or black.
     pub fn measure(size: usize, content: CellContent, radiance: impl Fn([f32; 2]) -> Vec3) -> (Vec3, Option<Self>) {
         let is_continuous = content != CellContent::Constant;
         let at = |column: f32, row: f32| radiance([column / size as f32, row / size as f32]);
@@ -49,7 +49,8 @@ impl EmissionTable {
             if content != CellContent::Mixed {
                 return at(x, y);
             }
-            // A weighted mean over the surroundings, so that no bright part of a cell has the density 0.
+            // Each corner gets a weighted mean over its surroundings, so that no bright part of a cell has the density
+            // 0.
             let offsets = [(-0.5, 0.25), (0.0, 0.5), (0.5, 0.25)];
             let means =
                 offsets.map(|(dy, of_row)| offsets.map(|(dx, of_column)| at(x + dx, y + dy) * of_row * of_column));
@@ -117,7 +118,7 @@ impl EmissionTable {
         self.density(cell(u, self.size - row.0), row)
     }
 
-    /// The density in a cell, at a position in it.
+    /// Density at a position in a cell. The cell is given by column and row, the position by numbers from 0 to 1.
     fn density(&self, (column, u): (usize, f32), (row, v): (usize, f32)) -> f64 {
         let step = |sums: &[f32], i: usize| f64::from(sums[i + 1]) - f64::from(sums[i]);
         // A whole cell covers 2 / size^2 of the triangle.
@@ -167,7 +168,8 @@ fn push_running_sums(values: &[f64], into: &mut Vec<f32>) -> f64 {
     total
 }
 
-/// Cell that a random number selects by the running sums, and the number's position in the cell, from 0 to 1.
+/// Returns the cell that a random number selects from the running sums, and the position that the number selects in
+/// this cell, from 0 to 1.
 fn invert(sums: &[f32], x: f32) -> (usize, f32) {
     let cells = sums.len() - 1;
     let cell = (sums.partition_point(|&sum| sum <= x).max(1) - 1).min(cells - 1);

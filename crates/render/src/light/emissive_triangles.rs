@@ -32,7 +32,7 @@ pub(crate) struct EmissiveTriangles {
     tree: LightTree,
 }
 
-/// Key of a scene's emissive triangles. It contains everything they depend on: equal keys mean equal triangles.
+/// Key of a scene's emissive triangles. The key contains all inputs, so scenes with equal keys have equal triangles.
 #[derive(Debug)]
 pub(crate) struct EmissiveKey {
     origin: DVec3,

@@ -39,7 +39,7 @@ pub(crate) enum SampledLight {
 /// Maximum number of samples that [`Lights::sample_split`] returns.
 pub(crate) const MAX_SPLIT_SAMPLES: usize = 2 * MAX_SPLIT_LIGHTS + 1;
 
-/// Point for which lights are sampled, with precomputed importances.
+/// Point for which lights are sampled, with known importances of light tree nodes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightSampleContexts<'a> {
     pub from: &'a LightSampleContext,
@@ -69,9 +69,9 @@ pub(crate) struct KindProbabilities {
     pub infinite_count: usize,
     /// Probability of each infinite light.
     pub infinite: f64,
-    /// Probability of all finite lights without a mesh.
+    /// Probability that a finite light without a mesh is selected.
     pub finite: f64,
-    /// Probability of all emissive triangles.
+    /// Probability that an emissive triangle is selected.
     pub emissive: f64,
 }
 
@@ -263,13 +263,13 @@ impl Lights {
         self.kind_probabilities(from, choice).finite * self.finite_pmf(from, choice, light)
     }
 
-    /// Scene-local centre of a finite light without a mesh.
+    /// Returns the scene-local centre of a finite light without a mesh.
     pub fn center_of_finite(&self, light: usize) -> DVec3 {
         let bounds = self.lights[self.finite[light]].bounds();
         (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) / 2.0
     }
 
-    /// Samples a finite light without a mesh, whatever its probability.
+    /// Samples a finite light without a mesh, for any probability of its selection.
     pub fn sample_finite_light(
         &self,
         from: &LightSampleContext,

@@ -27,7 +27,7 @@ pub(crate) enum LightOwner {
     Surfaces,
 }
 
-/// Kinds of rays, by the lights that they find.
+/// Kind of ray, which determines the lights that the ray finds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LightView {
     /// Rays that surfaces and media scatter, and light samples.
@@ -69,7 +69,7 @@ pub(crate) struct Lights {
     pub(super) air_light_parts: OnceLock<Vec<(usize, AirLight)>>,
 }
 
-/// Quotient of each colour; 0 for a colour without light.
+/// Quotient for each colour; 0 for a colour without light.
 fn divide_or_zero(part: Vec3, total: Vec3) -> Vec3 {
     Vec3::select(total.cmpgt(Vec3::ZERO), part / total, Vec3::ZERO)
 }
@@ -92,7 +92,7 @@ impl Lights {
         Self { names, views: (!is_usual).then(views), ..select(|visible| visible.light) }
     }
 
-    /// Lights without a mesh, with their indices in the world.
+    /// Creates the collection from lights without a mesh, each with its index in the world.
     fn of_prepared(lights: impl Iterator<Item = (usize, PreparedLight)>) -> Self {
         let (owners, prepared): (Vec<usize>, Vec<PreparedLight>) = lights.unzip();
         let (mut infinite, finite): (Vec<_>, Vec<_>) = (0..prepared.len()).partition(|&i| prepared[i].is_infinite());

@@ -7,9 +7,9 @@
 //! * [`emission`](crate::prepare::geometry::Geometry::emission): emission of the surface hit,
 //! * [`lights::Lights::escaped_radiance`]: infinite lights, for a ray that misses.
 //!
-//! [`lights::Lights::sample`] samples a direction towards any of these (next-event estimation), and each of these
-//! returns the density of that sampler: everything that multiple importance sampling (MIS) requires (E. Veach, "Robust
-//! Monte Carlo Methods for Light Transport Simulation", 1997, chapter 9).
+//! [`lights::Lights::sample`] samples a direction towards any of these lights (next-event estimation). The functions of
+//! the list also return the density with which it samples their light, which multiple importance sampling (MIS)
+//! requires (E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapter 9).
 //!
 //! Uses the geometry and interactions; does not depend on BSDFs.
 

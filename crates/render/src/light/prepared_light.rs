@@ -106,7 +106,7 @@ impl PreparedLight {
         })
     }
 
-    /// The projector, if this light is one.
+    /// Returns the projector; `None` for other lights.
     pub fn projector(&self) -> Option<&ProjectorLight> {
         match self {
             Self::Projector(projector) => Some(projector),
@@ -114,7 +114,7 @@ impl PreparedLight {
         }
     }
 
-    /// The environment light, if this light is one.
+    /// Returns the environment light; `None` for other lights.
     pub fn environment(&self) -> Option<&EnvironmentLight> {
         match self {
             Self::Environment(environment) => Some(environment),

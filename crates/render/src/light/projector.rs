@@ -10,9 +10,9 @@ use crate::light::samples::LightLiSample;
 
 /// Number of cells of the table of solid angles, along the longer side of the image.
 const TABLE_CELLS: usize = 128;
-/// Half of the distance, in pixels, over which directions are differentiated.
+/// Half of the step, in pixels, with which directions are differentiated numerically.
 const HALF_STEP: f64 = 0.25;
-/// Angle in radians that bounds are widened by.
+/// Margin of the light's bounds: an angle in radians.
 const BOUNDS_MARGIN: f64 = 0.02;
 
 #[derive(Debug)]
@@ -46,7 +46,7 @@ impl SolidAngles {
         Self { cells, corners: Self::places(cells).map(value).collect() }
     }
 
-    /// Places of the grid's corners, from 0 to 1 in the image.
+    /// Positions of the grid's corners in the image, from 0 to 1 along each side.
     fn places([columns, rows]: [usize; 2]) -> impl Iterator<Item = DVec2> {
         let place = move |i: usize| {
             let (x, y) = (i % (columns + 1), i / (columns + 1));
@@ -55,7 +55,7 @@ impl SolidAngles {
         (0..(columns + 1) * (rows + 1)).map(place)
     }
 
-    /// Value at a place from 0 to 1 in the image, linear between the corners.
+    /// Value at a position in the image (from 0 to 1 along each side), linear between the corners.
     fn at(&self, share: DVec2) -> f64 {
         let [columns, rows] = self.cells;
         let place = share * DVec2::new(columns as f64, rows as f64);
@@ -67,7 +67,7 @@ impl SolidAngles {
     }
 }
 
-/// Reciprocal solid angle of a pixel around a place in the image.
+/// Reciprocal solid angle of a pixel around a position in the image.
 fn reciprocal_solid_angle(camera: &Camera, pixel: DVec2) -> f64 {
     let direction = |dx: f64, dy: f64| camera.ray(pixel + DVec2::new(dx, dy)).1.normalize_or(DVec3::NAN);
     let along = (direction(HALF_STEP, 0.0) - direction(-HALF_STEP, 0.0)) / (2.0 * HALF_STEP);
@@ -146,12 +146,12 @@ impl ProjectorLight {
         (is_seen && is_inside).then_some(pixel)
     }
 
-    /// Place of a pixel from 0 to 1 in the image.
+    /// Position in the image, from 0 to 1 along each side, of pixel coordinates.
     fn share_of(&self, pixel: DVec2) -> DVec2 {
         (pixel - self.camera.pixel_center_of(0, 0) + 0.5) / DVec2::from(self.camera.size().map(f64::from))
     }
 
-    /// Image value at a place from 0 to 1, linear between the centres of texels.
+    /// Value of the projected image at a position from 0 to 1, linear between the centres of texels.
     fn texel_at(&self, share: DVec2) -> Vec3 {
         let [width, height] = self.image.size.map(|n| n as usize);
         let place = share * DVec2::new(width as f64, height as f64) - 0.5;

@@ -23,7 +23,8 @@ pub(crate) struct LightLiSample {
 /// Infinite light by index, with its radiance from a direction and the density of sampling that direction.
 pub(crate) type EnvironmentLookup = (usize, (Vec3, f32));
 
-/// Relative length of a shadow ray: it ends before its light, which may lie on a surface.
+/// Length of a shadow ray relative to the distance of its light: slightly shorter, because the light may lie on a
+/// surface.
 pub(crate) const ONE_MINUS_SHADOW_EPSILON: f32 = 1.0 - 1.0 / (1 << 16) as f32;
 
 /// Random numbers of a light sample.

@@ -18,7 +18,8 @@ const AZIMUTH_STEPS: usize = 9;
 const RADIAL_POINTS: u32 = 48;
 const ANGULAR_POINTS: u32 = 48;
 
-/// Table of one roughness and anisotropy: the albedo for f0 = f90 = 1, and the part of it that scales with f0.
+/// Table for one roughness and anisotropy: the albedo for f0 = f90 = 1, and the part of this albedo that is
+/// proportional to f0.
 #[derive(Debug)]
 struct AlbedoBlock {
     all: [[f32; COSINE_STEPS]; AZIMUTH_STEPS],
@@ -68,7 +69,7 @@ impl AnisotropicAlbedo {
         top + (bottom - top) * down
     }
 
-    /// Albedo in a local direction for f0 = f90 = 1, and the part of it that scales with f0.
+    /// Albedo in a local direction for f0 = f90 = 1, and the part of this albedo that is proportional to f0.
     pub fn albedo_at(&self, direction: Vec3) -> (f32, f32) {
         let [x, y] = [direction.x * direction.x, direction.y * direction.y];
         let share = if x + y > 0.0 { x / (x + y) } else { 0.5 };

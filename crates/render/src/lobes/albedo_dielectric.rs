@@ -28,7 +28,7 @@ pub(crate) enum FresnelModel {
     Schlick,
 }
 
-/// Albedo of an interface with one index of refraction, by roughness.
+/// Albedo tables of an interface with one index of refraction, by roughness.
 #[derive(Debug)]
 pub(crate) struct DielectricAlbedo {
     ior: f32,
@@ -45,9 +45,9 @@ struct DielectricAlbedoRow([SideAlbedo; 2]);
 /// Coefficients of 1, f0 and f90: every albedo is linear in f0 and f90.
 #[derive(Debug)]
 struct SideAlbedo {
-    /// For each cosine: albedo of one reflection and of one refraction.
+    /// For each cosine: albedo of a single reflection and of a single refraction.
     albedo: [[[f32; 3]; 2]; COSINE_STEPS],
-    /// Cosine-weighted mean of the fraction that is neither reflected nor refracted.
+    /// Cosine-weighted mean of the fraction of light that is neither reflected nor refracted.
     mean_loss: [f32; 3],
 }
 
@@ -111,7 +111,8 @@ impl DielectricAlbedo {
         [[a, b, c], [d, e, f]]
     }
 
-    /// Reflectance and transmittance of a microfacet, of which the fractions `up` and `down` leave the surface.
+    /// Reflectance and transmittance of a microfacet. `up` is the fraction of the reflected light that leaves the
+    /// surface, `down` the fraction of the refracted light.
     fn facet_albedo(&self, cosine: f32, eta: f32, up: f32, down: f32) -> [[f32; 3]; 2] {
         let Some(other) = refracted_cosine(cosine, eta) else {
             return [[up, 0.0, 0.0], [0.0; 3]];
@@ -161,7 +162,7 @@ impl EnergyLoss<'_> {
             low + (of(high, term) - low) * self.fraction
         };
         match self.fresnel_model {
-            // The other coefficients are zero.
+            // The coefficients of f0 and f90 are zero.
             FresnelModel::Exact => Vec3::splat(term(0)),
             FresnelModel::Schlick => Vec3::splat(term(0)) + f0 * term(1) + f90 * term(2),
         }

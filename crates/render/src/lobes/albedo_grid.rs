@@ -11,7 +11,7 @@ use crate::lobes::ggx::Ggx;
 pub(crate) const COSINE_STEPS: usize = 80;
 pub(crate) const ROUGHNESS_ROWS: usize = 64;
 
-/// Width of the narrowest distribution in the anisotropic tables.
+/// Width `alpha` of the narrowest distribution in the anisotropic tables.
 pub(crate) const MIN_TABLE_ALPHA: f32 = 1e-3;
 
 /// The value of a row at a cosine.
@@ -20,7 +20,7 @@ pub(crate) fn interpolate<const N: usize>(row: &[f32; N], cosine: f32) -> f32 {
     row[first] + (row[first + 1] - row[first]) * part
 }
 
-/// Entry below a cosine, and the fraction of a step beyond that entry.
+/// Index of the entry at or below a cosine, and the cosine's position between this entry and the next, from 0 to 1.
 #[inline(always)]
 pub(crate) fn table_position<const N: usize>(cosine: f32) -> (usize, f32) {
     let position = cosine.clamp(0.0, 1.0).sqrt() * (N - 1) as f32;
@@ -29,13 +29,13 @@ pub(crate) fn table_position<const N: usize>(cosine: f32) -> (usize, f32) {
     (first as usize, position - first as f32)
 }
 
-/// Row below a roughness, and the fraction of a step beyond that row.
+/// Index of the row at or below a roughness, and the roughness's position between this row and the next, from 0 to 1.
 #[inline(always)]
 pub(crate) fn roughness_row(ggx: &Ggx) -> (usize, f32) {
     table_position::<ROUGHNESS_ROWS>(ggx.roughness())
 }
 
-/// The distribution of a row.
+/// The microfacet distribution of a row.
 pub(crate) fn ggx_of_row(row: usize) -> Ggx {
     Ggx::isotropic((row as f32 / (ROUGHNESS_ROWS - 1) as f32).powi(2))
 }

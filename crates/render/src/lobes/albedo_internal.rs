@@ -1,9 +1,9 @@
 //! Transmittance of rough interfaces seen from inside. It determines the share of light that reaches the layers below.
 //!
 //! The transmittance falls to zero at the critical angle, within a few standard deviations of the microfacets' slopes.
-//! No uniform grid resolves that for smooth surfaces, so the nodes of a row are spaced by a hyperbolic sine of the
-//! angle to the critical angle, in units of the roughness. Rows then have equal shapes and can be interpolated node by
-//! node.
+//! No uniform grid resolves this transition for smooth surfaces, so the nodes of a row are spaced by a hyperbolic sine
+//! of the angle to the critical angle, in units of the roughness. Rows then have equal shapes and can be interpolated
+//! node by node.
 
 use std::f32::consts::FRAC_PI_2;
 use std::sync::OnceLock;
@@ -14,7 +14,7 @@ use crate::lobes::albedo_grid::{ROUGHNESS_ROWS, ggx_of_row, mean_over_visible_no
 use crate::lobes::fresnel::{reflect, refracted_cosine, schlick_weight};
 use crate::lobes::ggx::Ggx;
 
-/// Nodes of a row.
+/// Number of nodes in a row.
 const ANGLE_STEPS: usize = 96;
 /// Quadrature points per table entry.
 const RADIAL_POINTS: u32 = 128;
@@ -22,7 +22,7 @@ const ANGULAR_POINTS: u32 = 48;
 /// Width of the transition at the critical angle, divided by the roughness `alpha`.
 const TRANSITION_WIDTH: f32 = 0.7;
 
-/// For each roughness: the fraction of a perfect mirror's single-scatter albedo that a dielectric does not reflect.
+/// Table by roughness and angle: the fraction of a perfect mirror's single-scatter albedo that a dielectric transmits.
 #[derive(Debug)]
 pub(crate) struct InternalTransmittanceTable {
     /// Index of the far side relative to the near side, below 1.
@@ -30,11 +30,11 @@ pub(crate) struct InternalTransmittanceTable {
     rows: [OnceLock<Box<Row>>; ROUGHNESS_ROWS],
 }
 
-/// Coefficients of 1, f0 and f90 of Schlick's approximation.
+/// Values for one roughness: coefficients of 1, f0 and f90 in Schlick's approximation.
 #[derive(Debug)]
 struct Row {
     transmittance: [[f32; 3]; ANGLE_STEPS],
-    /// Cosine-weighted mean.
+    /// Cosine-weighted mean of the transmittance.
     mean: [f32; 3],
 }
 
@@ -46,12 +46,12 @@ pub(crate) struct InternalTransmittance<'a> {
     grid: AngleGrid,
 }
 
-/// Maps 0 to 1 to the angles of incidence: dense around the critical angle.
+/// Maps positions from 0 to 1 to angles of incidence; the angles are dense around the critical angle.
 #[derive(Clone, Copy, Debug)]
 struct AngleGrid {
     critical: f32,
     width: f32,
-    /// Inverse hyperbolic sines of both end points.
+    /// Inverse hyperbolic sines that correspond to the positions 0 and 1.
     ends: [f32; 2],
 }
 

@@ -4,8 +4,8 @@
 //! the energy that one microfacet reflection loses. The tables over cosine and roughness are computed once, by
 //! quadrature.
 //!
-//! Table values are pairs: the albedo of an interface with f0 = f90 = 1, and the part of it that scales with f0 in
-//! Schlick's approximation.
+//! Table values are pairs: the albedo of an interface with f0 = f90 = 1, and the part of this albedo that is
+//! proportional to f0 in Schlick's approximation.
 
 use std::f32::consts::FRAC_1_PI;
 use std::sync::LazyLock;
@@ -27,7 +27,7 @@ const ANGULAR_POINTS: u32 = 16;
 /// Entries of a table, rounded up to a power of two so that a mask replaces the bounds check.
 const TABLE_ENTRIES: usize = (ROUGHNESS_ROWS * COSINE_STEPS).next_power_of_two();
 
-/// Pairs by roughness and cosine, and their cosine-weighted means over the hemisphere.
+/// Pairs of values by roughness and cosine, and the pairs' cosine-weighted means over the hemisphere.
 pub(crate) struct AlbedoTables {
     entries: [[f32; 2]; TABLE_ENTRIES],
     means: [[f32; 2]; ROUGHNESS_ROWS],
@@ -40,7 +40,7 @@ pub(crate) fn albedo_tables() -> &'static AlbedoTables {
     &ALBEDO_TABLES
 }
 
-/// Position between two rows of the isotropic tables.
+/// Row of the isotropic tables, and a position between this row and the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AlbedoRow {
     row: u32,
@@ -57,9 +57,9 @@ pub(crate) enum DirectionalAlbedo {
 /// Directional albedo of an interface whose reflectance ranges from `f0` to `f90`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Albedo {
-    /// Albedo of the first reflection.
+    /// Albedo of light that is reflected once.
     pub single_scatter: Vec3,
-    /// Albedo of all reflections after the first.
+    /// Albedo of light that is reflected more than once.
     pub multi_scatter: Vec3,
 }
 
@@ -70,7 +70,7 @@ impl AlbedoRow {
         Self { row: row as u32, fraction }
     }
 
-    /// The pair at a cosine.
+    /// The pair of table values at a cosine.
     #[inline(always)]
     pub fn albedo_at(self, tables: &AlbedoTables, cosine: f32) -> [f32; 2] {
         let (step, part) = table_position::<COSINE_STEPS>(cosine);
@@ -105,7 +105,7 @@ impl DirectionalAlbedo {
         }
     }
 
-    /// The pair in a local direction.
+    /// The pair of table values in a local direction.
     fn albedo_at(&self, direction: Vec3) -> [f32; 2] {
         match self {
             Self::Isotropic(row) => row.albedo_at(&ALBEDO_TABLES, direction.z),
@@ -147,16 +147,16 @@ impl DirectionalAlbedo {
     }
 }
 
-/// Colour of the second and all further reflections, for an interface whose mean albedo is `mean_albedo` for f0 = f90 =
-/// 1.
+/// Colour of light that is reflected more than once, for an interface whose mean albedo for f0 = f90 = 1 is
+/// `mean_albedo`.
 #[inline(always)]
 pub(crate) fn multi_scatter_color((f0, f90): (Vec3, Vec3), mean_albedo: f32) -> Vec3 {
     let mean = f0 + (f90 - f0) / 21.0;
     mean * mean * mean_albedo / (Vec3::ONE - mean * (1.0 - mean_albedo))
 }
 
-/// Lobe of the second and all further reflections, times the cosine of `wi`, from its colour and the energy losses in
-/// both directions and on average.
+/// Value of the lobe of light that is reflected more than once, times the cosine of `wi`; computed from the lobe's
+/// colour, the energy losses in both directions, and the mean energy loss.
 #[inline(always)]
 pub(crate) fn multi_scatter_lobe(color: Vec3, losses: [f32; 2], mean: f32, cosine: f32) -> Vec3 {
     let [wo, wi] = losses;
@@ -175,7 +175,7 @@ impl Albedo {
         }
     }
 
-    /// Fraction of light that the interface leaves for the layers below, in the colour for which it is smallest.
+    /// Smallest fraction of light, over the colours, that the interface leaves for the layers below.
     #[inline(always)]
     pub fn base_transmittance(&self) -> f32 {
         1.0 - (self.single_scatter + self.multi_scatter).max_element()

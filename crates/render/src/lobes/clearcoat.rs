@@ -15,7 +15,7 @@ pub(crate) struct Clearcoat {
     pub frame: ShadingFrame,
 }
 
-/// Direction in which a coat reflects.
+/// Sampled direction into which a coat reflects.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClearcoatSample {
     pub is_valid: bool,

@@ -12,7 +12,7 @@ use glam::Vec3;
 use crate::lobes::shading_frame::{cosine_hemisphere_pdf, sincos_turns, to_world_around};
 use crate::soa::{Vec3xN, get_lane, lane_vec3, set_lane};
 
-/// Maximum number of cones per lane. Path guiding asserts that its casters, gaps, spots and maps fit.
+/// Maximum number of cones per lane. Path guiding asserts that the cones of all its targets fit.
 pub(crate) const MAX_CONES: usize = 108;
 /// Smallest cone that is sampled: 1 - cosine of the half angle.
 const MIN_CONE: f32 = 1e-6;
@@ -109,7 +109,7 @@ impl<const N: usize> ConeMixture<N> {
         densities
     }
 
-    /// Sets the cones of all lanes and, times `weight`, the weights that each cone would have alone. Returns each
+    /// Sets cone `k` of every lane, and the weight that the cone would have alone, times `weight`. Returns each
     /// [`TargetCone::max_fraction`]. The arrays are local until they are full, because loops that write into `self`
     /// while reading the interactions are not vectorised.
     #[inline(always)]
@@ -136,8 +136,8 @@ impl<const N: usize> ConeMixture<N> {
         max_fractions
     }
 
-    /// Scales the weights of some cones down so that their sum does not exceed this value, and reduces the cosine's
-    /// weight by the resulting sum.
+    /// Scales the weights of some cones down so that their sum does not exceed this value, and reduces the weight of
+    /// the cosine distribution by the resulting sum.
     #[inline(always)]
     pub fn limit_weights(&mut self, cones: std::ops::Range<usize>, max: &[f32; N]) {
         let mut all = [0.0; N];
@@ -159,7 +159,8 @@ impl<const N: usize> ConeMixture<N> {
         }
     }
 
-    /// Samples a direction for every lane. The first random number selects the cone; its remainder is uniform again.
+    /// Samples a direction for every lane. The first random number selects the cone, and is rescaled so that it is
+    /// uniform again.
     #[inline(always)]
     pub fn sample(&self, normals: &Vec3xN<f32, N>, [first, second]: &[[f32; N]; 2], out: &mut Vec3xN<f32, N>) {
         let mut begin = [0.0; N];

@@ -84,7 +84,7 @@ pub(crate) fn schlick_weight(cosine: f32) -> f32 {
     1.0 - (1.0 - cosine).powi(5)
 }
 
-/// The cosine on the far side; `None` for total internal reflection.
+/// Cosine of the refracted direction, on the far side; `None` for total internal reflection.
 #[inline(always)]
 pub(crate) fn refracted_cosine(cosine: f32, eta: f32) -> Option<f32> {
     let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);

@@ -102,20 +102,20 @@ impl Ggx {
     }
 }
 
-/// Microfacets that send light from `wi` to `wo`, without their Fresnel term.
+/// Evaluation of the microfacets that scatter light from `wi` to `wo`, without Fresnel terms.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MicrofacetEval {
     /// Cosine between `wo` and the normal of these microfacets.
     pub cosine: f32,
-    /// Factor on their reflectance or transmittance: D G divided by the cosines of the definition, times the cosine of
-    /// `wi`.
+    /// Factor on their reflectance or transmittance: D G divided by the cosines in the definition of the BSDF, times
+    /// the cosine of `wi`.
     pub weight: f32,
     /// The density of sampling `wi` by [`Ggx::sample_wm`], by solid angle.
     pub pdf: f32,
 }
 
 impl MicrofacetEval {
-    /// Microfacets that reflect.
+    /// Evaluates the microfacets that reflect `wi` to `wo`.
     #[inline(always)]
     pub fn reflection(ggx: &Ggx, wo: Vec3, wi: Vec3) -> Self {
         let wm = (wo + wi).normalize_or(Vec3::Z);
@@ -124,7 +124,7 @@ impl MicrofacetEval {
     }
 
     /// Microfacet normals that refract one direction into the other; zero if there is no such normal. `eta` is the
-    /// index of the side of `wi` relative to that of `wo`.
+    /// index of refraction on the side of `wi` relative to the side of `wo`.
     #[inline(always)]
     pub fn refraction(ggx: &Ggx, eta: f32, wo: Vec3, wi: Vec3) -> Self {
         let wm = (wo + wi * eta).normalize_or_zero();

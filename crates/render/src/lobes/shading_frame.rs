@@ -89,7 +89,7 @@ impl ShadingFrame {
         let across = self.wo.dot(tilt);
         let length = across.hypot(up);
         let mirrored = (length * length - min_height * min_height).max(0.0).sqrt();
-        // Both directions have the same length.
+        // The sum of two vectors of equal length points along their bisector.
         let bisector = tilt * (across + mirrored) + self.geometric * (up + min_height);
         bisector.try_normalize().unwrap_or(self.geometric)
     }

@@ -7,10 +7,11 @@ use glam::DVec3;
 /// Distribution of distances along a part of a ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Equiangular {
-    /// Distance of the light's foot along the ray, and of the light from the ray.
+    /// Distance along the ray to the point that is closest to the light (the foot), and distance of the light from this
+    /// point.
     foot: f64,
     height: f64,
-    /// Angles of the part's ends, from the foot.
+    /// Angles from the foot to both ends of the part, as seen from the light.
     begin: f64,
     end: f64,
 }
@@ -20,8 +21,8 @@ pub(crate) struct Equiangular {
 const MIN_HEIGHT: f64 = 1e-9;
 
 impl Equiangular {
-    /// For a light at `center`, relative to the start of the ray, and the ray's first `length` metres along a unit
-    /// direction; the length may be infinite.
+    /// Creates the distribution for a light at `center`, relative to the start of the ray, and the ray's first `length`
+    /// metres along a unit direction. The length may be infinite.
     pub fn new(center: DVec3, direction: DVec3, length: f64) -> Self {
         let foot = center.dot(direction);
         let height = (center - foot * direction).length().max(MIN_HEIGHT * center.length()).max(f64::MIN_POSITIVE);

@@ -23,7 +23,8 @@ impl FreeFlight {
         Self { probabilities, extinction }
     }
 
-    /// A distance, infinite where the drawn colour is not extinguished. `random` draws the colour and the distance.
+    /// Samples a distance; infinite if the drawn colour is not extinguished. `random` selects the colour and the
+    /// distance.
     pub fn sample(&self, [choice, random]: [f32; 2]) -> f64 {
         let Vec3 { x, y, .. } = self.probabilities;
         let color = if choice < x {

@@ -40,7 +40,8 @@ pub(crate) struct MediaMap<'a> {
 }
 
 impl<'a> MediaMap<'a> {
-    /// The media of the world, with fog that is not cut at the highest point; `None` for a world without media.
+    /// Returns the media of the world, with fog of unlimited height unless the world limits it; `None` for a world
+    /// without media.
     pub fn new(geometry: &'a Geometry) -> Option<Self> {
         geometry.has_media().then_some(Self { geometry, fog: geometry.fog, covers_camera_rays: false })
     }
@@ -96,7 +97,8 @@ impl<'a> MediaMap<'a> {
         InterfaceTransition::at_hit(geometry, interior, &hit, is_front, None).far_side
     }
 
-    /// The part of a ray inside the medium that surrounds the ray.
+    /// Returns the part of a ray that is in a medium: the medium of the innermost body that contains the ray, otherwise
+    /// fog.
     fn part(&self, interior: InteriorList, ray: &MediumRay) -> Option<MediumPart> {
         let &MediumRay { origin, direction, begin, end, .. } = ray;
         if let Some(medium) = interior.medium(self.geometry) {
@@ -164,7 +166,7 @@ impl Borders {
     }
 }
 
-/// The scene-local height of the highest visible object.
+/// Returns the scene-local height of the highest point of all visible objects.
 fn highest_point(geometry: &Geometry, up: DVec3) -> f64 {
     let visible = geometry.instances.iter().filter(|instance| instance.is_visible);
     let tops = visible.map(|instance| {

@@ -50,13 +50,13 @@ impl InterfaceTransition {
         }
     }
 
-    /// Media in a direction from the surface.
+    /// Returns the media on the side of the surface to which a direction points.
     #[inline]
     pub fn medium_towards(&self, normal: Vec3, direction: Vec3) -> InteriorList {
         if normal.dot(direction) < 0.0 { self.far_side } else { self.near_side }
     }
 
-    /// Transition at a surface that does not border a medium.
+    /// Creates the transition at a surface that does not border a medium.
     pub fn no_interface(media: InteriorList) -> Self {
         Self { near_side: media, far_side: media, is_false_intersection: false, outside_ior: 1.0 }
     }

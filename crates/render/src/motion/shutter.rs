@@ -23,7 +23,7 @@ use crate::prepare::world::PreparedWorld;
 /// and for all other worlds.
 const MAX_SLICES: usize = 1024;
 const MAX_SLICES_OF_MANY: usize = 256;
-/// Largest number of objects for [`MAX_SLICES`].
+/// Maximum number of objects in a world that gets up to [`MAX_SLICES`] slices.
 const FINE_MAX_OBJECTS: usize = 128;
 /// Memory limit of the worlds of all rows of an image.
 const ROW_WORLDS_MAX_BYTES: usize = 2 << 30;
@@ -46,7 +46,8 @@ pub(crate) struct ShutterSlices<'a> {
     slices: Vec<OnceLock<Arc<PreparedWorld>>>,
 }
 
-/// Worlds of a tile's rows by their time, kept for the next tile, which usually has the same rows.
+/// Worlds of a tile's rows by their time (the bits of the seconds), kept for the next tile, which usually has the same
+/// rows.
 pub(crate) type RowWorlds = HashMap<u64, Arc<PreparedWorld>>;
 
 impl<'a> ShutterSlices<'a> {
@@ -217,7 +218,7 @@ pub(crate) fn prepare_after(
     PreparedWorld::advance_world(&world_after(world, clock, seconds)?, reference, control)
 }
 
-/// World `seconds` after `clock`.
+/// World at `seconds` after the time `clock`.
 fn world_after(world: &World, clock: WorldTime, seconds: f64) -> Result<World, RenderError> {
     let clock = WorldTime { time: clock.time + seconds, ..clock };
     world.at_time(clock).map_err(RenderError::world)

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use raycam_scene::{Camera, Mesh, World};
 
-/// Smallest number of slices, which is sufficient for motion of this many pixels.
+/// Minimum number of slices; it is sufficient for motion of this number of pixels.
 const MIN_SLICES: usize = 64;
-/// Motion per slice that is not visible, in pixels, and motion that a notice reports.
+/// Largest motion per slice, in pixels, that is not visible, and smallest motion per slice that a notice reports.
 const SMOOTH_STEP: f64 = 1.0;
 const COARSE_STEP: f64 = 1.5;
 /// Number of times at which the motion is measured, for rigid objects and for worlds with deforming meshes.
@@ -52,7 +52,7 @@ impl SliceCount {
 /// The paths of the corners of all objects' boxes in the image.
 #[derive(Default)]
 struct Ways {
-    /// The last position of each corner, and the length of the corner's path so far, in pixels.
+    /// For each corner: its last position in the image, and the length of its path so far, in pixels.
     corners: Vec<(Option<DVec2>, f64)>,
     /// Boxes of meshes by their address.
     boxes: HashMap<*const Mesh, MeshBox>,

@@ -38,7 +38,7 @@ impl<P: BuiltPart> SharedParts<P> {
         self.lock().get(&Arc::as_ptr(input).addr()).cloned()
     }
 
-    /// Any part for which `fits` is true.
+    /// Returns any part for which `fits` returns true.
     pub fn find_part(&self, fits: impl Fn(&P) -> bool) -> Option<Arc<P>> {
         self.lock().values().find(|part| fits(part)).cloned()
     }

@@ -48,11 +48,11 @@ pub(crate) struct Geometry {
     has_media: bool,
     /// The instances with an interior and their boxes, sorted from large to small.
     pub bodies: Vec<(usize, [DVec3; 2])>,
-    /// True if shadow rays may pass a surface: a material is not opaque, or an object casts no shadow.
+    /// True if shadow rays may pass some surface, because a material is not opaque or an object casts no shadow.
     pub has_transparency: bool,
-    /// True if some rays do not find an object.
+    /// True if some objects are hidden from some kinds of rays.
     pub has_hidden_objects: bool,
-    /// True if camera rays do not find an object.
+    /// True if some objects are hidden from camera rays.
     pub has_camera_hidden: bool,
     pub textures: Arc<Vec<Arc<PreparedTexture>>>,
     /// Texture cache that limits the memory of the images, if the memory is limited.
@@ -62,7 +62,7 @@ pub(crate) struct Geometry {
 /// Scenes that a world builds for many rays, and the count of exact rays that determines when.
 #[derive(Debug, Default)]
 pub(crate) struct OnDemandScenes {
-    /// `None` if the flattened scene would be too large or too coarse.
+    /// Scene with all instances in one BVH; `None` if it would be too large or too coarse.
     pub flattened: OnceLock<Option<Scene>>,
     /// Two-level scene with re-braided leaves. `None` if the scene cannot be built.
     pub rebraided: OnceLock<Option<Scene>>,
@@ -83,7 +83,7 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// The extent of a box around a point.
+    /// Extent with this origin that contains a box.
     pub fn around(origin: DVec3, [lower, upper]: [DVec3; 2]) -> Self {
         Self { origin, radius: (upper - origin).max(origin - lower).length() }
     }

@@ -35,7 +35,7 @@ pub(crate) struct PreparedInstance {
     pub error_bounds: ErrorBounds,
     /// False for an instance that nothing hits.
     pub is_visible: bool,
-    /// Rays that find a visible instance.
+    /// Kinds of rays that find the instance, if it is visible.
     pub ray_visibility: RayVisibility,
     /// True for the border of a medium, which only media cross.
     pub is_boundary: bool,
@@ -47,7 +47,7 @@ pub(crate) struct PreparedInstance {
 /// leaves it: vertices, transform, origin and direction of the ray, shear of the triangle test.
 const MAX_ROUNDINGS: f64 = 8.0;
 
-/// Bounds on float32 errors of an instance's points, in units of one rounding.
+/// Bounds on the float32 errors of points on an instance, in units of one rounding.
 #[derive(Clone, Debug)]
 pub(crate) struct ErrorBounds {
     /// Growth of a point's error when it is transformed to mesh coordinates and back: |M| |M^-1|.
@@ -141,7 +141,7 @@ impl PreparedInstance {
         self.instance_if(self.is_visible, origin)
     }
 
-    /// Same as above, for a scene that contains only the borders of media.
+    /// Same as [`Self::instance`], for a scene that contains only the borders of media.
     pub fn boundary_instance(&self, origin: DVec3) -> Instance {
         self.instance_if(self.is_boundary, origin)
     }

@@ -38,7 +38,7 @@ pub(crate) struct PreparedMesh {
 
 /// Memory per triangle while its BVH is built, including a margin.
 const BUILD_BYTES: u64 = 200;
-/// SAH cost of a refitted BVH, relative to the built one, above which the BVH is rebuilt.
+/// Maximum SAH cost of a refitted BVH relative to its cost when it was built; above this ratio, the BVH is rebuilt.
 const MAX_REFIT_COST_RATIO: f64 = 1.5;
 
 /// Prepared meshes of a world by index, and the indices of the meshes that are not prepared yet.
@@ -88,7 +88,7 @@ pub(crate) fn prepare_meshes(
     if missing.is_empty() {
         return Ok(meshes);
     }
-    // Mesh of the object with the same index: refitted if only vertices moved.
+    // The previous mesh of the object with the same index is refitted if only its vertices moved.
     let mut before = HashMap::new();
     for (object, &previous) in world.objects.iter().zip(previous) {
         before.entry(object.mesh).or_insert(&**previous);

@@ -21,11 +21,13 @@ const SAMPLES_TO_PAY: u64 = 4;
 const SAMPLES_TO_PAY_SPARSE: u64 = 24;
 /// Exact rays per triangle that justify the build; exact rays are fewer and coherent.
 const EXACT_RAYS_TO_PAY: u64 = 8;
-/// The same for a world that was created from another by moving objects, and will probably be moved again.
+/// Exact rays per triangle that justify the build for a world that was created from another world by moving objects.
+/// Such a world will probably be moved again.
 const EXACT_RAYS_TO_PAY_MOVED: u64 = 256;
 /// Rays per triangle that justify re-braiding, which creates one reference per 64 triangles.
 const RAYS_TO_PAY_REBRAIDING: u64 = 1;
-/// The same for a world that was created from another by moving objects, and will probably be moved again.
+/// Rays per triangle that justify re-braiding for a world that was created from another world by moving objects. Such a
+/// world will probably be moved again.
 const RAYS_TO_PAY_REBRAIDING_MOVED: u64 = 4;
 /// Minimum number of rays that justify re-braiding, even for few triangles.
 const MIN_RAYS_TO_PAY_REBRAIDING: u64 = 1 << 15;
@@ -51,7 +53,7 @@ impl Geometry {
         let rays = two_level_rays.fetch_add(rays, Ordering::Relaxed).saturating_add(rays);
         let to_pay = if *is_of_moved { RAYS_TO_PAY_REBRAIDING_MOVED } else { RAYS_TO_PAY_REBRAIDING };
         if rays >= (to_pay * self.triangle_count() as u64).max(MIN_RAYS_TO_PAY_REBRAIDING) {
-            // As for the flattened scene, the build does not run inside `get_or_init`.
+            // The build does not run inside `get_or_init`, for the same reason as the build of the flattened scene.
             let build = || build_scene(TlasLeaves::Subtrees, &self.instances, self.origin).ok();
             let _ = rebraided.set(in_pool(build).ok().flatten());
         }
@@ -73,7 +75,8 @@ impl Geometry {
         enough(SAMPLES_TO_PAY_SPARSE) || (enough(SAMPLES_TO_PAY) && self.instances_are_close())
     }
 
-    /// Flattened scene, built if `pays` returns true for the number of triangles.
+    /// Returns the flattened scene, if it can be built and `pays` returns true for the number of triangles; built on
+    /// first use.
     fn flattened_if_worth(&self, pays: impl Fn(u64) -> bool) -> Option<&Scene> {
         if self.scene.is_single_level() || !pays(self.triangle_count() as u64) {
             return None;
@@ -237,7 +240,7 @@ mod tests {
         assert!(!few.is_single_level());
         let many = prepared.geometry.scene_for_samples(SAMPLES_TO_PAY * triangles);
         assert!(many.is_single_level());
-        // The scene is kept while nothing moves.
+        // The scene is reused while no object moves.
         let mut lit = world.clone();
         lit.lights.clear();
         let lit = prepare(&lit, Some(&prepared));
@@ -353,7 +356,7 @@ mod tests {
         assert!(!std::ptr::eq(moved.geometry.two_level(), own));
         moved.geometry.closest_exact(&rays, &mut hits);
         assert!(hits == before);
-        // The scene is kept while nothing moves.
+        // The scene is reused while no object moves.
         let again = prepare(&other, Some(&moved));
         assert!(std::ptr::eq(again.geometry.two_level(), moved.geometry.two_level()));
     }
@@ -384,13 +387,13 @@ mod tests {
         };
         let merged = picture(&prepared);
         assert!(prepared.geometry.on_demand.flattened.get().is_some());
-        // Moved away and back, with reused meshes.
+        // An object is moved away and back, and its mesh is reused.
         let mut away = world.clone();
         away.objects[1].world_from_mesh.translation.x += 0.1;
         let away = prepare(&away, Some(&prepared));
         assert!(picture(&away) != merged);
         assert!(picture(&prepare(&world, Some(&away))) == merged);
-        // Two-level scene.
+        // The moved world uses the two-level scene.
         let mut apart = prepare(&world, None);
         apart.geometry.on_demand = Arc::new(OnDemandScenes { flattened: None.into(), ..OnDemandScenes::default() });
         assert!(!apart.geometry.scene_for_samples(u64::MAX).is_single_level());

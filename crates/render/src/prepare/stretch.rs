@@ -73,7 +73,8 @@ fn stretch_of(linear: DMat3) -> Option<DMat3> {
     if is_good(linear) || !linear.inverse().is_finite() {
         return None;
     }
-    // Powers of two along the mesh's axes: no coordinate is rounded, and similar transforms share the same stretch.
+    // The stretch scales the mesh's axes by powers of two, so that no coordinate is rounded and similar transforms
+    // share the same stretch.
     let lengths = DVec3::new(linear.x_axis.length(), linear.y_axis.length(), linear.z_axis.length());
     let largest = lengths.max_element();
     let axes = DMat3::from_diagonal((lengths / largest).to_array().map(|l| l.log2().round().exp2()).into());

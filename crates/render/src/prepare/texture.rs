@@ -18,9 +18,9 @@ use crate::prepare::family::{BuiltPart, SharedParts};
 
 /// Largest number of lookups along the long axis.
 const MAX_ANISOTROPY: f32 = 16.0;
-/// Tolerance. A footprint that is wider than a texel by at most this fraction counts as one texel wide. An ellipse that
-/// exceeds a whole number of lookups by at most this fraction of a lookup needs no additional lookup. A ray that hits a
-/// texel's centre therefore returns exactly that texel.
+/// Tolerance of footprint sizes. A footprint that is wider than a texel by at most this fraction counts as one texel
+/// wide. An ellipse that exceeds a whole number of lookups by at most this fraction of a lookup needs no additional
+/// lookup. A ray that hits a texel's centre therefore returns exactly that texel.
 const ROUNDING: f32 = 1.0 / 16.0;
 
 /// Image, and its mip maps once requested. Textures of all worlds of a family that show the same image share them.
@@ -40,7 +40,7 @@ pub(crate) struct PreparedTexture {
     pub image: Arc<PreparedImage>,
     /// Mip levels, the full image first.
     levels: OnceLock<Vec<Texture>>,
-    /// Mip map for [`TexelWeight::Alpha`]; `None` for an opaque image, for which both are equal.
+    /// Mip map for [`TexelWeight::Alpha`]; `None` for an opaque image, for which this map would be equal to `levels`.
     levels_by_alpha: OnceLock<Option<Vec<Texture>>>,
 }
 
@@ -251,7 +251,7 @@ fn principal_axes([a, b]: [Vec2; 2]) -> (Vec2, f32) {
     let (xx, yy, xy) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
     let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
     let square = mean + half.hypot(xy);
-    // The long axis is along the longer of the two columns of its projection matrix.
+    // The direction of the long axis is the longer column of the matrix that projects to this axis.
     let direction = if half >= 0.0 { Vec2::new(square - yy, xy) } else { Vec2::new(xy, square - xx) };
     let major = square.sqrt();
     // The short axis is computed from the determinant, which is the product of both axes, to avoid cancellation.

@@ -39,7 +39,7 @@ pub struct PreparedFamily {
     lighting: RecentLighting,
 }
 
-/// Number of objects that one thread places faster than other threads would wake up.
+/// Maximum number of objects that one thread places before other threads could wake up.
 const MAX_OBJECTS_HERE: usize = 256;
 
 impl PreparedWorld {
@@ -99,7 +99,7 @@ impl PreparedWorld {
         list.is_complete() && world.objects.len() <= MAX_OBJECTS_HERE
     }
 
-    /// True if the calling thread alone can prepare a world of this family in a fraction of a millisecond.
+    /// True if the calling thread alone can prepare a world of this family within a fraction of a millisecond.
     pub fn is_brief_to_prepare(world: &World, family: &PreparedFamily) -> bool {
         Self::is_brief(world, &MeshList::new(world, &family.meshes))
     }
@@ -164,7 +164,7 @@ impl PreparedWorld {
     }
 }
 
-/// Prepared mesh of every object.
+/// Returns the prepared mesh of every object, and builds or refits missing ones.
 fn instance_meshes(
     world: &World,
     list: MeshList,

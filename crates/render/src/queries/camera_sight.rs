@@ -18,7 +18,8 @@ use crate::queries::visible::clear_pairs;
 /// ray's origin.
 const RELATIVE_STEP: f64 = 1e-4;
 
-/// A hit within this distance before the point, as a fraction of the line's length, is at the point.
+/// A hit counts as being at the point if it is within this distance before the point, as a fraction of the line's
+/// length.
 const LAST_PART: f64 = 1e-12;
 
 /// Points of surfaces, in world coordinates, with the conditions under which a camera shows them.
@@ -34,7 +35,7 @@ pub struct SurfacePoints<'a> {
     pub min_cosine: f64,
 }
 
-/// The points that a camera shows, in ascending order.
+/// The points that a camera shows, in ascending order of their indices.
 #[derive(Clone, Debug, Default)]
 pub struct CameraSight {
     /// Indices of the points.
@@ -171,8 +172,8 @@ fn clear_sight_lines(geometry: &Geometry, ends: &[[[f64; 3]; 2]]) -> Vec<bool> {
     clear
 }
 
-/// True if the first hit between two points shows that the line is clear, false if it shows that a triangle is between
-/// them; `None` if further hits must be examined.
+/// True if the first hit between two points proves that no triangle is between them, false if it proves that a triangle
+/// is. `None` if further hits must be examined.
 fn first_hit_decides(geometry: &Geometry, ends: &[[f64; 3]; 2], hit: &ExactHit) -> Option<bool> {
     if hit.instance == INVALID_ID {
         return ends.as_flattened().iter().all(|x| x.is_finite()).then_some(true);
@@ -182,7 +183,7 @@ fn first_hit_decides(geometry: &Geometry, ends: &[[f64; 3]; 2], hit: &ExactHit) 
     let [is_at_origin, is_at_point] = ends.map(|end| squared_distance_to_triangle(end, corners).sqrt() <= margin);
     match (is_at_origin, is_at_point) {
         (false, false) => Some(false),
-        // No triangle is before the hit, and the hit is at the point.
+        // The first hit is at the point, so no triangle is between the points.
         (false, true) if hit.t >= 1.0 - LAST_PART => Some(true),
         _ => None,
     }

@@ -80,7 +80,7 @@ pub enum Column {
 }
 
 impl Column {
-    /// Number of values of all hits.
+    /// Total number of values: the number of hits times the width.
     #[allow(clippy::len_without_is_empty)]
     pub fn len(&self) -> usize {
         match self {
@@ -214,7 +214,7 @@ impl Columns {
         }
     }
 
-    /// Replaces the number of every instance.
+    /// Replaces each instance index in the column [`Field::Instance`] by `new` of this index.
     pub(super) fn rename_instances(&mut self, new: impl Fn(i32) -> i32) {
         for (field, column) in &mut self.0 {
             if let (Field::Instance, Column::Int32(values)) = (field, column) {
@@ -361,7 +361,7 @@ fn write_int32<'a>(
     }
 }
 
-/// Writes N values per hit: those of hit i to row `order[i]`, or to row i.
+/// Writes N values per hit: the values of hit i to row `order[i]`, or to row i without an order.
 #[inline(always)]
 fn write_rows<'a, T: Copy, const N: usize>(
     values: &mut [T],

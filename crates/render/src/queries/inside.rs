@@ -13,7 +13,8 @@ use crate::prepare::world::PreparedWorld;
 use crate::queries::tasks::{NS_PER_ALL_HITS_RAY, in_tasks};
 use crate::queries::winding::{chosen_objects, half_line, residual_edges, winding_numbers};
 
-/// Rounding errors of a placed vertex, as a fraction of the vertex's coordinates and of its box's coordinates.
+/// Relative rounding error of a placed vertex. It is multiplied by the largest coordinates of the object's box and of
+/// its position.
 const BOX_ERROR: f64 = 32.0 * f64::EPSILON;
 
 /// Method of deciding by an object's crossings whether a point is inside.
@@ -61,7 +62,7 @@ impl<'a> Bodies<'a> {
         Ok(Self { geometry, bodies })
     }
 
-    /// Estimated time per point in nanoseconds; infinite if winding numbers are summed.
+    /// Estimated time per point, in nanoseconds; infinite if any object requires winding numbers.
     fn work_of_point(&self) -> f64 {
         let sums = self.bodies.iter().any(|body| body.rule == Rule::Winding);
         if sums { f64::INFINITY } else { NS_PER_ALL_HITS_RAY * self.bodies.len() as f64 }
@@ -104,7 +105,8 @@ impl<'a> Bodies<'a> {
     }
 }
 
-/// Axis direction in which a point leaves the box soonest. Every direction gives the same result.
+/// Axis direction in which a ray from the point leaves the box after the shortest distance. The direction affects only
+/// the speed, not the result.
 fn way_out(point: DVec3, [lower, upper]: [DVec3; 2]) -> DVec3 {
     let (down, up) = (point - lower, upper - point);
     let axis = down.min(up).min_position();

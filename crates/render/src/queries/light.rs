@@ -22,9 +22,9 @@ use crate::sampling::sampler::Sampler;
 use crate::settings::Settings;
 use crate::thread_pool::with_pool;
 
-/// Approximate rays per batch.
+/// Approximate number of rays per batch.
 const BATCH_RAYS: usize = 4096;
-/// Largest number of samples of a point in a batch.
+/// Maximum number of samples of a point in a batch.
 const SAMPLES_PER_BATCH: u32 = 64;
 /// Bytes for each point: its light, and the point itself.
 const POINT_BYTES: u64 = 96;
@@ -103,7 +103,7 @@ impl LightRays<'_> {
     }
 }
 
-/// Light to compute.
+/// Kind of light that is computed at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Irradiance of the surface's side, in watts per square metre.
@@ -211,7 +211,7 @@ impl Source<'_> {
     }
 }
 
-/// Arguments of [`trace_light`].
+/// Arguments and state of [`trace_light`].
 struct LightTracer<'a> {
     world: &'a PreparedWorld,
     source: Source<'a>,
@@ -284,7 +284,8 @@ impl LightTracer<'_> {
         cones.resize(hits.len(), RayCone::default());
     }
 
-    /// The rays of some points, as if they had just hit the surfaces there; or some rays and their exact hits.
+    /// Rays that arrive at some points, as if they had just hit the surfaces there; or the given rays with their exact
+    /// hits.
     fn arrivals(&self, some: &[usize]) -> Vec<Arrival> {
         let geometry = &self.world.geometry;
         match self.source {
@@ -353,7 +354,7 @@ impl LightTracer<'_> {
     }
 }
 
-/// Ray that hits a point against its normal, from the side whose light is measured.
+/// Ray that arrives at a point against its normal, from the side whose light is measured.
 fn arrival_at(geometry: &Geometry, points: &SurfacePoints, at: usize) -> Arrival {
     let (instance, triangle) = (points.instances[at] as u32, points.triangles[at] as u32);
     let corners = geometry.corners(instance, triangle);

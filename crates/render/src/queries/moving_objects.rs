@@ -30,7 +30,7 @@ pub(super) struct MovingObjects<'a> {
     geometry: &'a Geometry,
     /// The world's own time, to which the rays' times are added.
     time: f64,
-    /// For each object: the motion, if it moves, and the method for finding its box.
+    /// For each object: its motion, if it moves, and the source of its box.
     objects: Vec<(Option<ObjectMotion<'a>>, Place)>,
 }
 
@@ -108,8 +108,8 @@ fn moving_place(motion: &ObjectMotion, mesh: &PreparedMesh) -> Place {
 pub(super) struct ReachableObjects<'a> {
     world: &'a World,
     time: f64,
-    /// For each instance of the geometry, the object's number in the world. The numbers ascend, so that ties are
-    /// decided in the same way.
+    /// For each instance of the geometry, the object's index in the world. The indices ascend, so that equal distances
+    /// are decided as in the whole world.
     ids: Vec<usize>,
     /// Index of the instance, motion and description of the objects that move.
     moving: Vec<(usize, ObjectMotion<'a>, Object)>,
@@ -122,18 +122,18 @@ impl ReachableObjects<'_> {
         self.moving.is_empty()
     }
 
-    /// Number in the world of an instance; -1 for -1.
+    /// Index in the world of an instance's object; -1 for -1.
     pub fn id(&self, instance: i32) -> i32 {
         usize::try_from(instance).map_or(-1, |at| self.ids[at] as i32)
     }
 
-    /// The instance of a world's object; -1 if the object is out of reach.
+    /// Instance of the object with this index in the world; -1 if the rays cannot reach the object.
     pub fn instance(&self, id: i32) -> i32 {
         let found = usize::try_from(id).ok().and_then(|id| self.ids.binary_search(&id).ok());
         found.map_or(-1, |at| at as i32)
     }
 
-    /// Values of the objects in reach.
+    /// Selects the values of the objects that the rays can reach.
     pub fn select<T: Copy>(&self, values: &[T]) -> Vec<T> {
         self.ids.iter().map(|&id| values[id]).collect()
     }
@@ -207,12 +207,12 @@ impl Bundle {
         let margin = BOX_MARGIN * size;
         let (mut start, mut end) = (0.0f64, f64::INFINITY);
         for axis in 0..3 {
-            // At t, the rays' coordinates are from first + t * slowest to last + t * fastest.
+            // At parameter t, the coordinates of all rays are between first + t * slowest and last + t * fastest.
             for (ahead, speed) in [
                 (upper[axis] - first[axis] + margin, slowest[axis]),
                 (last[axis] - lower[axis] + margin, -fastest[axis]),
             ] {
-                // t * speed <= ahead
+                // The condition t * speed <= ahead limits t.
                 if speed > 0.0 {
                     end = end.min(ahead / speed);
                 } else if speed < 0.0 {

@@ -15,7 +15,7 @@ use crate::thread_pool::Workers;
 
 /// Number of points that are sorted at a time.
 const PER_BLOCK: usize = 1 << 20;
-/// Points per task; they are neighbours along the Morton curve.
+/// Number of points per task; the points of a task are neighbours along the Morton curve.
 const PER_TASK: usize = 1024;
 /// Estimated time per point on one thread, in nanoseconds, for a point far from a fine surface.
 const NS_PER_POINT: f64 = 20_000.0;

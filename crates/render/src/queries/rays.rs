@@ -28,7 +28,7 @@ pub struct RayArrays<'a> {
     pub t_max: &'a [f64],
     /// Arithmetic that decides hits.
     pub kernel: Kernel,
-    /// Surfaces that count.
+    /// Surfaces that the query includes.
     pub selection: Selection<'a>,
 }
 

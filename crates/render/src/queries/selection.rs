@@ -11,23 +11,23 @@ use crate::settings::TruthSurface;
 /// Side of a surface from which a ray must come.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Facing {
-    /// Either.
+    /// Both sides.
     #[default]
     Both,
     /// The front, where the corners appear counter-clockwise.
     Front,
-    /// Only the back of a face.
+    /// The back, where the corners appear clockwise.
     Back,
-    /// The front of one-sided materials, either side of other materials.
+    /// The front of one-sided materials; both sides of other materials.
     Material,
 }
 
 /// Surfaces that count for a query.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Selection<'a> {
-    /// For each object, true if it counts. `None`: all objects count.
+    /// For each object, true if the query includes the object. `None`: all objects.
     pub objects: Option<&'a [bool]>,
-    /// For each ray, an object and a triangle that do not count. Triangle -1 means the whole object; object -1 means
+    /// For each ray, an object and a triangle that are ignored. Triangle -1 means the whole object; object -1 means
     /// that nothing is skipped.
     pub skip: Option<(&'a [i32], &'a [i32])>,
     /// Side that rays must come from.
@@ -37,7 +37,7 @@ pub struct Selection<'a> {
 }
 
 impl Selection<'_> {
-    /// True if everything counts.
+    /// True if all surfaces are included from both sides.
     pub(super) fn is_everything(&self) -> bool {
         self.objects.is_none()
             && self.skip.is_none()
@@ -81,9 +81,9 @@ pub(super) struct SelectionFilter<'a> {
     selection: &'a Selection<'a>,
     geometry: &'a Geometry,
     rays: &'a [ExactRay],
-    /// The first ray's number in the query.
+    /// Index of the first ray in the query.
     first: usize,
-    /// Numbers of the rays relative to the first ray, if the rays are in another order.
+    /// Indices of the rays relative to the first ray, if the rays are in another order than in the query.
     order: Option<&'a [usize]>,
 }
 

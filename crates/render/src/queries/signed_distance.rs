@@ -91,7 +91,7 @@ fn pseudonormal(geometry: &Geometry, found: &ClosestPoint) -> DVec3 {
     if object.flips_orientation { -sum } else { sum }
 }
 
-/// Triangles around a vertex's position, and which of their corners is there.
+/// Triangles around a vertex's position, each with the index (0 to 2) of its corner at this position.
 fn around(object: &PreparedInstance, vertex: u32) -> impl Iterator<Item = (u32, usize)> {
     let points = object.mesh.point_triangles();
     points.around(vertex).iter().map(move |&triangle| {

@@ -8,14 +8,14 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::thread_pool::{MAX_WORK_HERE, Workers};
 
-/// Rays or points per task.
+/// Number of rays or points per task.
 pub(super) const PER_TASK: usize = 4096;
-/// Rays or points per task; limits the memory used in addition to the results.
+/// Number of rays or points whose results are kept before they are appended; limits the additional memory.
 const PER_BLOCK: usize = 1 << 18;
 
 /// Estimated time on one thread, in nanoseconds, of a ray that stops at its first hit.
 pub(super) const NS_PER_RAY: f64 = 300.0;
-/// Time of a ray whose hits are all returned, in nanoseconds.
+/// Estimated time on one thread, in nanoseconds, of a ray whose hits are all returned.
 pub(super) const NS_PER_ALL_HITS_RAY: f64 = 1000.0;
 
 /// True if the calling thread alone can process this many rays or points, which take `each` nanoseconds, in a fraction

@@ -20,9 +20,9 @@ use crate::queries::rays::{Kernel, RayArrays, any_hits, cast_rays, check_hit_mem
 use crate::queries::selection::Selection;
 use crate::thread_pool::Workers;
 
-/// Rays per task.
+/// Number of rays per task.
 const RAYS_PER_TASK: usize = 4096;
-/// Rays per slice, within which an object either may be hit or is ignored.
+/// Number of rays per slice. An object is either placed for all rays of a slice or ignored.
 const RAYS_PER_SLICE: usize = 512;
 /// Bytes per ray of the arrays that are sorted by time.
 const SORTED_RAY_BYTES: u64 = 88;
@@ -116,8 +116,8 @@ fn check_times(rays: &RayArrays, times: &[f64]) -> Result<(), RenderError> {
     }
 }
 
-/// Answers of `trace` for ranges of the rays sorted by time, and that order; `None` if the rays are already sorted.
-/// `rename` converts an answer from the numbers of a slice's objects to those of the world.
+/// Answers of `trace` for ranges of the rays, sorted by time, and the order of the rays; the order is `None` if the
+/// rays are already sorted. `rename` converts an answer from a slice's object indices to the world's object indices.
 fn in_order_of_time<T: Send>(
     moving: &MovingWorld,
     rays: &RayArrays,
@@ -188,8 +188,7 @@ fn trace_slices<T: Send>(
     Ok(parts?.into_iter().flatten().collect())
 }
 
-/// Ranges of at least [`RAYS_PER_SLICE`] rays, or fewer if there are not enough rays; rays with the same time are in
-/// the same range.
+/// Ranges of at least [`RAYS_PER_SLICE`] rays, or fewer at the end; rays with the same time are in the same range.
 fn slices(times: &[f64]) -> Vec<Range<usize>> {
     let mut slices: Vec<Range<usize>> = vec![];
     for run in equal_runs(times) {
@@ -240,7 +239,7 @@ fn equal_runs(times: &[f64]) -> Vec<Range<usize>> {
     runs.collect()
 }
 
-/// Rays of a slice, whose selection has the numbers of the objects in reach.
+/// Rays of a slice. Their selection refers to objects by their indices among the slice's objects.
 struct SelectedRays {
     range: Range<usize>,
     objects: Option<Vec<bool>>,
@@ -254,7 +253,7 @@ impl SelectedRays {
         Self { objects: rays.selection.objects.map(|mask| reachable.select(mask)), skip, range }
     }
 
-    /// Query of these rays; the kernel and the surfaces that count are those of `rays`.
+    /// Query of these rays, with the kernel and the selected surfaces of `rays`.
     fn arrays<'a>(&'a self, rays: &RayArrays<'a>) -> RayArrays<'a> {
         let own = |limits: &'a [f64]| if limits.len() == 1 { limits } else { &limits[self.range.clone()] };
         let skip = self.skip.as_ref().map(|(objects, triangles)| (&objects[..], &triangles[..]));
@@ -293,7 +292,7 @@ impl SortedRays {
         }
     }
 
-    /// Query of these rays, with the kernel and the surfaces of `rays`.
+    /// Query of the sorted rays, with the kernel and the selected surfaces of `rays`.
     fn arrays<'a>(&'a self, rays: &RayArrays<'a>) -> RayArrays<'a> {
         let skip = self.skip.as_ref().map(|(objects, triangles)| (&objects[..], &triangles[..]));
         RayArrays {

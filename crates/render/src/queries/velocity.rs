@@ -11,7 +11,7 @@ use crate::thread_pool::with_pool;
 
 /// Time between the positions from which a velocity is computed, in seconds.
 const STEP: f64 = 1e-5;
-/// Times of the positions, in steps.
+/// Times at which positions are computed, relative to the point's time, in units of [`STEP`].
 const STENCIL: [f64; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
 /// Rounding error of a second difference of positions, relative to their largest coordinate.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -21,7 +21,7 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 pub struct MovingPoints<'a> {
     /// The object of each point; -1 for none.
     pub instances: &'a [i32],
-    /// The triangle of each point, in the object's mesh.
+    /// The triangle of each point in the object's mesh.
     pub triangles: &'a [i32],
     /// The weights of the triangle's corners.
     pub barycentrics: &'a [[f64; 3]],
@@ -148,8 +148,8 @@ fn animated_velocities(
     Ok(found)
 }
 
-/// Derivative of positions at the times of [`STENCIL`], from the three positions around the middle one or on one side,
-/// whichever are on the smoothest curve (as in ENO schemes: A. Harten et al. 1987).
+/// Derivative of the positions at the times of [`STENCIL`]. It is computed from three positions: around the middle one,
+/// before it or after it, whichever are on the smoothest curve (as in ENO schemes: A. Harten et al. 1987).
 fn derivative(places: &[DVec3; 5]) -> DVec3 {
     let [p0, p1, p2, p3, p4] = *places;
     let bend = |a: DVec3, b: DVec3, c: DVec3| (a - 2.0 * b + c).length();

@@ -34,8 +34,8 @@ const DIRECTIONS: [DVec3; 8] = [
 /// the cone is undefined.
 const MIN_SQUARED_SINE: f64 = 1e-6;
 
-/// Residual edges of a placed object: their end points in the world, and how many more times each is used in one
-/// direction than in the other.
+/// Residual edges of a placed object: their end points in the world, and how many more times the triangles use each
+/// edge in one direction than in the other.
 pub(super) fn residual_edges(geometry: &Geometry, instance: usize) -> Vec<([DVec3; 2], f64)> {
     let object = &geometry.instances[instance];
     let vertices = &object.mesh.mesh.vertices;

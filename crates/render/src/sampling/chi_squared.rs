@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-/// Chi-squared statistic and degrees of freedom of observed counts against expected counts. Cells with small
-/// expectation are pooled. The last cell may collect samples outside of all other cells, so that the sum of the counts
-/// is not fixed.
+/// Chi-squared statistic and degrees of freedom of observed counts against expected counts. Cells with small expected
+/// counts are merged. The last cell may collect samples outside of all other cells, so that the sum of the counts is
+/// not fixed.
 pub(crate) fn statistic(pairs: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     let (mut chi2, mut freedom, mut rest) = (0.0, 0.0, (0.0, 0.0));
     for (seen, expected) in pairs {
@@ -19,7 +19,7 @@ pub(crate) fn statistic(pairs: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
         chi2 += (rest.0 - rest.1).powi(2) / rest.1;
         freedom += 1.0;
     } else if rest.0 > rest.1 + 10.0 {
-        // Number of samples in cells for which almost no samples are expected.
+        // Many samples are in cells for which almost no samples are expected.
         chi2 = f64::INFINITY;
     }
     (chi2, freedom)

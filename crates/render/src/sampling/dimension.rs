@@ -33,7 +33,7 @@ const DIMENSIONS_PER_BOUNCE: u32 = 128;
 /// Number of path vertices whose dimensions are stratified jointly.
 const GROUPED_BOUNCES: u32 = 4;
 
-/// Number of low index bits to which [`MIXING_MATRICES`] apply.
+/// Number of lowest bits of a point's index to which [`MIXING_MATRICES`] apply.
 pub(crate) const MIXING_BITS: u32 = 10;
 
 /// Mixing matrices of a group's dimensions, in the order of [`Dimension::group`]. The low bits of a point's index are

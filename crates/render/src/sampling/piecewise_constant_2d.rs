@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use raycam_bvh::prefetch;
 
 /// Samples directions in proportion to a brightness per cell: first a row by the marginal distribution, then a column
-/// by the conditional one, both by inversion, which keeps stratification (M. Pharr, W. Jakob and G. Humphreys,
+/// by the conditional distribution, both by inversion, which keeps stratification (M. Pharr, W. Jakob and G. Humphreys,
 /// "Physically Based Rendering", 4th edition, section 12.5.2). The density is uniform within a cell.
 #[derive(Debug)]
 pub(crate) struct PiecewiseConstant2D {
@@ -15,7 +15,7 @@ pub(crate) struct PiecewiseConstant2D {
     conditional_cdf: Vec<f32>,
     /// Marginal distribution, from 0 to 1.
     marginal_cdf: Vec<f32>,
-    /// Guide tables of the conditional distributions, row by row, and of the marginal one.
+    /// Guide tables of the conditional distributions, row by row, and of the marginal distribution.
     conditional_guide: Vec<u16>,
     marginal_guide: Vec<u16>,
     /// Cosines of the zenith angles between rows.
@@ -25,7 +25,7 @@ pub(crate) struct PiecewiseConstant2D {
 }
 
 impl PiecewiseConstant2D {
-    /// Builds the distribution; `None` if every cell is black. There are at most 2^16 columns and rows.
+    /// Builds the distribution, with at most 2^16 columns and rows; `None` if every cell is black.
     pub fn new([columns, rows]: [usize; 2], brightness: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let edges: Vec<f64> = (0..=rows).map(|row| (PI * row as f64 / rows as f64).cos()).collect();
         let mut across = Vec::with_capacity((columns + 1) * rows);
@@ -159,14 +159,14 @@ fn bucket(hints: &[u16], x: f32) -> usize {
     ((x * parts as f32) as usize).min(parts - 1)
 }
 
-/// Cell at or before the cell of `x`.
+/// First cell to be searched for `x`: a cell at or before the cell that contains `x`.
 #[inline(always)]
 fn guide_index(hints: &[u16], x: f32) -> usize {
     usize::from(hints[bucket(hints, x)])
 }
 
-/// Cell of `x` (the last one that begins at or before it), and the relative position inside; `first` is any cell at or
-/// before this cell.
+/// Cell that contains `x` (the last cell that begins at or before `x`), and the relative position of `x` in it; `first`
+/// is any cell at or before this cell.
 #[inline(always)]
 fn find_interval(sums: &[f32], first: usize, x: f32) -> (usize, f64) {
     let cells = sums.len() - 1;

@@ -27,8 +27,8 @@ fn each_elementary_interval_contains_one_point() {
     }
 }
 
-/// Fraction of the boxes of volume 1/16 in the dimensions of two pairs, in all shapes, that contain a 16th of the
-/// points.
+/// Fraction of all boxes that contain exactly a 16th of the points. The boxes have the volume 1/16 and all shapes in
+/// the four dimensions of two pairs.
 fn even(samples: u32, pairs: [Dimension; 2]) -> f64 {
     let (mut even, mut all) = (0, 0);
     for pixel in 0..4 {
@@ -91,7 +91,7 @@ fn pairs_of_a_group_do_not_repeat_combinations() {
             let cell = |cell, &pair: &Dimension| cell << 4 | (sampler.get_2d(pair)[0] * 16.0) as usize;
             met[pairs.iter().fold(0, cell)] = true;
         }
-        // 1024 samples occupy as many of the 4096 cells, and the next samples mostly occupy others.
+        // The first 1024 samples occupy 1024 of the 4096 cells, and the following samples mostly occupy other cells.
         let met = met.into_iter().filter(|&met| met).count();
         assert!(met > 3000, "{pairs:?}: {met}");
     }
@@ -100,7 +100,7 @@ fn pairs_of_a_group_do_not_repeat_combinations() {
 #[test]
 fn second_dimension_is_the_sobol_sequence() {
     let sobol_second = |index| sobol_dim2(index).reverse_bits();
-    // Row by row: direction numbers m are 1, 3, 5, 15, ..., each 2 m ^ m of the previous one.
+    // The direction numbers m are 1, 3, 5, 15, ...; each is (2 m) xor m of the previous number.
     let mut m: u64 = 1;
     for bit in 0..32 {
         assert_eq!(u64::from(sobol_second(1 << bit)), m << (31 - bit));

@@ -9,7 +9,7 @@ use crate::tile_renderer::{RayBatchBuffers, ThreadScratch, TileRenderer};
 
 /// Maximum number of samples of a pixel that are traced again.
 const MAX_BRIGHT_PATH_SAMPLES: u32 = 4096;
-/// Samples per batch.
+/// Number of samples per batch.
 const BATCH_SAMPLES: u32 = 256;
 
 impl TileRenderer<'_> {

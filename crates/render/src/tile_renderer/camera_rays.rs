@@ -19,7 +19,7 @@ use crate::soa::{LANES, get_lane, set_lane};
 use crate::thread_pool::give_turn;
 use crate::tile_renderer::{PixelLists, RayBatchBuffers, ThreadScratch, TileRenderer};
 
-/// Approximate rays per batch.
+/// Approximate number of rays per batch.
 const BATCH_RAYS: usize = 4096;
 /// Maximum number of samples of a pixel in a batch. The fewer pixels a batch has, the longer its rays stay coherent.
 const SAMPLES_PER_PIXEL_PER_BATCH: u32 = 64;
@@ -129,7 +129,7 @@ impl TileRenderer<'_> {
         }
     }
 
-    /// Image coordinates of a sample, from its random numbers of [`Dimension::PixelFilter`].
+    /// Image coordinates of a sample in a pixel, from the random numbers of [`Dimension::PixelFilter`].
     pub(crate) fn film_position(&self, [x, y]: [u32; 2], numbers: [f32; 2]) -> DVec2 {
         self.camera.pixel_center_of(x, y) + DVec2::from(self.filter.sample(numbers))
     }

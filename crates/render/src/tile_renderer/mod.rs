@@ -84,15 +84,15 @@ pub(crate) struct ThreadScratch {
     pub estimator: PixelEstimator,
 }
 
-/// Pixels of the tile, and those of the current batch.
+/// Pixels of the tile, and pixels of the current batch.
 #[derive(Default)]
 struct PixelLists {
     /// Image coordinates of every traced pixel.
     pixels: Vec<[u32; 2]>,
     blocks: Vec<PixelBlock>,
-    /// Pixels that still receive samples.
+    /// Indices of the pixels that still receive samples.
     active: Vec<usize>,
-    /// Pixel and sample index of each ray of the batch.
+    /// Index of the pixel and of the sample, for each ray of the batch.
     batch: Vec<(usize, u32)>,
 }
 
@@ -122,11 +122,11 @@ struct GroundTruthBuffers {
     row_worlds: RowWorlds,
 }
 
-/// Maximum number of segments that a sample counts for in a closed room.
+/// Maximum number of segments for which a sample is counted in a closed room.
 const MAX_SEGMENTS: u32 = 8;
 
-/// Number of samples in a frame, times their segments in a closed room that no path leaves. With more segments, a
-/// flattened scene is justified sooner.
+/// Work of a frame: the number of its samples, in a closed room times the number of path segments, because no path
+/// leaves the room. With more work, a flattened scene is justified sooner.
 pub(crate) fn traced_samples(world: &PreparedWorld, camera: &Camera, settings: &Settings, samples: u32) -> u64 {
     let is_dark = || effective_lights(settings.integrator, world).constant_environment() == Some(Vec3::ZERO);
     let is_closed = settings.integrator == Integrator::Path && world.geometry.is_room() && is_dark();
@@ -206,8 +206,8 @@ impl<'a> TileRenderer<'a> {
         same_scene && (self.world.geometry.textures.is_empty() || same_filter())
     }
 
-    /// True if a tile with this many samples continues to the renderer's number: its samples are equal to those of a
-    /// frame with that number.
+    /// True if a tile with this many samples can be continued up to the renderer's number: its samples are the first
+    /// samples of a frame with that number.
     pub fn continues(&self, samples: u32) -> bool {
         let is_single = |samples| samples == 1;
         is_single(samples) == is_single(self.settings.samples) && self.is_frame_of(samples)

@@ -15,17 +15,17 @@ pub(crate) struct RenderNeeds {
     pub truth: bool,
     /// True if filtered samples are traced in addition to the centre rays.
     pub samples: bool,
-    /// Hits of camera rays, for more than the ground truth.
+    /// Shading of camera ray hits, for channels other than ground truth.
     pub shading: bool,
-    /// Fraction of samples that hit the same instance as the centre ray.
+    /// The channel coverage: fraction of samples that hit the same instance as the centre ray.
     pub coverage: bool,
-    /// Radiance.
+    /// Radiance of the samples.
     pub color: bool,
     /// True if the ground truth describes surfaces behind transparent surfaces.
     pub skip_transparent: bool,
-    /// Sample positions on the lens and in the exposure.
+    /// Random positions on the lens and times in the exposure.
     pub lens_or_time: bool,
-    /// Standard error of the colour.
+    /// The channel error: standard error of the colour.
     pub error: bool,
 }
 

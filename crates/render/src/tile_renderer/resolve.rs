@@ -19,11 +19,11 @@ use crate::integrator::passes::Pass;
 use crate::settings::Settings;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
-/// A thread's unit of work.
+/// Unit of work that one thread takes at a time.
 pub(crate) enum TileTask {
     /// Tile to be traced.
     Trace(Tile),
-    /// Merged tiles that show the background, and their number.
+    /// Wide tile of background, and the number of tiles that were merged into it.
     Background(Tile, usize),
 }
 
@@ -87,8 +87,8 @@ impl TileRenderer<'_> {
         self.resolve(tile, scratch, film);
     }
 
-    /// Tasks of a frame: first tiles that any object can project to, because they take longest, then background tiles
-    /// merged into long rows.
+    /// Returns the tasks of a frame: first the tiles that any object can project to, because they take longest; then
+    /// the background tiles, merged into long rows.
     pub fn tasks(&self, tiles: &[Tile]) -> Vec<TileTask> {
         let Some((mask, _)) = &self.screen_mask else {
             return tiles.iter().copied().map(TileTask::Trace).collect();

@@ -28,9 +28,10 @@ const WINDOW_RADIUS: u32 = 2;
 const NEIGHBOR_RADIUS: u32 = 1;
 /// Planned variance relative to the squared threshold; below 1, because both estimates scatter.
 const TARGET_VARIANCE: f64 = 0.75;
-/// Number of pixels around a region on which its decisions depend: one window for each decision.
+/// Width in pixels of the border around a region that affects the region's plan: one window radius for each stage of
+/// the pilot.
 const MARGIN: u32 = WINDOW_RADIUS * PILOT_STAGES.len() as u32;
-/// Separates the random numbers of the pilot from those of the shown samples.
+/// Changes the seed of the pilot, so that its random numbers are independent of the shown samples.
 const PILOT_SEED: u64 = 0x5851_f42d_4c95_7f2d;
 
 /// Settings of the pilot of an image.
@@ -50,7 +51,7 @@ pub(crate) fn pilot_region([x, y, width, height]: [u32; 4], size: [u32; 2]) -> [
     [x, y, width, height]
 }
 
-/// Variances of a pilot's samples.
+/// Variances measured by a pilot.
 pub(crate) struct Pilot {
     region: [u32; 4],
     /// Variance of the mean, times the number of samples.

@@ -23,7 +23,7 @@ const MIN_DEPTH_RATIO: f64 = 1e-6;
 
 /// Blocks of a region that any object can project to.
 pub(crate) struct ScreenMask {
-    /// First pixel of the region.
+    /// Column and row of the region's first pixel.
     first_pixel: [u32; 2],
     /// Blocks per row.
     blocks_per_row: usize,
@@ -82,7 +82,7 @@ enum ScreenBounds {
     Rect([DVec2; 2]),
 }
 
-/// Bounds of a box's projection; `None` if unknown.
+/// Bounds of the projection of a box; `None` if they are unknown.
 fn project_bounds(camera: &Camera, bounds: [DVec3; 2]) -> Option<ScreenBounds> {
     let k = camera.k();
     let focal = DVec3::new(k.x_axis.x, k.y_axis.x, k.y_axis.y).abs().max_element();

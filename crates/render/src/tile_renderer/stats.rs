@@ -14,7 +14,7 @@ pub(crate) struct RenderStats {
     rejected: AtomicU64,
     /// Samples brighter than the settings allow.
     clamped: AtomicU64,
-    /// Samples of all pixels, and pixels above the noise threshold.
+    /// Total number of samples, and number of pixels above the noise threshold.
     samples: AtomicU64,
     noisy_pixels: AtomicU64,
     /// Number of pixels that show coplanar surfaces of several objects, and the bitwise complement of the smallest

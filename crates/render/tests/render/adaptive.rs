@@ -15,7 +15,7 @@ use raycam_scene::{Camera, Light, Material, MaterialModel, Metal, Texture, World
 
 const SIZE: [u32; 2] = [16, 12];
 
-/// Number of seeds, and the allowed relative errors of the mean's standard error and of the reported error.
+/// Number of seeds, and limits on two relative errors: of the mean's standard error, and of the reported error.
 struct Precision {
     seeds: u64,
     max_sigma: f64,

@@ -11,7 +11,7 @@ fn settings() -> Settings {
     Settings { channels: vec![Channel::Instance], ..Settings::default() }
 }
 
-/// A static world.
+/// Viewpoint of a camera in a static world.
 fn view<'a>(world: &'a PreparedWorld, camera: &'a Camera) -> Viewpoint<'a> {
     Viewpoint { world, animated_world: None, camera }
 }

@@ -48,7 +48,8 @@ fn bright_paths_list_the_mirror_before_the_reflected_plane() {
     let camera = look_at(DVec3::new(0.0, -4.0, 1.0), DVec3::new(0.0, 0.0, 2.0), 2.0, [9, 9]);
     let (_, path) = brightest(&world, &camera, &settings(4));
     assert_eq!(path.instances, [1, 0]);
-    // The ray goes down by two from the mirror, with the same horizontal distance per metre as on the way up.
+    // From the mirror, the ray goes down by two metres, with the same horizontal distance per metre of height as on the
+    // way up.
     assert!((path.origin - DVec3::new(0.0, 8.0, 0.0)).length() < 0.5, "{}", path.origin);
 }
 

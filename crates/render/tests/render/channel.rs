@@ -26,7 +26,7 @@ fn channel_names_are_unique_and_parse_to_their_channel() {
     assert_eq!(Channel::all().count(), 30);
 }
 
-/// A distant small ball; its facets are below the sphere by at most 2.5e-7 of the distance.
+/// Depth and normals of a distant small ball, whose facets are below the sphere by at most 2.5e-7 of the distance.
 #[test]
 fn sphere_depth_and_normals_match_the_closed_form() {
     let radius = 0.1;
@@ -57,7 +57,7 @@ fn sphere_depth_and_normals_match_the_closed_form() {
             let found = f64::from(f32s(&frame, channel)[i]);
             assert!((found / closed - 1.0).abs() < 1e-6, "{found} {closed}");
         }
-        // The corners' normals are their positions, and so is the mean, up to its length.
+        // A corner's normal is its position relative to the centre; so is their weighted mean, except for its length.
         let at = DVec3::from_slice(&f64s(&frame, Channel::Position)[3 * i..3 * i + 3]);
         let smooth = (at - shift).normalize();
         let shading = vector(&frame, Channel::ShadingNormal, i);

@@ -55,7 +55,7 @@ fn lambertian_plane_under_a_bulb_matches_the_closed_form() {
         let mut world = plane(4.0, 0.6);
         let radius = 0.4 * position.z;
         world.add_light(bulb(position, 5.0, radius)).unwrap();
-        // From a position where the bulb does not occlude the view.
+        // The camera is at a position from which the bulb does not hide the plane.
         let eye = DVec3::new(-1.5, 1.5, 0.2);
         let frame = render(&world, &look_at(eye, DVec3::ZERO, 0.01, [32, 32]), &settings(32));
         let color = f32s(&frame, Channel::Color);
@@ -101,7 +101,7 @@ fn occluders_cast_shadows() {
         world.add_light(light).unwrap();
         if let Some(height) = blocker {
             let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, height) + gap);
-            // Wide, but outside the camera's view.
+            // The blocker is wide, but outside the camera's view.
             let mesh = primitive::plane([2.0 * height, 2.0 * height]).unwrap();
             add(&mut world, mesh, material([1.0; 3], 1.0, 0.0, 1.0), place);
         }
@@ -141,7 +141,7 @@ fn vertex_normals_are_transformed_for_shading_also_on_mirrored_objects() {
     for (transform, cosine) in [
         (DAffine3::IDENTITY, 1.0),
         (flip, 0.8 * 0.8 - 0.6 * 0.6),
-        // Twice as wide, the surface is half as steep.
+        // Stretched to twice its width, the surface is half as steep.
         (
             DAffine3::from_scale(DVec3::new(2.0, 1.0, 1.0)),
             DVec3::new(0.3, 0.0, 0.8).normalize().dot(DVec3::new(0.6, 0.0, 0.8)),
@@ -155,8 +155,8 @@ fn vertex_normals_are_transformed_for_shading_also_on_mirrored_objects() {
     }
 }
 
-/// Fraction of uniform light that a specular plane reflects to the eye, from one sun for each of many directions. By
-/// reciprocity, it is the albedo of the view.
+/// Fraction of uniform light that a specular plane reflects to the eye, with one sun for each of many directions. By
+/// reciprocity, this fraction is the albedo for light from the eye's direction.
 fn albedo(shininess: f32, eye: DVec3) -> f64 {
     const RINGS: usize = 96;
     const TURNS: usize = 48;

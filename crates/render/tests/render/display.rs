@@ -4,7 +4,7 @@ use raycam_render::film::display::{srgb8, srgb16};
 use raycam_scene::ViewTransform;
 use raycam_scene::color::srgb_from_linear;
 
-/// The curve of IEC 61966-2-1, quantised to `top` steps.
+/// Encodes a value by the sRGB curve (IEC 61966-2-1), in steps from 0 to `top`.
 fn steps(v: f32, top: f32) -> u32 {
     (srgb_from_linear(v).clamp(0.0, 1.0) * top).round() as u32
 }

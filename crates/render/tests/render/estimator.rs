@@ -67,7 +67,7 @@ fn reported_error_equals_the_true_error() {
 
 #[test]
 fn reported_error_is_the_standard_error_of_the_mean() {
-    // The edge of an unlit plane: a part of each pixel is white, and nothing else is random.
+    // The image shows the edge of an unlit plane: only the white fraction of each pixel depends on random numbers.
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 70.0, [48, 32]);
     let flat = |samples| Settings { integrator: Integrator::Flat, ..settings(samples) };
     for samples in [16, 50, 256] {

@@ -139,7 +139,7 @@ fn rendering_reports_progress_and_stops_on_cancellation() {
     assert_eq!(stopped.unwrap_err(), RenderError::Cancelled);
     let stopped = PreparedWorld::new(&still_life(), None, None, &control);
     assert_eq!(stopped.unwrap_err(), RenderError::Cancelled);
-    // While rendering: the work takes far longer than the wait.
+    // Cancellation during a render that would take far longer than the test waits.
     let control = Control::new();
     let settings = Settings { samples: 1 << 20, ..settings };
     std::thread::scope(|scope| {

@@ -67,7 +67,7 @@ fn gap_guiding_keeps_the_light_and_reduces_noise() {
     });
     let all = || guided.iter().chain(&plain);
     let means: Vec<f32> = (0..plain[0].len()).map(|i| all().map(|one| one[i]).sum::<f32>() / 32.0).collect();
-    // The test uses the mean of all pixels, because some pixels show the bright room.
+    // Each pixel is divided by its mean over all images, because some pixels show the bright room.
     let light = |all: &[Vec<f32>]| -> f64 {
         all.iter().flat_map(|one| one.iter().zip(&means)).map(|(x, m)| f64::from(x / m)).sum()
     };

@@ -79,7 +79,7 @@ fn sun_penumbra_equals_the_visible_fraction_of_the_disk() {
     let sun =
         Light::Sun { direction: [0.0, 0.0, -1.0], irradiance: [std::f32::consts::PI; 3], angular_diameter: DIAMETER };
     world.add_light(sun).unwrap();
-    // A screen that covers x > 0.
+    // A screen covers all points with x > 0.
     let screen = primitive::plane([40.0, 40.0]).unwrap();
     let place = DAffine3::from_translation(DVec3::new(20.0, 0.0, HEIGHT));
     add(&mut world, screen, material([0.0; 3], 0.0, 0.0, 1.0), place);
@@ -108,7 +108,7 @@ fn sun_penumbra_equals_the_visible_fraction_of_the_disk() {
 fn daylight_comes_from_the_given_direction() {
     let mut world = plane(4.0, 1.0);
     world.add_light(Light::Preetham { direction: [-1.0, 0.0, -1.0], turbidity: 3.0, scale: 1.0 }).unwrap();
-    // A wall towards the sun shades the floor behind it, but not the floor in front of it.
+    // A wall shades the floor on the side that faces away from the sun, but not on the other side.
     let wall = primitive::box_([0.1, 4.0, 1.0]).unwrap();
     let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, 0.5));
     add(&mut world, wall, material([0.0; 3], 0.0, 0.0, 1.0), place);

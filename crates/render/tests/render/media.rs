@@ -67,8 +67,8 @@ fn transmittance(degrees: f64, indices: &[f64]) -> f64 {
 #[test]
 fn stacked_layers_transmit_by_fresnel() {
     let stack = [1.0, GLASS, WATER, GLASS, 1.0];
-    // Water that overlaps its glass; water in a cavity that is missing in the glass mesh; and the second case with
-    // glass of higher priority, which replaces all the water.
+    // Three cases: water that overlaps its glass; water in a cavity that is missing in the glass mesh; and the second
+    // case with glass of higher priority, which replaces all water.
     let held = |world: &mut World| {
         slab(world, clear(GLASS, 1), 0.0, 1.0);
         slab(world, clear(WATER, 0), 0.7, 2.2);
@@ -209,7 +209,8 @@ fn lights_blocked_by_objects_are_rarely_sampled() {
 
 #[test]
 fn partly_inverted_bodies_are_lit_like_open_meshes() {
-    // A ball that is inside out, and a larger ball that is not and is out of view: together their volume is positive.
+    // The mesh consists of a ball that is inside out and a larger, correctly oriented ball outside the image. The total
+    // volume is positive.
     let mesh = || {
         let mut mesh = primitive::sphere(1.0, 3).unwrap();
         mesh.triangles.iter_mut().for_each(|triangle| triangle.reverse());

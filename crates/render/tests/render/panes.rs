@@ -60,7 +60,7 @@ fn sun_and_bulb_shine_through_panes() {
         (vec![window()], 1.0 - schlick),
     ];
     for (panes, transmittance) in cases {
-        // Only two segments: light that the floor reflects up to the panes would need more.
+        // With two segments, light that the floor reflects up to the panes does not count.
         let found = radiance(&floor_under(&panes, sun.clone()), Integrator::Path, Some(2), 16);
         let expected = 3.0 * 0.8 * transmittance / std::f64::consts::PI;
         assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
@@ -89,7 +89,7 @@ fn light_samples_and_bsdf_samples_agree_behind_panes() {
         let expected = open * pane_transmittance(1.0).powi(panes.len() as i32);
         assert!((found / expected - 1.0).abs() < 4e-3, "{} {found} {expected}", panes.len());
     }
-    // A lamp in front of the pane counts once.
+    // The light of a lamp in front of the pane is counted only once.
     let mut world = floor_under(&[], lamp(true));
     let height = DAffine3::from_translation(DVec3::new(0.0, 0.0, 8.0));
     add(&mut world, primitive::plane([40.0, 40.0]).unwrap(), glass(true), height);

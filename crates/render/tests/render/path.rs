@@ -25,7 +25,7 @@ fn close(found: f64, expected: f64, relative: f64) {
 /// A closed sphere, seen from inside, that emits everywhere and reflects a fraction of the light.
 fn glowing_sphere(albedo: [f32; 3]) -> World {
     let mut world = World::default();
-    // Flat normals: tilted ones would send some light into the wall.
+    // The normals are flat, because interpolated normals would send some light into the wall.
     let mesh = flat(primitive::sphere(1.0, 0).unwrap().into());
     let mut matter = material(albedo, 1.0, 0.0, 1.0);
     matter.emission = [0.5; 3].into();
@@ -83,7 +83,8 @@ fn direct_equals_path_with_one_bounce() {
 fn last_segments_find_the_same_light_as_shadow_rays() {
     let camera = look_at(DVec3::new(4.0, -6.0, 3.0), DVec3::new(0.0, 0.0, 0.7), 40.0, [48, 32]);
     let whole = still_life();
-    // A transparent material that no object uses makes the tracer keep the hits of last segments.
+    // A transparent material, although no object uses it, makes the tracer find the hits of last segments instead of
+    // testing only occlusion.
     let mut seen_through = still_life();
     let glass = Material { alpha: Alpha::Blend, ..Material::default() };
     seen_through.add_material(glass).unwrap();
@@ -220,7 +221,8 @@ fn clamped_samples_are_counted() {
 
 #[test]
 fn ambient_occlusion_equals_the_form_factor() {
-    // A corner of two planes: close to the edge, each hides half of the other's sky; far away, nothing is hidden.
+    // Two planes form a corner. At points close to the edge, each plane hides half of the sky above the other; far
+    // away, nothing is hidden.
     let mut world = plane(2000.0, 0.5);
     let camera = look_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 0.01, [1, 1]);
     let ao = |world: &World, distance| {
@@ -232,13 +234,14 @@ fn ambient_occlusion_equals_the_form_factor() {
     let mesh = primitive::plane([2000.0, 2000.0]).unwrap();
     add(&mut world, mesh, Material::default(), ceiling);
     assert!(ao(&world, None) < 1e-3);
-    // Within 10 of a point that is 5 below a ceiling: directions within 60 degrees of the normal.
+    // The point is 5 below a ceiling. With a limit of 10, the ceiling occludes the directions within 60 degrees of the
+    // normal.
     close(ao(&world, Some(10.0)), 0.25, 0.01);
 }
 
 #[test]
 fn every_light_reaches_visible_surfaces() {
-    // Lights without a size, and no more of them than are sampled at once, so that nothing is left to chance.
+    // The lights have no size, and all of them are sampled at each point, so that nothing depends on random numbers.
     let mut world = plane(10.0, 0.5);
     for i in 0..4 {
         let light = Light::Point {

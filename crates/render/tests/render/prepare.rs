@@ -112,7 +112,7 @@ fn lights_are_prepared_on_demand_and_shared_by_derived_worlds() {
     let control = Control::new();
     let second = PreparedWorld::new(&moved, Some(&first), None, &control).unwrap();
     picture(&second, vec![Channel::Color]);
-    // Equal lights and equal origin: prepared once.
+    // The lights and the origin are equal, so the lights are prepared only once.
     assert!(second.has_lighting() && first.has_lighting());
     moved.lights.pop();
     let third = PreparedWorld::new(&moved, Some(&second), None, &control).unwrap();

@@ -87,7 +87,7 @@ fn surfaces_do_not_shade_themselves() {
                         hit && pure && cosine > 0.1 && (color - expected).abs() > tolerance * expected
                     };
                     let wrong = (0..96 * 72).filter(|&i| wrong(i)).count();
-                    // With several samples, a pixel may show two facets of one object.
+                    // With several samples, the samples of a pixel may hit different facets of an object.
                     let allowed = if samples == 1 { 0 } else { 60 };
                     assert!(
                         wrong <= allowed,

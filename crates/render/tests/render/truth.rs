@@ -19,7 +19,7 @@ fn settings() -> Settings {
 fn plane_depth_matches_the_closed_form() {
     let world = plane(40.0, 1.0);
     for pixel_center in [PixelCenter::Integer, PixelCenter::Half] {
-        // Unequal focal lengths, skew, and a principal point off the middle.
+        // The camera has unequal focal lengths, skew, and a principal point that is not in the middle.
         let k = DMat3::from_cols(DVec3::new(90.0, 0.0, 0.0), DVec3::new(3.0, 70.0, 0.0), DVec3::new(20.0, 50.0, 1.0));
         let eye = DVec3::new(0.3, -2.0, 3.0);
         let camera = Camera::look_at(eye, DVec3::ZERO, DVec3::Z, k, [64, 48], pixel_center).unwrap();
@@ -27,7 +27,7 @@ fn plane_depth_matches_the_closed_form() {
         for i in 0..64 * 48 {
             let pixel = camera.pixel_center_of(i as u32 % 64, i as u32 / 64);
             let ray = camera.r().transpose() * (k.inverse() * pixel.extend(1.0));
-            // The ray has depth 1 per unit, and the plane is z = 0.
+            // The ray's direction vector has the depth 1, and the plane is z = 0.
             let depth = -eye.z / ray.z;
             let position = eye + depth * ray;
             if position.truncate().abs().max_element() > 19.9 || depth < 0.0 {
@@ -128,14 +128,14 @@ fn coverage_equals_the_visible_fraction_of_the_object() {
         add(&mut world, mesh, material([1.0; 3], 1.0, 0.0, 1.0), DAffine3::IDENTITY);
         world
     };
-    // One pixel per unit, straight down: pixel (u, v) sees (u - 16, 16 - v).
+    // The camera looks straight down with one pixel per unit: pixel (u, v) shows the point (u - 16, 16 - v).
     let k = DMat3::from_cols(DVec3::X * 10.0, DVec3::Y * 10.0, DVec3::new(16.0, 16.0, 1.0));
     let r = DMat3::from_cols(DVec3::X, -DVec3::Y, -DVec3::Z);
     let camera = Camera::new(k, r, DVec3::Z * 10.0, [33, 33], PixelCenter::Integer).unwrap();
     let settings = |filter| Settings {
         samples: 256,
         filter,
-        // Requesting the error as well would spread the samples over independent sequences.
+        // The channel `error` is not requested, because it would distribute the samples over independent sequences.
         channels: vec![Channel::Color, Channel::Instance, Channel::Coverage],
         ..settings()
     };
@@ -166,7 +166,7 @@ fn coverage_equals_the_visible_fraction_of_the_object() {
     assert!(mixed(&wide) > mixed(&frame) * 3 / 2);
     let mean = |frame| f32s(frame, Channel::Color).iter().map(|c| f64::from(*c)).sum::<f64>();
     assert!((mean(&wide) / mean(&frame) - 1.0).abs() < 0.005);
-    // A single sample is the pixel's centre, so nothing is mixed.
+    // A single sample is at the pixel's centre, so no colours are mixed.
     let one = render(&world, &camera, &Settings { samples: 1, ..settings(Filter::BlackmanHarris) });
     assert!(f32s(&one, Channel::Coverage).iter().all(|c| *c == 1.0));
     assert!(f32s(&one, Channel::Color).iter().all(|c| *c == 0.0 || *c == 1.0));
@@ -177,7 +177,8 @@ fn coverage_equals_the_visible_fraction_of_the_object() {
 fn placed_and_flattened() -> (World, World) {
     let (mut placed, mut flattened) = (World::default(), World::default());
     let mut mesh = primitive::torus(1.0, 0.4, 24).unwrap();
-    // Shading normals would be transformed with the placement, but not with the vertices.
+    // The mesh has no vertex normals, because only the placement would transform them, but not the change of the
+    // vertices.
     mesh.normals = None;
     let shared = placed.add_mesh(mesh.clone());
     let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.8, 1.0, 0.0), DVec3::new(0.0, 0.5, 0.6));
@@ -373,7 +374,7 @@ fn flat_colours_are_exact_products() {
     let found = f32s(&frame, Channel::Color).chunks(3);
     let found: Vec<[u8; 3]> = found.map(|c| raycam_scene::color::srgb8_from_linear([c[0], c[1], c[2]])).collect();
     assert_eq!(found, texels);
-    // The object, the triangle and the corners each have a colour.
+    // The object, its triangles and its vertices all have colours.
     let mut mesh = primitive::plane([4.0, 2.0]).unwrap();
     mesh.face_colors = Some(vec![[0.5, 1.0, 0.25]; mesh.triangles.len()]);
     let corner = |v: &DVec3| [((v.x + 2.0) / 4.0) as f32, 1.0, 0.5];

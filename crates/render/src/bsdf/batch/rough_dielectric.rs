@@ -49,7 +49,8 @@ pub(crate) struct RoughDielectricView {
     compensation: Vec3xN<f32, LANES>,
     view_loss: Vec3xN<f32, LANES>,
     mean_loss: Vec3xN<f32, LANES>,
-    /// Probabilities of one microfacet, and of the multi-scatter lobes on the viewer's side and on the far side.
+    /// Probabilities of sampling a single scattering, the multi-scatter lobe on the viewer's side, and the
+    /// multi-scatter lobe on the far side.
     lobe_probabilities: [[f32; LANES]; 3],
 }
 
@@ -329,7 +330,7 @@ impl BatchModel for RoughDielectricModel {
             let rest = if choice < single {
                 choice
             } else {
-                // Rounding errors may lead past the last lobe.
+                // The last lobe is also used if rounding errors lead past it.
                 third - down
             };
             let refracted = Vec3::ONE - lane_vec3(&base_reflectance, lane);

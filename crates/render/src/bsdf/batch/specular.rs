@@ -21,7 +21,7 @@ pub(crate) struct SpecularModel {
     is_conductor: [bool; LANES],
     uses_schlick: [bool; LANES],
     is_thin: [bool; LANES],
-    /// True if any lane uses this reflectance formula.
+    /// True if any lane uses the reflectance formula of a conductor, of a dielectric, or of Schlick.
     any_conductor: bool,
     any_dielectric: bool,
     any_schlick: bool,

@@ -38,7 +38,7 @@ fn randoms(first: usize, step: usize) -> [f32; LANES] {
     std::array::from_fn(|lane| unit(first + step * lane).x.abs())
 }
 
-/// Hits of rays along [`unit`] of `first` and the following indices.
+/// Hits of one ray per lane; lane i has the direction [`unit`] of `first + i`.
 struct Hits {
     hits: [Hit; LANES],
     directions: [Vec3; LANES],
@@ -157,7 +157,7 @@ fn specular_lanes_equal_scalar_evaluation() {
     };
     let world =
         world(&[glass(false), glass(true), metal("gold", 0.0), metal("silver", 0.0), principled(0.0), principled(1.0)]);
-    // Only glass, only metal, only glTF's glass, and all of them.
+    // Groups of lanes with only glass, only metal, only glTF's glass, and all of these materials.
     let object = |i: usize| match i / LANES % 4 {
         kind @ 0..3 => 2 * kind + i % 2,
         _ => i * 7 / 3 % 6,
@@ -199,7 +199,7 @@ fn specular_lanes_equal_scalar_evaluation() {
             let batched = batch.samples.get(lane);
             let other = SpecularModel::transmitted_sample(&batch.view, lane);
             if may_split(lane) && is_transmissive {
-                // Another test compares the weights.
+                // Only directions and origins are compared; the weights of split paths are compared in another test.
                 let ray = |(sample, origin): (BsdfSample, Vec3)| (sample.wi, origin);
                 if let Some(other) = other {
                     assert_eq!(ray(other), ray(sample(FORCE_TRANSMISSION).unwrap()));
@@ -247,7 +247,7 @@ fn glossy_lanes_equal_scalar_evaluation() {
         layered([0.5, 0.2], [0.3, 0.6, 0.2]),
         layered([0.0, 0.0], [0.9; 3]),
     ]);
-    // Cases with only principled materials, only metals, only clearcoats, and all materials.
+    // Groups of lanes with only principled materials, only metals, only clear coats, and all of these materials.
     let counts = compare::<GlossyModel>(&world, |i| match i / LANES % 4 {
         0 => i % 3,
         1 => 3 + i % 2,

@@ -49,7 +49,8 @@ const AROUND: usize = 16;
 const FINE: usize = 14;
 const SAMPLES: usize = 1 << 20;
 
-/// Deviations of a material's samples from its density.
+/// Compares a material's samples with its density by a chi-squared test; returns a description of the deviation, if
+/// any.
 fn check(
     name: &str,
     scatter: &Bsdf,
@@ -116,7 +117,8 @@ fn check(
     (chi2 >= limit).then(|| format!("{name}: chi squared {chi2} > {limit} of {freedom} cells"))
 }
 
-/// Centre of a refracting lobe, or the opposite direction.
+/// Direction of smooth refraction, which is the centre of a refracting lobe; without refraction, the opposite direction
+/// of `wo`.
 fn refracted(name: &str, frame: &ShadingFrame) -> Vec3 {
     let eta = match name.split(' ').collect::<Vec<_>>()[..] {
         ["glass", _, "false", "true"] | ["solid", _, "true"] => 1.5,

@@ -29,8 +29,8 @@ fn ball() -> PreparedWorld {
     PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
 }
 
-/// Hits of a ball by rays along [`unit`] of `first` and the following indices, and their diffuse batch, in which every
-/// second lane is guided.
+/// Hits of a ball by one ray per lane (lane i has the direction [`unit`] of `first + i`), and the diffuse batch of
+/// these hits, in which every second lane is guided.
 pub(crate) fn diffuse_lanes(first: usize) -> (SurfaceInteractions<LANES>, BsdfBatch<DiffuseModel>) {
     let world = ball();
     let mut interactions = SurfaceInteractions::<LANES>::default();

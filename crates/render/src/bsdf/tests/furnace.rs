@@ -28,7 +28,7 @@ fn white_furnace_losses_match_the_documented_bounds() {
             let scatter = make(&frame);
             let off = |found: Vec3| (found - Vec3::ONE).abs().max_element();
             let mut found = furnace(&scatter, &frame, 1 << 17);
-            // Larger numbers of samples are tried if smaller numbers are not sufficient.
+            // More samples are used only if the deviation exceeds the tolerance.
             for samples in [1 << 19, 1 << 21] {
                 if off(found) > 8e-4 {
                     found = furnace(&scatter, &frame, samples);

@@ -24,7 +24,7 @@ pub(crate) struct DirectLightingBatch {
     pub light_choices: Vec<[f32; 2]>,
     pub samples: [LightLiSamples<LANES>; MAX_SPLIT_SAMPLES],
     shadow_rays: [ShadowRayLanes; MAX_SPLIT_SAMPLES],
-    /// Importances in the trees over lights without a mesh and over emissive triangles.
+    /// Importances of the nodes of two light trees: over lights without a mesh, and over emissive triangles.
     importances: [NodeImportances; 2],
     /// Number of entries of `shadow_rays` in use.
     count: usize,
@@ -82,7 +82,7 @@ impl DirectLightingBatch {
         }
         self.count = 0;
         for i in tracer.light_sample_indices() {
-            // Indices that are skipped have no samples.
+            // Indices before `i` that were skipped have no samples.
             for shadow_rays in &mut self.shadow_rays[self.count..i] {
                 shadow_rays.is_active = [false; LANES];
             }

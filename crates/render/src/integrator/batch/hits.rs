@@ -40,7 +40,7 @@ pub(crate) struct HitBatch {
     bsdf_randoms: Vec<[f32; 2]>,
     pub interactions: SurfaceInteractions<LANES>,
     pub path_lanes: PathLanes,
-    /// True if the surface's opacity lets the ray pass.
+    /// True if the ray passes the surface because of its opacity.
     pub alpha_rejected: [bool; LANES],
     pub bsdf: BatchBsdf,
     /// Media behind the surfaces of transmissive batched BSDFs.

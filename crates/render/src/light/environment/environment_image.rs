@@ -63,7 +63,7 @@ impl EnvironmentImage {
         mix(above, below, down).truncate().max(Vec3::ZERO) * self.scale
     }
 
-    /// Texel indices, row by row.
+    /// Indices of a lane's four texels, row by row.
     #[inline]
     fn indices<const N: usize>(&self, taps: &BilinearTaps<N>, lane: usize) -> [[usize; 2]; 2] {
         let width = self.image.size[0] as usize;

@@ -19,7 +19,7 @@ fn irradiance_of_a_sun_does_not_depend_on_its_diameter() {
     let radiance = 3.0 / (PI * a.sin().powi(2));
     let found = irradiance(&source(sun([1.0, 0.0, 0.0], 60.0)), &AT_ORIGIN, 1 << 14);
     close(found, radiance * (a - a.sin() * a.cos()), 1e-3);
-    // The disk is visible, and the sky outside it is black.
+    // Within its disk the sun is visible; outside the disk the sky is black.
     let sky = lights(&[sun([0.0, 0.0, -1.0], 2.0)]);
     let at = |degrees: f64| {
         sky.escaped_radiance(DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()).as_vec3(), None)
@@ -200,8 +200,8 @@ fn environment_yaw_turns_like_camera_yaw() {
             let seen = |direction: DVec3| f64::from(lights.escaped_radiance(direction.normalize().as_vec3(), None).x);
             let left = axis.cross(ahead);
             let middle = if yaw == 0.0 { ahead } else { left };
-            // The middle is between texels 31 and 32 and between rows 15 and 16. To the right x increases, upwards y
-            // decreases.
+            // The image's middle is between texels 31 and 32 and between rows 15 and 16. The value increases to the
+            // right in the image, and decreases upwards.
             close(seen(middle), 31.5 + 1550.0, 1e-6);
             let right = middle.cross(axis);
             close(seen(right), 47.5 + 1550.0, 1e-6);

@@ -40,7 +40,8 @@ fn cap(axis: DVec3, low: f64) -> Chart {
     }
 }
 
-/// Parallelogram at `corner` with the edges u and v; if `round`, the disk around `corner` with the half axes u and v.
+/// Chart of the directions to a parallelogram at `corner` with the edges u and v; if `round`, to the disk around
+/// `corner` with the half axes u and v.
 fn sheet(corner: DVec3, u: DVec3, v: DVec3, round: bool) -> Chart {
     let normal = u.cross(v);
     let place = move |p: DVec2| {

@@ -92,7 +92,8 @@ fn check_probabilities(lights: &[LightBounds], from: &LightSampleContext) {
     let sum: f64 = stated.iter().sum();
     assert!(sum > 0.8 && sum < 1.0 + 1e-5, "{sum}");
     assert_eq!(stated[7], 0.0, "a light of power 0 must never be chosen");
-    // Evenly spaced numbers: a light's count is off by at most one draw per end of its intervals.
+    // The numbers are evenly spaced. The count of a light is off by at most one draw at each end of the intervals that
+    // select it.
     let (mut found, mut lost) = (vec![0.0; count], 0.0);
     for n in 0..DRAWS {
         let number = (f64::from(n) + 0.5) / f64::from(DRAWS);
@@ -118,7 +119,7 @@ fn light_choice_is_unbiased() {
     let lights = lights(&many);
     let nothing = PreparedWorld::new(&raycam_scene::World::default(), None, None, &crate::Control::new()).unwrap();
     let from = LightSampleContext { position: DVec3::new(0.3, -0.2, 0.0), normal: Vec3::Z };
-    // Cases with each light alone, and with all lights for both kinds of selection.
+    // The sum of the lights alone must equal the light of all lights, for both kinds of selection.
     let alone: f64 = many.iter().map(|light| irradiance(&source(light.clone()), &from, 1 << 10)).sum();
     for choice in [LightSampling::Importance, LightSampling::Uniform] {
         let one = |n: u32| {
@@ -131,7 +132,7 @@ fn light_choice_is_unbiased() {
         let found = (0..SAMPLES).filter_map(one).sum::<f64>() / f64::from(SAMPLES);
         close(found, alone, 1e-2);
     }
-    // Split sampling.
+    // The same for split sampling.
     let mut found = 0.0;
     for n in 0..SAMPLES / 8 {
         let [which, _] = random(n + 7_000_000);

@@ -7,7 +7,7 @@ use crate::light::bounds::LightBounds;
 use crate::light::tree::node::{Child, LightTreeNode};
 use crate::soa::LANES;
 
-/// The lights that will belong to one child: end index and approximate cost.
+/// Group of lights that becomes one child of a node: the end of its index range, and its approximate cost.
 struct ChildGroup {
     end: usize,
     cost: f32,
@@ -76,7 +76,8 @@ fn subsample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
     group.iter().copied().step_by((group.len() / MAX_SAMPLED_LIGHTS) | 1)
 }
 
-/// Sorts a group along its longest axis; one child per light. Returns the ends.
+/// Sorts the lights of a group along the group's longest axis, and makes each light a child. Returns the ends of the
+/// children's ranges.
 fn split_all(lights: &[LightBounds], group: &mut [u32]) -> Vec<usize> {
     let center = |i: u32| lights[i as usize].center();
     let (low, high) = position_bounds(group.iter().map(|&i| center(i)));
@@ -85,8 +86,8 @@ fn split_all(lights: &[LightBounds], group: &mut [u32]) -> Vec<usize> {
     (1..=group.len()).collect()
 }
 
-/// Splits the most expensive group until the node is full; without `planes`, groups are split by count. Returns the
-/// ends.
+/// Repeatedly splits the most expensive group of a node until the node is full. Without `planes`, groups are split by
+/// count. Returns the ends of the groups' ranges.
 fn split_groups(lights: &[LightBounds], group: &mut [u32], planes: bool) -> Vec<usize> {
     let part = |group: &[u32], end: usize| {
         let some = subsample(group);
@@ -146,9 +147,9 @@ fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
             let bin = &mut bins[bin(i, axis)];
             *bin = bin.union(&lights[i as usize]);
         }
-        // Thin boxes are cheap to split only along their length.
+        // The cost of a split across a thin side is increased, so that thin boxes are split along their length.
         let stretch = size.max_element() / size[axis];
-        // Bounds behind each plane.
+        // For each plane, the bounds of all lights behind it.
         let mut behind = bins;
         for plane in (1..BINS - 1).rev() {
             behind[plane] = behind[plane].union(&behind[plane + 1]);

@@ -25,7 +25,7 @@ pub(crate) struct LightTree {
     parents: Vec<Option<ParentLink>>,
     /// Lights in the order of the leaves.
     powers: PowerTable,
-    /// Bounds of all lights.
+    /// Common bounds of all lights; `None` for a tree without lights.
     bounds: Option<PreparedLightBounds>,
     /// Number of lights with power.
     count: usize,
