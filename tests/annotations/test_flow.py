@@ -177,7 +177,7 @@ def test_flow_follows_skins_and_morph_targets(tmp_path: Path) -> None:
     np.testing.assert_allclose(there["depth"][y, x][same], found["depth"][seen][clear][same], rtol=0.01)
 
 
-def test_flow_of_a_bending_plate_there_and_back_cancels(tmp_path: Path) -> None:
+def test_flow_of_a_bending_plate_and_its_flow_back_sum_to_zero(tmp_path: Path) -> None:
     world = bending_plate(tmp_path)
     first, later = world.at(0.2), world.at(0.7)
     camera = raycam.Camera.look_at([1, 2, 6], [0.2, 1, 0], [0, 1, 0], size=SIZE, fov=30)

@@ -210,7 +210,7 @@ def test_keypoints_at_pixel_centres_of_a_rolling_shutter_image_are_visible(
         assert found.on_surface.mean() > 0.999
 
 
-def test_barycentric_keypoints_are_placed_and_invalid_ones_are_refused(tmp_path: Path) -> None:
+def test_barycentric_keypoints_are_placed_and_invalid_keypoints_are_refused(tmp_path: Path) -> None:
     world = crates()
     corners = world.triangles(1)
     found = keypoints(world, cameras()["lens"], [[0.2, 0.3, 0.5]], [1], triangles=[4])

@@ -358,7 +358,7 @@ def test_mirrored_pose_shows_front_faces(mirror: list[int]) -> None:
     np.testing.assert_array_equal(pictures[1][0], pictures[0][0])
 
 
-def test_each_instance_of_a_mesh_is_looked_up_once_for_two_images(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_second_image_looks_up_each_instance_of_a_mesh_only_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rendering a second image looks up each instance only once."""
     from raycam.compat.pyrender.picture import instances
 

@@ -184,7 +184,7 @@ def test_x_prime_behind_the_camera_and_at_infinity_is_explained():
     assert "inside, and the closest" in text
 
 
-def test_negative_p_has_the_same_ray():
+def test_camera_matrix_with_a_negative_factor_has_the_same_ray():
     P = box_camera().P
     e, negative = (
         explain(box_world(), raycam.Camera.from_matrix(sign * P, (80, 60)), (40, 30)) for sign in (1, -3)

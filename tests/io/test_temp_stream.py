@@ -73,7 +73,7 @@ def run(folder: Path, one: JobPackage, pool: Any) -> Job:
     return job
 
 
-def test_bytes_are_restored_and_no_file_is_visible(tmp_path: Path) -> None:
+def test_stream_restores_its_bytes_and_creates_no_visible_file(tmp_path: Path) -> None:
     kept = TempStream(str(tmp_path), [b"ab", memoryview(b"cde")])
     kept.add(bytes(3 << 20))
     assert not list(tmp_path.iterdir())

@@ -93,13 +93,13 @@ def test_scanner_that_looks_down_measures_the_height() -> None:
         ("survey", {"pulse_rate": 1e5, "elevations": (0, 1, 0), "azimuths": (0, 1, 1)}, "out_of_range"),
     ],
 )
-def test_impossible_mirrors_are_errors(kind: str, numbers: dict[str, object], code: str | None) -> None:
+def test_impossible_mirrors_are_refused(kind: str, numbers: dict[str, object], code: str | None) -> None:
     with pytest.raises(raycam.LidarError) as caught:
         raycam.Lidar.with_mirror(kind, **numbers)
     assert code in (None, caught.value.code)
 
 
-def test_survey_with_too_many_pulses_is_a_memory_error() -> None:
+def test_survey_with_too_many_pulses_raises_a_memory_error() -> None:
     with pytest.raises(MemoryError):
         raycam.Lidar.with_mirror(
             "survey", pulse_rate=1e6, elevations=(-40, 60, 0.001), azimuths=(0, 360, 0.001)

@@ -11,7 +11,7 @@ import raycam
 from raycam.lidar.surfaces import SurfaceTable, conductor_reflectance, dielectric_reflectance, read_surface
 
 
-def test_dielectric_reflectance_at_normal_incidence_brewster_and_total_reflection() -> None:
+def test_dielectric_reflectance_at_special_angles_equals_the_fresnel_equations() -> None:
     one = np.ones(1)
     assert dielectric_reflectance(one, one / 1.5)[0] == pytest.approx(0.04)
     brewster = math.cos(math.atan(1.5))

@@ -74,7 +74,7 @@ def test_gains_equal_the_least_squares_solution_with_all_unknowns() -> None:
 
 
 @pytest.mark.parametrize("color", [0.999, 0.0001])
-def test_photographs_without_overlap_and_clipped_ones_have_the_gain_1(color: float) -> None:
+def test_photographs_without_overlap_and_clipped_photographs_have_the_gain_1(color: float) -> None:
     point, camera = np.array([0, 0, 1]), np.array([0, 1, 2])
     colors = np.full((3, 3), color)
     assert (estimate_gains(survey(point, camera, colors, 2, 3)) == 1).all()

@@ -64,7 +64,7 @@ def test_objects_that_barely_fit_are_not_too_large(size: Any, count: int) -> Non
         sampler._surface_of.append("ground")
 
 
-def test_measures_of_outlines_equal_closed_forms() -> None:
+def test_diameter_width_and_area_of_outlines_equal_closed_forms() -> None:
     angle = np.arange(64) * 2 * np.pi / 64
     circle = placement.outline(np.column_stack([3 * np.cos(angle), 3 * np.sin(angle)]))
     assert placement._diameter(circle) == pytest.approx(6)

@@ -37,7 +37,7 @@ def handle(session: Session) -> list[list[list[float]]]:
     return lines
 
 
-def test_circle_surrounds_the_floor_below_the_light(lit_world: raycam.World) -> None:
+def test_circle_is_centred_at_the_floor_point_below_the_light(lit_world: raycam.World) -> None:
     session = Session(Edits(lit_world), lit_world.camera("front"))
     session.receive(messages.SelectLight(1))
     circle = np.concatenate([np.array(each) for each in handle(session)])

@@ -111,7 +111,7 @@ def test_handles_are_near_the_object(tool: str, lens: str) -> None:
         assert np.linalg.norm(points - center, axis=1).max() < 1.6 * gizmo.LENGTH
 
 
-def test_drags_of_zero_length_change_nothing() -> None:
+def test_drag_of_zero_length_does_not_change_the_object() -> None:
     world, camera = world_and_camera("pinhole")
     matrix = np.array(world.objects[0].matrix)
     for tool in gizmo.TOOLS:

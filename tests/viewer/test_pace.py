@@ -18,7 +18,7 @@ def test_largest_size_within_the_target_time_is_used(share: float, size: tuple[i
     assert pace.size(STILL) == size
 
 
-def test_first_image_has_half_the_size() -> None:
+def test_first_moving_image_has_half_the_width_and_height_of_still_images() -> None:
     assert Pace().size(STILL) == (320, 240)
     assert Pace().size((1, 1)) == (1, 1)
 
@@ -31,7 +31,7 @@ def test_size_recovers_after_one_slow_image() -> None:
     assert pace.size(STILL) == STILL
 
 
-def test_new_view_begins_with_the_measurements_of_another() -> None:
+def test_new_view_can_start_with_the_measurements_of_another_view() -> None:
     first, second = Pace(), Pace()
     first.measured(STILL, 100 * TARGET)
     second.begin_like(first)

@@ -127,7 +127,7 @@ def is_open(made: socket.socket) -> bool:
         return False
 
 
-def test_excess_connections_are_closed_and_later_ones_answered(
+def test_excess_connections_are_closed_and_later_connections_answered(
     small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(

@@ -115,7 +115,7 @@ def test_new_world_of_a_script_sends_a_welcome_message_with_its_names(session: S
     assert [each["cameras"] for each in said if each["type"] == "welcome"] == [["front", "side"]]
 
 
-def test_animation_starts_with_its_own_pose(tmp_path: Path) -> None:
+def test_selected_animation_is_shown_at_its_initial_pose(tmp_path: Path) -> None:
     document = Document()
     node = document.node(mesh=document.square(pbrMetallicRoughness={}))
     animated(document, "translation", [0, 1], [[5, 0, 0], [6, 0, 0]], node=node)

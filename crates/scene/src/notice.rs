@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn group_keeps_names_with_digits_apart() {
+    fn grouping_does_not_merge_notices_whose_names_differ_in_digits() {
         let notices = ["cam0 is wide", "cam1 is wide", "K is 3.5, not 4", "K is 7, not 9.25"];
         let kept = Notice::group(notices.map(|message| Notice::new(NoticeCode::Implausible, message)));
         assert_eq!(kept.iter().map(Notice::to_string).collect::<Vec<_>>(), notices[..3]);

@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn surfaces_inside_others_penetrate_them() {
+    fn nested_surfaces_penetrate_each_other() {
         let (cube, outer) = (cube(), surface(&primitive::box_([3.0; 3]).unwrap()));
         let inside = cube.at(Pose::identity()).penetration(&outer.at(Pose::identity()));
         assert!((inside - 1.0).abs() < 1e-9, "{inside}");

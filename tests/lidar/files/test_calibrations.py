@@ -229,7 +229,7 @@ def test_declared_sizes_are_checked_before_allocation(tmp_path: Path) -> None:
     assert caught.value.code == "budget_exceeded"
 
 
-def test_missing_file_is_a_file_not_found_error(tmp_path: Path) -> None:
+def test_missing_file_raises_a_file_not_found_error(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         raycam.load_lidar(tmp_path / "none.json")
 

@@ -308,7 +308,7 @@ def test_answers_are_checked_and_mistakes_get_hints(tab: Tab) -> None:
     assert [stored["edges"], stored["normal"]] == [True, True]
 
 
-def test_written_ray_tracer_matches_in_every_byte(tab: Tab) -> None:
+def test_picture_of_the_ray_tracer_from_the_code_cells_equals_raycams_in_every_byte(tab: Tab) -> None:
     kind, text = run_cell(tab, "pointForward", "function pointForward(X, C, v) { return sub(X, C); }")
     assert (kind, "backward" in text) == ("wrong", True)
     kind, text = run_cell(tab, "normal", "function normal(a, b, c) { return cross(sub(b, a), sub(c, a)); }")

@@ -244,7 +244,7 @@ def test_parallel_edges_get_their_hint() -> None:
     assert "parallel to u" in found
 
 
-def test_fixed_answers_are_correct() -> None:
+def test_answers_of_exercises_with_fixed_numbers_are_correct() -> None:
     found = in_page(
         f"const answerOf = (id) => EXERCISES.find((each) => each.id === id).answer(factsOf());"
         f"return {json.dumps(list(FIXED))}.map((id) => [id, answerOf(id)]);"

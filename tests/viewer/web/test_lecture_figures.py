@@ -393,7 +393,7 @@ def test_keys_turn_and_move_the_camera(start: dict[str, Any]) -> None:
     assert found[8]["C"] == found[6]["C"]
 
 
-def test_bent_grid_equals_the_distorted_camera() -> None:
+def test_points_of_the_bent_grid_equal_pixels_of_a_camera_with_distortion() -> None:
     rng = np.random.default_rng(3)
     K = [[280, 5, 150], [0, 310, 125], [0, 0, 1]]
     ways = rng.uniform(-0.7, 0.7, (50, 2))
@@ -407,7 +407,7 @@ def test_bent_grid_equals_the_distorted_camera() -> None:
         np.testing.assert_allclose(found, camera.project(points)[0], atol=1e-9)
 
 
-def test_measured_noise_equals_the_deviation() -> None:
+def test_noise_measured_from_two_pictures_equals_its_formula() -> None:
     page = in_page(
         """const random = randomOf(8), found = [];
         for (let k = 0; k < 1000; k++) {

@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn files_that_became_shorter_are_errors() {
+    fn reading_a_file_that_became_shorter_returns_an_error() {
         let file = File::open(std::env::current_exe().unwrap()).unwrap();
         let (start, length) = (1 << 40, 8);
         let disk = ByteSource::Disk { file: &file, start, length };

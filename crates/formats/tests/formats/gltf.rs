@@ -78,7 +78,7 @@ fn gltf_document_becomes_a_world_with_y_up() {
 }
 
 #[test]
-fn buffers_are_read_from_the_chunk_a_file_or_the_uri() {
+fn buffers_are_read_from_the_glb_chunk_from_files_and_from_data_uris() {
     let corners: Vec<u8> =
         [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
     let expected = world(&triangle()).meshes;

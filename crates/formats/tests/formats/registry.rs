@@ -61,7 +61,7 @@ fn every_format_reports_empty_truncated_and_foreign_files() {
 }
 
 #[test]
-fn missing_files_and_folders_are_io_errors_of_the_right_kind() {
+fn missing_files_and_folders_return_io_errors_of_the_right_kind() {
     for extension in extensions().chain(["png", ""]) {
         let path = folder().join("no").with_extension(extension);
         match load(&path, &Budget::default()).unwrap_err() {

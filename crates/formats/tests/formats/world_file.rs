@@ -94,7 +94,7 @@ fn toml_syntax_errors_contain_their_line() {
 }
 
 #[test]
-fn deep_nesting_is_an_error() {
+fn deep_nesting_returns_an_error_with_its_line() {
     for open in ["[", "{a="] {
         let error = world(&format!("a = {}", open.repeat(100_000))).unwrap_err();
         assert!(error.starts_with("room.toml:1: "), "{error}");

@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn glass_balls_throw_light_behind_themselves() {
+    fn glass_balls_focus_photons_behind_themselves() {
         let world = world(MaterialModel::Glass(Glass::default()), false);
         let away = (MIDDLE - LAMP) / (LAMP.z - MIDDLE.z);
         let focus = MIDDLE + away * MIDDLE.z;
@@ -314,13 +314,13 @@ mod tests {
     }
 
     #[test]
-    fn unlit_objects_throw_no_light() {
+    fn unlit_objects_cast_no_photons() {
         let world = world(gold(), true);
         assert_eq!(thrown_on(&world, DVec3::new(1.0, 0.5, 0.0)).1, 0.0);
     }
 
     #[test]
-    fn only_long_paths_are_guided() {
+    fn guiding_is_learned_only_for_path_tracing_with_at_least_three_segments() {
         let (world, guiding) = (world(gold(), false), LearnedGuiding::default());
         for (integrator, depth) in [(Integrator::Direct, 6), (Integrator::Flat, 6), (Integrator::Path, 2)] {
             guiding.learn(&world.geometry, &world.lighting().lights, &settings(integrator, depth));

@@ -213,7 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn packed_stretches_keep_axis_and_ratio() {
+    fn packing_and_unpacking_a_stretch_keeps_its_axis_and_ratio() {
         assert_eq!(Stretch::new(Vec3::X, 1.0), Stretch::ROUND);
         for axis in [Vec3::X, Vec3::NEG_Y, Vec3::Z, Vec3::new(0.6, -0.48, -0.64), Vec3::new(-0.36, 0.48, 0.8)] {
             for (ratio, expected) in [(1.5, 1.5), (3.0, 3.0), (1e6, 1.0 + 255.0 / 32.0)] {

@@ -350,7 +350,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn grids_start_at_the_right_angle_of_a_triangle() {
+    fn grids_start_at_the_right_angled_corner_of_a_triangle() {
         // The second triangle of a rectangle with 8 x 4 half texels.
         let corners = [[0.0, 0.0], [8.0, 4.0], [0.0, 4.0]].map(Vec2::from);
         for turn in 0..3 {

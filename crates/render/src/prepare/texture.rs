@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn wide_footprints_return_the_mean_and_narrow_ones_a_texel() {
+    fn wide_footprints_return_the_mean_and_narrow_footprints_a_texel() {
         let image = gray([64, 64], |x, y| ((x + y) % 2) as f32);
         let texture = prepared(Arc::new(image));
         let at = [10.5 / 64.0, 20.5 / 64.0];

@@ -148,7 +148,7 @@ fn pixels_dimensions_frames_and_seeds_are_independent() {
 }
 
 #[test]
-fn points_of_the_pixels_of_a_square_form_a_net() {
+fn samples_of_a_square_of_pixels_form_a_digital_net() {
     for (side, corner, bits) in [(2, [0, 0], 10), (2, [70, 202], 10), (4, [8, 60], 8), (8, [72, 24], 8)] {
         for samples in (0..=bits).map(|k| 1 << k) {
             let pixels = (0..side * side).map(|i| [corner[0] + i % side, corner[1] + i / side]);

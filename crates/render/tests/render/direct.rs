@@ -225,7 +225,7 @@ fn disc(radius: f64, height: f64) -> Mesh {
 }
 
 #[test]
-fn sky_is_ambient_light_and_hidden_on_request() {
+fn sky_light_is_reduced_by_ambient_occlusion_within_its_distance() {
     let mut world = plane(4.0, 0.6);
     add(&mut world, disc(1.0, 0.7), material([1.0; 3], 1.0, 0.0, 1.0), DAffine3::IDENTITY);
     for radiance in [[1.5; 3], [0.5; 3]] {

@@ -65,7 +65,7 @@ fn back_faces_of_one_sided_surfaces_are_skipped() {
     let turned = DAffine3::from_rotation_x(std::f64::consts::PI);
     world.objects[0].world_from_mesh *= turned;
     assert!(ids(&world).iter().all(|id| *id == 1));
-    // Mirroring reverses the winding, but the normals determine the front.
+    // Mirroring reverses the winding, which must not exchange front and back.
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     world.objects[0].world_from_mesh *= mirror;
     assert_eq!(ids(&world)[0], 1, "mirroring must not exchange a mesh's front and back");

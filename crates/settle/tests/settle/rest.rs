@@ -41,7 +41,7 @@ fn balls_in_a_bowl_rest_at_the_lowest_point() {
 }
 
 #[test]
-fn rings_fall_over_a_peg() {
+fn ring_dropped_over_a_peg_comes_to_rest_around_it() {
     // The ring's hull would stay on top of the peg.
     let mut world = World::default();
     add(&mut world, "floor", primitive::plane([2.0; 2]).unwrap(), moved(0.0, 0.0, 0.0));
@@ -53,7 +53,7 @@ fn rings_fall_over_a_peg() {
 }
 
 #[test]
-fn flat_objects_are_refused() {
+fn flat_objects_that_should_fall_are_refused() {
     let mut world = World::default();
     let sheet = add(&mut world, "sheet", primitive::plane([1.0; 2]).unwrap(), moved(0.0, 0.0, 1.0));
     let refused = settle(&world, &request(&[sheet]), &|| false).unwrap_err();
@@ -81,7 +81,7 @@ fn numbers_out_of_range_are_refused() {
 }
 
 #[test]
-fn cancelled_settling_ends() {
+fn settling_ends_when_it_is_cancelled() {
     let mut world = World::default();
     let ball = add(&mut world, "ball", primitive::sphere(0.02, 2).unwrap(), moved(0.0, 0.0, 1.0));
     assert_eq!(settle(&world, &request(&[ball]), &|| true).unwrap_err(), SettleError::Cancelled);

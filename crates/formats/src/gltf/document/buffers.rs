@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn percent_signs_are_decoded_in_uris() {
+    fn percent_escapes_in_uris_are_decoded_and_other_percent_signs_kept() {
         for (text, bytes) in [("a%20b", "a b"), ("%2E%2e/", "../"), ("50%", "50%"), ("%4", "%4"), ("%zz", "%zz")] {
             assert_eq!(&*percent_decoded(text), bytes.as_bytes());
         }

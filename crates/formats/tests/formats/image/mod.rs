@@ -298,7 +298,7 @@ fn unsupported_image_formats_are_named() {
 }
 
 #[test]
-fn truncated_images_are_errors() {
+fn truncated_images_return_errors() {
     for case in cases() {
         let whole = read(&case.name, &case.file, ColorUse::Data).unwrap().0;
         for length in 0..case.file.len() {

@@ -94,7 +94,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn damaged_images_are_errors() {
+fn damaged_images_return_errors() {
     for kind in ["png", "jpeg"] {
         for entry in fs::read_dir(data(kind)).unwrap() {
             let path = entry.unwrap().path();
@@ -115,7 +115,7 @@ fn damaged_images_are_errors() {
 }
 
 #[test]
-fn truncated_png_files_are_errors() {
+fn truncated_png_files_return_errors() {
     let pixels: Vec<u8> = (0..3 * 64).map(|i| (i * 37) as u8).collect();
     let png = encode([8, 8], 3, Samples::U8(&pixels)).unwrap();
     let decode = |bytes: &[u8]| decode_texture(bytes.to_vec(), Path::new("a.img"), &Budget::default());

@@ -15,7 +15,7 @@ fn files() -> Vec<(String, Vec<u8>)> {
 }
 
 #[test]
-fn truncated_tiff_files_are_errors_or_complete() {
+fn truncated_tiff_files_return_an_error_or_the_complete_image() {
     for (name, file) in files() {
         let whole = read(&name, &file, ColorUse::Data).unwrap_or_else(|error| panic!("{error}")).0;
         for length in 0..file.len() {
@@ -27,7 +27,7 @@ fn truncated_tiff_files_are_errors_or_complete() {
 }
 
 #[test]
-fn damaged_tiff_files_are_errors_or_images() {
+fn damaged_tiff_files_return_an_error_or_an_image() {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = |below: usize| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

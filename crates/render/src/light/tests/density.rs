@@ -168,7 +168,7 @@ fn light_samples_follow_their_density() {
 }
 
 #[test]
-fn single_environments_are_sampled_like_environments_next_to_a_black_one() {
+fn environments_are_sampled_equally_alone_and_next_to_a_black_environment() {
     let alone = lights(&[hard_environment()]);
     assert!(alone.is_single_infinite(LightSampling::Importance) && !alone.is_single_infinite(LightSampling::Uniform));
     // A second, black environment.
