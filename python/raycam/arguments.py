@@ -362,6 +362,6 @@ def size_of(
         width, height = value
     except (TypeError, ValueError):
         raise error(f"size must be (width, height) in pixels, not {value!r}", code="wrong_type") from None
-    # The core's integer type; the core's own limits are lower, and its messages explain them.
+    # The largest integer that the core accepts. The core's limits for sizes are lower, and the core reports them.
     limit = (1 << 32) - 1
     return whole("width", width, 0, limit, error=error), whole("height", height, 0, limit, error=error)

@@ -68,7 +68,7 @@ def warn(notice: Notice) -> None:
     line = frame.f_lineno
     key, mark = (str(notice), Notice, line), ("raycam", notice.code, cause(str(notice)), line)
     if registry.get(mark):
-        registry[key] = 1  # `warnings` clears both when its filters change
+        registry[key] = 1  # `warnings` clears the registry when its filters change
     warnings.warn_explicit(
         notice,
         Notice,

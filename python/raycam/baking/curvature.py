@@ -33,7 +33,7 @@ def corner_curvatures(corners: Floats) -> Floats:
     obtuse = dots < 0
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        # The edge between corners j and k pulls both of them, by the cotangent of the angle at i.
+        # Both corners of the edge from j to k get its vector times the cotangent of the angle at corner i.
         pull = cotangent[:, i, None] * (corners[:, j] - corners[:, k])
         _add(gradient, vertex[:, j], pull)
         _add(gradient, vertex[:, k], -pull)

@@ -80,7 +80,7 @@ def transfer(
     return SurfacePoints(
         source,
         chosen("position", points.position),
-        chosen("normal", points.normal, -1.0),  # the outward ray hits the backs of faces
+        chosen("normal", points.normal, -1.0),  # the outward ray hits faces from behind
         chosen("shading_normal", points.shading_normal, -1.0),
         chosen("instance", np.full_like(points.instance, -1)),
         chosen("triangle", np.full_like(points.triangle, -1)),

@@ -62,7 +62,7 @@ def find_texels(uvs: npt.NDArray[np.float32], size: tuple[int, int]) -> Texels:
         inside &= signs.any(axis=1)
         place, face, signs = (y * width + x)[inside], face[inside], signs[inside]
         np.add.at(strict, place[(signs != 0).all(axis=1)], 1)
-        # The lowest face wins: assign in descending order.
+        # Faces are assigned in descending order, so that the face with the lowest number remains.
         order = np.argsort(-face, kind="stable")
         place, face = place[order], face[order]
         known = owner[place]
@@ -80,7 +80,7 @@ def _candidates(corners: Floats, size: tuple[int, int]) -> Iterator[tuple[Ints, 
     high = np.clip(np.floor(corners.max(axis=1)), -1, np.array(size) - 1).astype(np.int64)
     extent = np.maximum(high - low + 1, 0)
     faces = np.flatnonzero(extent.all(axis=1))
-    # Pieces are rows of bounding boxes.
+    # Each piece contains some rows of the faces' bounding boxes.
     rows = extent[faces, 1]
     start = 0
     while start < len(faces):

@@ -167,7 +167,7 @@ def _occlusion(
     names, samples, reach, threads = settings.maps, settings.samples, settings.reach, settings.threads
     position, normal, count = points.position, points.normal, len(points.position)
     skip = (points.instance, points.triangle)
-    # A texel on an edge touches the neighbouring face, which is not an occluder.
+    # Rays start at a small distance, because the neighbouring face of a texel on an edge is not an occluder.
     start = RELATIVE_ROUNDING * float(np.abs(position).max(initial=0.0))
     values: dict[str, npt.NDArray[Any]] = {}
     if "ao" in names or "bent_normal" in names:

@@ -156,7 +156,7 @@ class Board:
         turn = np.radians(60 * (number * 0.2360679 % 1.0) - 30)
         board_axes = _facing(ways[0]) @ _about_z(around_z) @ _about_x(tilt) @ _about_z(turn - around_z)
         middle = np.array([self.columns / 2, self.rows / 2, 0.0])
-        # camera_from_world X = board_axes X + (way - board_axes middle)
+        # In camera coordinates, the board's middle is at ways[0] * distance.
         center = middle - board_axes.T @ (ways[0] * distance)
         placed = _placed(camera, board_axes, center)
         pixels, seen = placed.project(self.corners)

@@ -311,10 +311,10 @@ def _ray_difference(true: Camera, k: Floats, lens: Floats, corners: Sequence[Flo
             model=model,
         )
     except CameraError:
-        return float("inf")  # a lens that folds at the image centre
+        return float("inf")  # the lens found by OpenCV is not one-to-one
     ours, theirs = true.rays(grid)[1], found.rays(grid)[1]
     good = np.isfinite(ours[:, 0]) & np.isfinite(theirs[:, 0])
-    # The rotation between two bundles of rays: W. Kabsch 1976.
+    # The rotation that aligns the rays of both cameras best; source: W. Kabsch 1976.
     u, _, vt = np.linalg.svd(theirs[good].T @ ours[good])
     rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
     pixels, _ = found.project(ours[good] @ rotation.T)

@@ -288,7 +288,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog="To start, run `raycam demo DIR`. `raycam COMMAND --help` lists the options of a command.",
     )
     parsers: dict[str, argparse.ArgumentParser] = {}
-    # `demo` runs other commands, and `completion` lists them.
+    # `demo` calls `main` to run other commands, and `completion` lists `commands`.
     parser.set_defaults(main=main, commands=lambda: parsers)
     parser.add_argument("--version", action="version", version=f"raycam {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, dest="command", parser_class=_Parser)

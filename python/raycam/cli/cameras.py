@@ -89,7 +89,7 @@ def _run(options: argparse.Namespace) -> None:
         options.output or f"{Path(file).stem}{'_' if name else ''}{Path(name).name}_{options.to}{ending}"
     )
     if not (name or options.time_offset or has_copies(options)):
-        images, times = {}, {}  # lists of cameras contain images and times themselves
+        images, times = {}, {}  # `cameras` itself contains both
     print_notices(save_cameras(output, cameras, options.to, images=images, times=times))
     loaded = isinstance(cameras, Cameras)
     count = len(cameras) if loaded else sum(len(x) if isinstance(x, Rig) else 1 for x in cameras.values())

@@ -96,7 +96,7 @@ def _bash(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
                 several += [line] if action.nargs == "+" else []
                 yield line
     yield "    esac"
-    # Options with several values: the nearest option before the word counts.
+    # An option may have several values, so the last option before the word determines the suggestions.
     yield '    local option="" i'
     yield "    for ((i = COMP_CWORD - 1; i > 1; i--)); do"
     yield '        case "${COMP_WORDS[i]}" in -*) option="${COMP_WORDS[i]}"; break ;; esac'

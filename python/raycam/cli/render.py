@@ -220,7 +220,7 @@ def _picture(
     from ..render.composition import over, studio_shadow
 
     behind = _background(options)
-    picture_behind(behind, camera, camera.size)  # errors are raised before rendering
+    picture_behind(behind, camera, camera.size)  # raises errors before rendering
     settings = {"view": "standard", **settings}  # the frame's look matches the background's
     clear = one("rendering", names, {**settings, "transparent_background": True})
     bare, _ = apply_look(world, camera, options, dict(settings))

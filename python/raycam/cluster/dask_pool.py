@@ -85,14 +85,14 @@ def _local(address: str, count: int) -> Any:
     # A new process imports the main script first, so code without a guard would run again in each of them.
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise SystemExit(1)
-    # The scheduler of the job counts deaths of workers, frame by frame, so Dask must not.
+    # The job's own scheduler counts the deaths of workers for each frame, so Dask must not count them.
     rules = {
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-ttl": "60s",
         "distributed.worker.preload": ["raycam.cluster.dask_worker"],
     }
     with dask.config.set(rules), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r"\s*Port \d+ is already in use")  # Dask then takes another port
+        warnings.filterwarnings("ignore", r"\s*Port \d+ is already in use")  # Dask then uses another port
         try:
             return distributed.LocalCluster(
                 n_workers=count,

@@ -214,7 +214,7 @@ class _Worker:
 def _worker_error(answer: dict[str, Any]) -> Exception:
     """The exception for an error in the worker."""
     if answer["error"] in (WorkerUnfit.__name__, PackageNotFound.__name__):
-        return PoolLost(answer["text"])  # all workers of this machine are alike
+        return PoolLost(answer["text"])  # other workers on this machine would fail, too
     kind = getattr(errors, answer["error"], None)
     fault: Exception = FrameError(f"{answer['error']}: {answer['text']}")
     if isinstance(kind, type) and issubclass(kind, Error):

@@ -36,7 +36,7 @@ def serve(tasks: IO[bytes], answers: IO[bytes]) -> None:
         return _StreamedFile()
 
     def go_on(done: int, total: int) -> None:
-        if parent_ended():  # the parent was killed: free the cores for whoever resumes the job
+        if parent_ended():  # the parent was killed; a resumed job needs the cores
             raise SystemExit(1)
 
     for line in tasks:

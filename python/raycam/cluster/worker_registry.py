@@ -100,7 +100,7 @@ class WorkerRegistry:
 
     def _send_package_to(self, address: str) -> None:
         with warnings.catch_warnings():
-            # Large graphs are intended, once per worker.
+            # Each worker receives the package once, as part of a task, so this large task is intended.
             warnings.filterwarnings("ignore", "Sending large graph")
             self._start(
                 self._sending, address, lambda _: self._fit.add(address),

@@ -157,7 +157,7 @@ def _choose_facing(
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = normals / np.where(lengths > 0, lengths, 1)
     away = queries - position
-    # No triangle can face its query point by more than a cosine of 1.
+    # A triangle that faces its query point exactly (cosine 1) is the best one, so it is not compared with others.
     facing = np.einsum("ni,ni->n", normals[triangle], away)
     doubtful = np.flatnonzero(facing < distance * (1 - 1e-12))
     query, candidate = _triangles_around(corners, triangle[doubtful])
@@ -178,7 +178,7 @@ def _choose_facing(
     towards, squared = towards[is_tied], squared[is_tied]
     lengths = np.sqrt(np.where(squared > 0, squared, 1))
     facing = np.einsum("ni,ni->n", normals[candidate], towards) / lengths
-    # The largest cosine first; among equal ones, the found triangle first.
+    # The triangle with the largest cosine comes first; of equal cosines, the triangle that was found first.
     is_found = candidate == triangle[query]
     order = np.lexsort((candidate, ~is_found, -np.round(facing, 12), query))
     first = order[np.unique(query[order], return_index=True)[1]]

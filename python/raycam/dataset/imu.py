@@ -101,7 +101,7 @@ def _curvatures(times: Floats, values: Floats) -> Floats:
     high[0] -= low[0] * ratio
     middle[-1] += high[-1] * (1.0 + last)
     low[-1] -= high[-1] * last
-    for i in range(1, len(middle)):  # Thomas's algorithm
+    for i in range(1, len(middle)):  # Thomas algorithm for tridiagonal systems
         factor = low[i] / middle[i - 1]
         middle[i] -= factor * high[i - 1]
         right[i] -= factor * right[i - 1]

@@ -62,7 +62,7 @@ def job_package(format: str, plan: Plan) -> JobPackage:
         return JobPackage("dataset", FORMATS[format].units(plan), settings, _with(plan.world, cameras))
     worlds = 1 + max(shot.world or 0 for shot in plan.shots)
     names = [shot.name for shot in plan.shots if shot.world == 0]
-    # The world of the package holds the lenses; the poses of its own cameras differ from world to world.
+    # The package's world only provides the lenses, because the poses of the cameras differ between worlds.
     lenses = _with(World(plan.world.up), [shot.camera for shot in plan.shots if shot.world == 0])
     if isinstance(recipe, WorldSequence):
         settings |= {"caller_worlds": worlds, "categories": list(recipe.categories.items()), "names": names}

@@ -155,7 +155,7 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
     found = _check_destination(target)
     folder = os.path.dirname(found.path)
     if found.path != target or not found.is_replaceable:
-        scratch = None  # it may be on a different disk from the file
+        scratch = None  # `scratch` may be on another disk
     if scratch is None and found.is_replaceable:
         with with_path(target):
             _remove_stale_temp_files(found.path)

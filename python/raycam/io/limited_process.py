@@ -27,7 +27,7 @@ def apply_rlimits(memory: int, seconds: float, size: int) -> None:
     """
     try:
         import resource
-    except ImportError:  # Windows
+    except ImportError:  # Windows has no such module
         return
     limits = {
         resource.RLIMIT_AS: (memory, memory),

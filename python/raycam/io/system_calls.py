@@ -115,7 +115,7 @@ def parent_watch() -> Callable[[], bool]:
     parent = os.getppid()
     if os.name != "nt":
         return lambda: os.getppid() != parent
-    # The parent's process id never changes on Windows; its handle is signalled when it ends.
+    # On Windows, the parent's process id never changes. Instead, the parent's handle is signalled at its end.
     import ctypes
 
     kernel = ctypes.windll.kernel32  # type: ignore[attr-defined]

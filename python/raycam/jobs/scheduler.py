@@ -204,7 +204,7 @@ class _Scheduler:
         another = self._copies[frame] > 0
         if not another:
             del self._copies[frame]
-        if frame in self._settled:  # the first result counts
+        if frame in self._settled:  # another copy of the frame was finished first
             if not another:
                 self._settled.discard(frame)
             return None

@@ -102,7 +102,7 @@ def render_frame(
     """
     if package is not None:
         cache_package(_read_package(package, "the package sent with the frame", task.job))
-    with collected() as said:  # the process that runs the job warns
+    with collected() as said:  # the process that runs the job issues the notices
         maker = _cached_frame_maker(task)
         start = time.perf_counter()
         made, notices = maker(task.frame, progress)

@@ -155,7 +155,9 @@ def check_is_inside(is_inside: Callable[[Floats, Floats], Any]) -> Verdict:
     The expected result is True if the point is inside the triangle.
     """
     rng = np.random.default_rng(2)
-    wrong: list[tuple[bool, bool, bool]] = []  # (expected, counterclockwise order, within the bounding box)
+    # For each wrong result: the expected result, and whether the corners are in the original order and the
+    # point is within the triangle's bounding box.
+    wrong: list[tuple[bool, bool, bool]] = []
     for number in range(60):
         triangle = rng.normal(size=(3, 3))
         weights = rng.dirichlet(np.ones(3)) if number % 3 == 0 else rng.uniform(-0.8, 1.2, 3)

@@ -88,7 +88,7 @@ def _radiance(
     rays = {
         "origin": np.ascontiguousarray(origins),
         "direction": np.ascontiguousarray(directions),
-        # Random numbers belong to the pulse.
+        # Random numbers depend on the pixel, so each pulse gets a pixel of its own.
         "pixel": np.stack([pulses & 0xFFFF, pulses >> 16], axis=1).astype(np.int32),
     }
     light, _ = _core.world_radiance_along(world._core, rays, request)

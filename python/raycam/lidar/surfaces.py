@@ -246,7 +246,7 @@ def retroreflectance(
     if tabulated is not None:
         sheeting = sheeting + tabulated
     lobes = table.column(surface, "phong").reshape(-1, 2) if len(surface) else np.zeros((0, 2))
-    doubled = np.clip(2.0 * cosine**2 - 1.0, 0.0, 1.0)  # between the ray and its mirror direction
+    doubled = np.clip(2.0 * cosine**2 - 1.0, 0.0, 1.0)  # cosine between ray and mirror direction
     phong = lobes[:, 0] * (lobes[:, 1] + 2.0) / 2.0 * doubled ** lobes[:, 1] * cosine * (doubled > 0.0)
     alpha = table.column(surface, "alpha")
     f0 = table.column(surface, "f0") + table.column(surface, "metallic") * albedo
@@ -254,7 +254,7 @@ def retroreflectance(
     spread = cosine**2 * (square - 1.0) + 1.0
     density = np.divide(square, spread**2, out=np.zeros_like(cosine), where=alpha > 0.0)
     tangent = np.divide(1.0 - cosine**2, cosine**2, out=np.full_like(cosine, np.inf), where=cosine > 0.0)
-    masking = 1.0 / np.sqrt(1.0 + square * tangent)  # 1 / (1 + 2 lambda)
+    masking = 1.0 / np.sqrt(1.0 + square * tangent)  # Smith's masking-shadowing: 1 / (1 + 2 lambda)
     rough = np.divide(f0 * density * masking, 4.0 * cosine, out=np.zeros_like(cosine), where=cosine > 1e-9)
     total: Floats = lambert + phong + rough + sheeting
     return total

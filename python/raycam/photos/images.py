@@ -55,7 +55,7 @@ class PhotoSource:
                         "pass photos as a mapping from names to paths",
                         code="outside_root",
                     )
-        # Mappings other than dict may load photographs on access.
+        # Mappings other than dict are not checked, because they may load photographs on access.
         checked = wanted if not isinstance(photos, Mapping) or isinstance(photos, dict) else []
         paths = {name: path for name in checked if (path := self._path(name)) is not None}
         lost = [

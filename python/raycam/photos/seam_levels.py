@@ -77,7 +77,7 @@ def level_vertices(count: int, links: Ints, samples: SeamSamples) -> Floats:
         ],
         axis=1,
     ).astype(np.float64)
-    # The adjustments of each connected part have the mean 0, because differences of colours do not determine it.
+    # Colour differences do not determine the mean adjustment of a connected part; it is set to 0.
     part = matrix.parts()
     members = np.maximum(np.bincount(part, minlength=count), 1)
 

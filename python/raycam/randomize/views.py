@@ -66,7 +66,7 @@ def place_camera(
         if pose is None:
             continue
         placed = camera.at_pose(*pose)
-        # A small preview rejects most unsuitable views; the full image decides.
+        # A small preview rejects most unsuitable views; the remaining views are tested at full size.
         share, visible = _seen(world, placed.resized(small_size) if scale < 0.5 else placed, number)
         away = float(lengths(pose[1] - box.center))
         best = min(filter(None, (best, (_lacking(share, visible, coverage, least), share, visible, away))))
@@ -147,7 +147,7 @@ def _pose(
         _axes(lying, np.array([math.sin(turn), math.cos(turn), 0.0])),
     )
     rotation = np.round(product(camera_axes, world_axes.T), 14)
-    # The nearest rotation, by Newton and Schulz: the error squares with each step.
+    # The nearest rotation by the Newton-Schulz iteration; each step squares the error.
     for _ in range(3):
         rotation = 1.5 * rotation - 0.5 * product(product(rotation, rotation.T), rotation)
     return rotation, center

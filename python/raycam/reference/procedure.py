@@ -35,7 +35,7 @@ def length(a: Floats) -> Floats:
     return np.asarray(np.sqrt(dot(a, a)))
 
 
-# Step 1 and 2: a line through the pixel and the camera centre, pointed forward.
+# Steps 1 and 2: a line through the pixel and the camera centre, pointed forward.
 
 
 def camera_center(P: Floats) -> Floats:

@@ -33,7 +33,7 @@ class Units:
         center, extent = (low + high) / 2, float(np.max(high - low) / 2)
         origin = center if 0 < 16 * extent < np.abs(center).max() else np.zeros(3)
         reach = float(np.linalg.norm(C - origin))
-        # P contains only the camera, so only its distance can be too large. Powers of two scale without rounding.
+        # P contains only the camera, so only the camera's distance can be too large. Scaling by powers of two is exact.
         unit = reach if reach > 64 else extent if 0 < extent < 1 / 64 else 1.0
         return Units(origin, math.ldexp(1.0, round(math.log2(unit))))
 

@@ -159,7 +159,7 @@ class _Image:
             )
         behind = self.camera.background if background is None else background
         if behind is None or transparent or "color" not in names:
-            # Masks of a camera with a background are those of its composition.
+            # Without colour, a camera with a background gets the same masks as in the composed image.
             return self.frame(names, transparent or (behind is not None and self.world._core.has_catchers))
         front = self.frame(names, True)
         if self.is_in_studio:
@@ -336,7 +336,7 @@ def _reference(image: _Image, names: list[str], options: dict[str, Any], transpa
 
     shown = {name: check_option(name, options.pop(name, None)) for name in ("exposure", "view")}
     if options.get("samples") == 1:
-        del options["samples"]  # the reference traces one ray
+        del options["samples"]  # the reference traces one ray per pixel
     unused = options.keys() - {"integrator"}
     unused |= {"region"} if image.region is not None else set()
     unused |= {"surface"} if image.surface != "first" else set()

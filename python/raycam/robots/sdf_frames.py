@@ -40,7 +40,7 @@ class FrameGraph:
         pose, chain = np.eye(4), []
         while name != MODEL_FRAME:
             if name not in self._frames and f"{name}::{MODEL_FRAME}" in self._frames:
-                name = f"{name}::{MODEL_FRAME}"  # the name of a nested model stands for its frame
+                name = f"{name}::{MODEL_FRAME}"  # a nested model's name means the model's frame
             if name not in self._frames:
                 raise self._fail(
                     element, nearest("frame", name, [MODEL_FRAME, *self._frames]), "unknown_name"

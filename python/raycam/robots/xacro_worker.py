@@ -97,7 +97,7 @@ def expand(request: dict[str, Any]) -> tuple[str, list[str]]:
         document: str = xacro.process_file(os.fspath(path), mappings=request["arguments"]).toxml()
     finally:
         guard.stop()
-    # Folders that $(find) returned are named as packages again, so that their meshes are searched in the same way.
+    # Paths in folders that $(find) returned become package:// names again, so that meshes are found as in URDF files.
     for package, folder in found.items():
         for prefix in (f"file://{folder}/", f"{folder}/"):
             document = document.replace(f'"{escape(prefix)}', f'"package://{package}/')

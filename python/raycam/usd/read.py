@@ -108,7 +108,7 @@ def read(
         "variant": variant,
     }
     command = [sys.executable, "-m", "raycam.usd.worker", os.fspath(path.absolute()), os.path.abspath(folder)]
-    # OpenUSD would also search for layers there.
+    # OpenUSD would also search for layers in the folders of this variable.
     environment = {key: value for key, value in os.environ.items() if key != "PXR_AR_DEFAULT_SEARCH_PATH"}
     status, output = run_limited([*command, json.dumps(limits)], budget.seconds, path, "USD", environment)
     answer = folder / "world.json"

@@ -63,7 +63,7 @@ class AudioTrack:
         self._stream.options = {"flags": "+bitexact"}
         self._layout = layout
         known = [one.name for one in self._stream.codec_context.codec.audio_formats or []]
-        # 16-bit integers are kept if the codec takes them.
+        # 16-bit integers are kept if the codec supports them.
         self._format = next(name for name in ("s16", "fltp") if name in known)
         self._stream.format = av.AudioFormat(self._format)
         planar = "s16p" if self._format == "s16" else "fltp"

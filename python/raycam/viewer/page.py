@@ -327,11 +327,10 @@ def _explanations(
 
 
 def _document(document: dict[str, Any], planes: Mapping[str, bytes], still: str) -> str:
-    """The HTML text. Its policy allows only its own script, and no loading."""
+    """The HTML text. Its security policy allows only the page's own script, and no requests."""
     blocks = [still, f'<script type="application/json" id="document">{json_text(document)}</script>']
-    for number, data in enumerate(
-        planes.values()
-    ):  # the id is a number, because names come from untrusted files
+    # Element ids contain numbers instead of names, because names come from untrusted files.
+    for number, data in enumerate(planes.values()):
         text = base64.b64encode(data).decode()
         blocks.append(f'<script type="text/plain" id="plane-{number}">{text}</script>')
     return assembled(str(document["title"]), blocks)

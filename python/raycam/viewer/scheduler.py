@@ -80,7 +80,7 @@ class Scheduler(threading.Thread):
     def run(self) -> None:
         """Renders until `end`."""
         if self._prepare is not None:
-            # A client's first image reports the same errors.
+            # Errors are ignored here, because a client's first image reports the same errors.
             with contextlib.suppress(Error, Cancelled, MemoryError), collected():
                 self._prepare(self._preparation)
         while not self._ends:

@@ -231,7 +231,7 @@ class Viewer:
         if self._server is None:
             return Path(self.url)
         if self._redirects is None:
-            # Its mode is 700, so only this user can read it.
+            # The folder's mode is 700, so only this user can read it.
             self._redirects = tempfile.TemporaryDirectory(prefix="raycam-open-", dir=browser_folder())
         path = Path(self._redirects.name) / f"view{len(list(Path(self._redirects.name).iterdir()))}.html"
         text = f"<!doctype html><title>raycam</title><script>location.replace({self._server.invitation()!r})</script>"

@@ -104,7 +104,7 @@ def is_unattended() -> bool:
 
 
 def cell_page(title: str) -> str:
-    """The page in the frame. Its policy allows only its own script, and no loading."""
+    """The page in the frame. Its security policy allows only the page's own script, no requests."""
     script, style = f"\n{bundle()}", f"\n{style_sheet()}"
 
     def hashed(text: str) -> str:

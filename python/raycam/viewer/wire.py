@@ -22,7 +22,7 @@ MANTISSA_BITS = 12
 FILTERS = ("plain", "apart", "left", "left_up")
 DTYPES = ("float16", "float32", "float64", "int32")
 
-# The filter with the fewest bytes for most worlds; other channels use "left".
+# For each channel, the filter that gives the fewest bytes for most worlds; other channels use "left".
 BEST = {
     "color": "plain",
     "albedo": "plain",

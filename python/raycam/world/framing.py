@@ -110,8 +110,8 @@ def framing_camera(
         return _fitting_pose(camera, facing.R, points, middle, zoom)
     seen = product(points - middle, facing.R.T)
     reach = FILLED_SHARE * zoom * np.array([size[0] / facing.K[0, 0], size[1] / facing.K[1, 1]]) / 2
-    # In camera axes, |x - eye_x| <= reach (z - eye_z) for all points, and the same for y. This
-    # computes the nearest such eye.
+    # In camera axes, |x - eye_x| <= reach (z - eye_z) for all points, and the same for y.
+    # The nearest eye that satisfies these inequalities is computed.
     left_of = (-seen[:, :2] - reach * seen[:, 2:]).max(axis=0)
     right_of = (seen[:, :2] - reach * seen[:, 2:]).max(axis=0)
     depth = float((-(left_of + right_of) / (2 * reach)).min())

@@ -98,7 +98,8 @@ class _GlbFile:
             if id(times) not in inputs:
                 inputs[id(times)] = self._accessor(times[:, None], "SCALAR", bounds=True)
             rotations = quaternions_of(local[:, :3, :3])
-            for row in range(1, len(rotations)):  # the shorter way between neighbours
+            # Neighbouring quaternions get equal signs, so that they are interpolated along the shorter arc.
+            for row in range(1, len(rotations)):
                 if rotations[row] @ rotations[row - 1] < 0:
                     rotations[row] *= -1
             for path, values in (("translation", local[:, :3, 3]), ("rotation", rotations)):

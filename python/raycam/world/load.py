@@ -149,7 +149,7 @@ def _load_bytes(data: bytes, suffix: str, options: _Options) -> World:
     if suffix in usd.SUFFIXES or is_robot(name):
         from tempfile import TemporaryDirectory  # imported here, so that `import raycam` is fast
 
-        # Their readers require a file.
+        # The readers of these formats require a file.
         with TemporaryDirectory(prefix="raycam-") as folder:
             path = Path(folder, name)
             path.write_bytes(data)

@@ -128,7 +128,7 @@ def find_overlaps(world: World) -> list[tuple[str, str, float]]:
     owners = [next((name for name in world.robots if one.startswith(f"{name}/")), None) for one in names]
     if not any(owners):
         return []
-    # Objects of one group are not compared: links of one robot, and all objects that belong to no robot.
+    # Objects of the same group are not compared: links of one robot, and all objects outside of robots.
     groups = sorted({owner or "" for owner in owners})
     if len(groups) == 1:
         return []

@@ -181,8 +181,8 @@ def _layers(
     last, strongest = layer(number), layer(energy)
     same = (last[0] == strongest[0]) & (last[0] > 0)
     if same.any():
-        # If the last echo is the strongest, the second block contains the second strongest echo; here, this is the
-        # first echo.
+        # If the last echo is the strongest, the second block contains the second strongest echo. With at most two
+        # echoes per pulse, this is the first echo.
         first = layer(-number)
         strongest = (np.where(same, first[0], strongest[0]), np.where(same, first[1], strongest[1]))
     return [last, strongest]
