@@ -46,7 +46,7 @@ export class Client {
     this.takesNext = false;
     /** @type {Plane | null} B of the frame that came with A */
     this.frameB = null;
-    /** @type {{ plane: Plane | null, layer: HTMLCanvasElement } | null} a picture that was taken as B */
+    /** @type {{ plane: Plane | null, layer: HTMLCanvasElement } | null} an image that was taken as B */
     this.taken = null;
     this.mode = "off";
     this.blinking = 0;
@@ -55,7 +55,7 @@ export class Client {
     this.nameB = "";
     /** @type {Record<string, Record<string, string>>} names of ids by channel */
     this.names = {};
-    /** The pixel of the whole picture at the left top corner of the arrays. */
+    /** The pixel of the whole image at the left top corner of the arrays. */
     this.origin = { column: 0, row: 0 };
     /** @type {Pixel | null} */
     this.hovered = null;
@@ -379,7 +379,7 @@ export class Client {
     byId("status-zoom", HTMLElement).textContent = !hasPicture ? "" : `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;
   }
 
-  /** Tells screen readers what the picture shows. */
+  /** Tells screen readers what the image shows. */
   describe() {
     const compare = this.mode === "off" ? "" : `, comparing by ${this.mode}`;
     const shown = this.plane ? ` (${styleOf(this.plane).kind})` : "";

@@ -12,7 +12,7 @@ export class Gizmo {
     /** The handle that is dragged; "" for none. */
     this.handle = "";
     this.stroke = 0;
-    /** @type {number[]} where the drag began, in pixels of the picture */
+    /** @type {number[]} where the drag began, in pixels of the image */
     this.begin = [0, 0];
   }
 
@@ -58,7 +58,7 @@ export class Gizmo {
 
   /**
    * @param {Point} at
-   * @returns {number[]} the place in pixels of the picture
+   * @returns {number[]} the place in pixels of the image
    */
   place({ x, y }) {
     const { picture } = this.client;

@@ -34,7 +34,7 @@ export const LIVE_MOUSE =
   "pixel; Alt and click, or a long press, to explain it. On a touch screen, use two fingers to move closer and to pan.";
 
 const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
-const PAN_PIXELS = 24; // pixels of the picture that an arrow key pans
+const PAN_PIXELS = 24; // pixels of the image that an arrow key pans
 const LONGEST_FILM = 60; // seconds
 export class LiveView {
   /** @param {Client} client */
@@ -219,13 +219,13 @@ export class LiveView {
     this.resizing = setTimeout(() => this.client.transport.send({ type: "size", ...this.size() }), 150);
   }
 
-  /** @returns {{ width: number, height: number, ratio: number }} the space for the picture */
+  /** @returns {{ width: number, height: number, ratio: number }} the space for the image */
   size() {
     return spaceOf(this.client.picture.canvas);
   }
 
   /**
-   * A point of the canvas in pixels of the picture, its middle if no point is given.
+   * A point of the canvas in pixels of the image, its middle if no point is given.
    * @param {Point} [at]
    * @returns {[number, number]}
    */

@@ -3,15 +3,15 @@
 import { apply, cross, dot, lengthOf, minus, plusTimes, product, rowOf, transposed } from "./core/vectors.js";
 
 /**
- * The camera of the picture, as the message `camera` describes it.
+ * The camera of the image, as the message `camera` describes it.
  * @typedef {object} CameraState
  * @property {number[]} R camera_from_world, row by row
  * @property {number[]} C the centre, metres
- * @property {number[]} K in pixels of the picture
- * @property {number[]} size of the picture
+ * @property {number[]} K in pixels of the image
+ * @property {number[]} size of the image
  * @property {number[]} up the world's vertical axis
  * @property {boolean} parallel true if all rays are parallel
- * @property {number[][]} edges unit rays through the middles of the picture's edges, in the camera's frame
+ * @property {number[][]} edges unit rays through the middles of the image's edges, in the camera's frame
  * @property {number[][]} bounds of the world
  * @property {number[]} pivot the point that the camera orbits around
  */
@@ -70,7 +70,7 @@ export function roll(camera, angle) {
 }
 
 /**
- * Moves the camera sideways; the pivot moves by (dx, dy) pixels of a picture without distortion.
+ * Moves the camera sideways; the pivot moves by (dx, dy) pixels of an image without distortion.
  * @param {CameraState} camera @param {number} dx @param {number} dy @returns {CameraState}
  */
 export function pan(camera, dx, dy) {
@@ -111,14 +111,14 @@ export function walk(camera, right, forward) {
   const { R, C, up } = camera;
   const ahead = rowOf(R, 2);
   const flat = plusTimes(ahead, -dot(ahead, up), up);
-  // If the camera looks straight up or down: towards the top of the picture.
+  // If the camera looks straight up or down: towards the top of the image.
   const way = lengthOf(flat) < 1e-3 ? cross(up, rowOf(R, 0)) : flat;
   const level = way.map((value) => value / lengthOf(way));
   return { ...camera, C: plusTimes(plusTimes(C, right, cross(level, up)), forward, level) };
 }
 
 /**
- * Moves the camera along its view, so that a box fills the picture, and puts the pivot into the middle of the box.
+ * Moves the camera along its view, so that a box fills the image, and puts the pivot into the middle of the box.
  * @param {CameraState} camera @param {number[][]} bounds @returns {CameraState}
  */
 export function fit(camera, bounds) {

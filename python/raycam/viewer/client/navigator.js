@@ -104,7 +104,7 @@ export class Navigator {
     this.change((camera) => lookAround(camera, -dx * ORBIT_PER_PIXEL, -dy * ORBIT_PER_PIXEL));
   }
 
-  /** @param {number} dx pixels of the picture @param {number} dy */
+  /** @param {number} dx pixels of the image @param {number} dy */
   pan(dx, dy) {
     this.change((camera) => pan(camera, dx, dy));
   }
@@ -184,7 +184,7 @@ export class Navigator {
     this.change((camera) => fit(camera, camera.bounds));
   }
 
-  /** Frames the object at a point of the picture, or the whole world if no object is there. @param {number} u @param {number} v */
+  /** Frames the object at a point of the image, or the whole world if no object is there. @param {number} u @param {number} v */
   async frame(u, v) {
     const { bounds } = await this.locate(u, v);
     this.change((camera) => fit(camera, bounds || camera.bounds));

@@ -1,4 +1,4 @@
-// The picture on its canvas: fits it, zooms to pixels, pans, and draws the divider between A and B and the values in large pixels.
+// The image on its canvas: fits it, zooms to pixels, pans, and draws the divider between A and B and the values in large pixels.
 
 import { inkOn } from "./image/colormap.js";
 import { drawMeasured } from "./image/measured.js";
@@ -10,19 +10,19 @@ import { drawPoints } from "./image/points.js";
  * @property {HTMLCanvasElement | null} a
  * @property {HTMLCanvasElement | null} b
  * @property {"off" | "slider" | "flip" | "difference"} mode
- * @property {HTMLCanvasElement | null} photo a photograph over the picture
+ * @property {HTMLCanvasElement | null} photo a photograph over the image
  * @property {number} photoOpacity 0 to 1
- * @property {number} divider share of the picture's width that shows A
+ * @property {number} divider share of the image's width that shows A
  * @property {boolean} flipped
  * @property {Pixel | null} held
- * @property {{ name: string, lines: [number, number][][], color?: string, handle?: string, thin?: boolean, points?: number[] }[]} overlay lines in pixels of the picture, and points as number, column and row
+ * @property {{ name: string, lines: [number, number][][], color?: string, handle?: string, thin?: boolean, points?: number[] }[]} overlay lines in pixels of the image, and points as number, column and row
  * @property {import("./image/measured.js").Measured | null} measured
  * @property {Pixel[]} marks pixels that have an explanation
  * @property {((pixel: Pixel) => { lines: string[], ink: string }) | null} valuesIn the text in a large pixel
  */
 
 const OVERLAY_COLOR = "#ffd60a";
-const GRID_FROM = 12; // CSS pixels of a picture's pixel
+const GRID_FROM = 12; // CSS pixels of an image's pixel
 const VALUES_FROM = 56;
 const MOST_ZOOM = 256;
 
@@ -35,12 +35,12 @@ export class PictureView {
     this.layers = { a: null, b: null, photo: null, photoOpacity: 0, mode: "off", divider: 0.5, flipped: false, held: null, overlay: [], measured: null, marks: [], valuesIn: null };
     this.width = 1;
     this.height = 1;
-    this.zoom = 1; // CSS pixels per pixel of the picture
-    this.left = 0; // CSS position of the picture's corner
+    this.zoom = 1; // CSS pixels per pixel of the image
+    this.left = 0; // CSS position of the image's corner
     this.top = 0;
     this.fitted = true;
     this.waiting = false;
-    /** Device pixels per CSS pixel of the drawn picture. */
+    /** Device pixels per CSS pixel of the drawn image. */
     this.ratio = devicePixelRatio || 1;
     /** The colour of a point by its number. @type {(number: number) => string} */
     this.pointColor = () => OVERLAY_COLOR;
@@ -69,7 +69,7 @@ export class PictureView {
   }
 
   /**
-   * Shows pictures of this size. A new size is fitted.
+   * Shows images of this size. A new size is fitted.
    * @param {number} width
    * @param {number} height
    */
@@ -97,7 +97,7 @@ export class PictureView {
     else this.redraw();
   }
 
-  /** Shows all of the picture. */
+  /** Shows all of the image. */
   fit() {
     const { width, height } = this.canvas.getBoundingClientRect();
     this.zoom = Math.max(Math.min(width / this.width, height / this.height), 1e-3);
@@ -107,14 +107,14 @@ export class PictureView {
     this.changed();
   }
 
-  /** Shows one pixel of the picture as one pixel of the display. The middle stays where it is. */
+  /** Shows one pixel of the image as one pixel of the display. The middle stays where it is. */
   oneToOne() {
     const { width, height } = this.canvas.getBoundingClientRect();
     this.zoomAt(1 / this.ratio / this.zoom, width / 2, height / 2);
   }
 
   /**
-   * Zooms by a factor; the point of the picture at (x, y) stays there.
+   * Zooms by a factor; the point of the image at (x, y) stays there.
    * @param {number} factor
    * @param {number} x CSS pixels from the canvas' left
    * @param {number} y
@@ -128,7 +128,7 @@ export class PictureView {
   }
 
   /**
-   * Moves the picture; some of it stays visible.
+   * Moves the image; some of it stays visible.
    * @param {number} dx CSS pixels
    * @param {number} dy
    */
@@ -141,7 +141,7 @@ export class PictureView {
     this.changed();
   }
 
-  /** Called after a zoom or a move. Puts the picture's corner on a whole pixel of the display, so that 1:1 is exact. */
+  /** Called after a zoom or a move. Puts the image's corner on a whole pixel of the display, so that 1:1 is exact. */
   changed() {
     const { ratio } = this;
     this.left = Math.round(this.left * ratio) / ratio;
@@ -151,7 +151,7 @@ export class PictureView {
   }
 
   /**
-   * The pixel under a point of the canvas, or null outside the picture.
+   * The pixel under a point of the canvas, or null outside the image.
    * @param {number} x CSS pixels
    * @param {number} y
    * @returns {Pixel | null}

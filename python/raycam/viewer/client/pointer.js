@@ -1,4 +1,4 @@
-// Turns mouse, pen and touch input on the picture into calls of a listener.
+// Turns mouse, pen and touch input on the image into calls of a listener.
 
 /** @typedef {{ x: number, y: number }} Point CSS pixels from the canvas' left top corner */
 /**
@@ -10,7 +10,7 @@
  * @property {(at: Point, dx: number, dy: number, pans: boolean) => void} drag
  * @property {(at: Point, steps: number, magnifies: boolean) => void} wheel steps > 0 come nearer
  * @property {(at: Point, factor: number, dx: number, dy: number) => void} pinch
- * @property {(at: Point) => boolean} grabs true if something that is drawn over the picture is dragged from here
+ * @property {(at: Point) => boolean} grabs true if something that is drawn over the image is dragged from here
  * @property {(at: Point) => void} dragGrabbed
  */
 
@@ -23,7 +23,7 @@ const DOUBLE_CLICK = 500; // ms within which a second click at the same place is
  * Listens to pointers on a canvas.
  * @param {HTMLCanvasElement} canvas
  * @param {PointerListener} listener
- * @param {boolean} isEmbedded true in a page within another page: the wheel scrolls that page until the picture is clicked
+ * @param {boolean} isEmbedded true in a page within another page: the wheel scrolls that page until the image is clicked
  */
 export function listenToPointers(canvas, listener, isEmbedded = false) {
   /** @type {Map<number, Point>} */

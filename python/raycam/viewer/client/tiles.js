@@ -3,7 +3,7 @@
 /** @typedef {import("./image/planes.js").Plane} Plane */
 /** @typedef {import("./client.js").Client} Client */
 
-const TILE_PAUSE = 80; // ms after the last move of the picture
+const TILE_PAUSE = 80; // ms after the last move of the image
 const TILE_SIDE = 256; // pixels: the largest side that the server accepts
 
 export class Tiles {
@@ -21,7 +21,7 @@ export class Tiles {
     this.tile = null;
   }
 
-  /** Requests the numbers of the visible pixels as soon as the picture is no longer moved. */
+  /** Requests the numbers of the visible pixels as soon as the image is no longer moved. */
   request() {
     clearTimeout(this.timer);
     this.timer = setTimeout(() => {

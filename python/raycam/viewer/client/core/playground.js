@@ -1,4 +1,4 @@
-// The playground: a world file on the left, its picture on the right, rendered in the page.
+// The playground: a world file on the left, its image on the right, rendered in the page.
 
 import { element, fillSelect } from "../dom.js";
 import { isKnown, isWorld } from "../files.js";
@@ -71,7 +71,7 @@ export class Playground {
     const pane = element("section", "", { id: "playground", "aria-label": "World" });
     pane.append(buttons, lines, this.problem, note, choose);
     document.querySelector("main")?.prepend(pane);
-    document.body.classList.add("playground", "no-panel"); // leaves the space to the picture; a button opens the panel
+    document.body.classList.add("playground", "no-panel"); // leaves the space to the image; a button opens the panel
     document.getElementById("panel-button")?.setAttribute("aria-expanded", "false");
   }
 

@@ -9,11 +9,11 @@ import { pixelFigureOf } from "./pixel_figure.js";
 /** @typedef {import("../messages").ClientMessage} ClientMessage */
 /** @typedef {import("../image/planes.js").Plane} Plane */
 
-const LARGEST = [640, 480]; // columns and rows: the largest still picture
+const LARGEST = [640, 480]; // columns and rows: the largest still image
 const SAMPLES = /** @type {Record<string, number>} */ ({ flat: 16, direct: 64, path: 256, ao: 64 });
 const COLORS = ["color", "alpha", "coverage"]; // the channels that improve with more samples
 const LEFT_OUT = [...COLORS, "shadow", "error"];
-const MOVING_TIME = 60; // ms: the time that a picture during a movement may take
+const MOVING_TIME = 60; // ms: the time that an image during a movement may take
 const BAND_TIME = 60; // ms between two looks for new messages
 const REST = 150; // ms without a change after which a view rests
 
@@ -52,9 +52,9 @@ export class Session {
     this.moved = -1;
     this.samples = 0;
     this.shown = "";
-    /** @type {Map<string, Plane> | null} planes of the newest still picture of this version */
+    /** @type {Map<string, Plane> | null} planes of the newest still image of this version */
     this.still = null;
-    this.cost = 0.002; // ms per pixel of a moving picture
+    this.cost = 0.002; // ms per pixel of a moving image
     this.cares = true;
     /** @type {any} corners, ids and colours of all triangles */
     this.triangles = null;
@@ -107,7 +107,7 @@ export class Session {
     this.say(this.cameraMessage());
   }
 
-  /** @returns {[number, number]} the size of a still picture */
+  /** @returns {[number, number]} the size of a still image */
   get size() {
     const [width, height] = this.given.size;
     const scale = Math.min(Math.min(this.space[0], LARGEST[0]) / width, Math.min(this.space[1], LARGEST[1]) / height);
@@ -221,7 +221,7 @@ export class Session {
   }
 
   /**
-   * Planes of a picture by channel.
+   * Planes of an image by channel.
    * @param {any} camera
    * @param {Record<string, any>} request
    * @param {boolean} [exact] one sample without light
@@ -241,7 +241,7 @@ export class Session {
     return planes;
   }
 
-  /** One piece of work: a moving picture, a channel, or more samples. @returns {Promise<boolean>} true if there may be more */
+  /** One piece of work: a moving image, a channel, or more samples. @returns {Promise<boolean>} true if there may be more */
   async work() {
     if (!this.version || !this.cares) return false;
     if (this.moved !== this.version) this.showMoving();
@@ -268,8 +268,8 @@ export class Session {
   }
 
   /**
-   * A picture in full size, rendered some rows at a time. Messages are handled between the rows; one that changes the
-   * view ends the picture.
+   * An image in full size, rendered some rows at a time. Messages are handled between the rows; one that changes the
+   * view ends the image.
    * @param {Record<string, any>} request
    * @param {number} samples
    * @param {boolean} exact

@@ -3,7 +3,7 @@
 import { byId } from "../dom.js";
 import { showFigure } from "../figure/explained.js";
 
-/** Draws the figures as soon as the picture is decoded. */
+/** Draws the figures as soon as the image is decoded. */
 async function openExplanation() {
   const picture = byId("picture", HTMLImageElement);
   await picture.decode().catch(() => undefined);

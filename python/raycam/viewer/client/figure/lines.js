@@ -1,4 +1,4 @@
-// The figures of a pixel's light and of its search tree: lines through the world, over the picture and from outside.
+// The figures of a pixel's light and of its search tree: lines through the world, over the image and from outside.
 
 import { lengthOf, minus } from "../core/vectors.js";
 import { outsidePanel } from "./panels.js";
@@ -13,7 +13,7 @@ import { drawDot, drawLine } from "./shapes.js";
  * @property {boolean} dashed
  * @property {boolean} arrow true if it has a direction
  * @property {number[][]} points
- * @property {number[][][]} pixels its visible parts in the picture, which a lens may bend
+ * @property {number[][][]} pixels its visible parts in the image, which a lens may bend
  */
 /**
  * @typedef {object} Lines
@@ -40,7 +40,7 @@ export function outsideOfLines(figure, picture) {
   return { view: viewBeside(minus(end, C), up, [C, end, ...near]), content: { corners, colors, faded: 0.45, rig, strokes, spots } };
 }
 
-/** The picture, paler, and the lines over it. @param {import("./board.js").Pen} pen @param {LinesFigure} figure @param {CanvasImageSource | null} picture */
+/** The image, paler, and the lines over it. @param {import("./board.js").Pen} pen @param {LinesFigure} figure @param {CanvasImageSource | null} picture */
 function drawOverPicture(pen, { size, region = [0, 0, ...size], lines, marks }, picture) {
   const { ctx } = pen;
   const scale = pen.width / region[2];

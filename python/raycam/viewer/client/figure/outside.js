@@ -15,7 +15,7 @@ import { drawArrow, drawBulb, drawDot, drawLine, drawRing, drawSun } from "./sha
  * @property {number} distance of the drawn image plane
  * @property {number[][]} corners of the drawn image plane: top left, top right, bottom right, bottom left
  * @property {CanvasImageSource | null} [picture] on the image plane
- * @property {number[]} [region] column, row, columns and rows of the part that the picture shows
+ * @property {number[]} [region] column, row, columns and rows of the part that the image shows
  */
 /**
  * @typedef {object} Content

@@ -9,12 +9,12 @@ import { outsidePanel } from "./panels.js";
 /**
  * @typedef {object} FigureCamera
  * @property {number[]} up the world's
- * @property {number[]} size columns and rows of the picture
+ * @property {number[]} size columns and rows of the image
  * @property {number[]} C start of the ray
  * @property {number[]} v the principal axis, a unit vector
- * @property {number[][]} rays start and direction, six numbers, of the picture's corners: top left, top right, bottom right, bottom left
- * @property {boolean} isFlat true if straight lines stay straight in the picture
- * @property {number[]} [region] column, row, columns and rows of the picture's part that is shown; all of it if missing
+ * @property {number[][]} rays start and direction, six numbers, of the image's corners: top left, top right, bottom right, bottom left
+ * @property {boolean} isFlat true if straight lines stay straight in the image
+ * @property {number[]} [region] column, row, columns and rows of the image's part that is shown; all of it if missing
  */
 /**
  * @typedef {object} PixelSteps

@@ -1,11 +1,11 @@
 // A measured distance over the image: a line between two pixels, with its length in the middle.
 
-/** @typedef {{ from: number[], to: number[], text: string }} Measured in pixels of the picture */
+/** @typedef {{ from: number[], to: number[], text: string }} Measured in pixels of the image */
 
 /**
  * @param {CanvasRenderingContext2D} context
  * @param {Measured} measured
- * @param {{ zoom: number, left: number, top: number }} place of the picture on the canvas
+ * @param {{ zoom: number, left: number, top: number }} place of the image on the canvas
  */
 export function drawMeasured(context, { from, to, text }, { zoom, left, top }) {
   const [[x0, y0], [x1, y1]] = [from, to].map(([u, v]) => [left + u * zoom, top + v * zoom]);

@@ -1,4 +1,4 @@
-// Painting: a plane and the display settings to the RGBA bytes of a picture.
+// Painting: a plane and the display settings to the RGBA bytes of an image.
 
 import { isMiss, styleOf } from "./channels.js";
 import { flowColor, idColor, mapIndex, mapTable, shareOfRange } from "./colormap.js";

@@ -1,4 +1,4 @@
-// Points over the picture, such as those of a lidar.
+// Points over the image, such as those of a lidar.
 
 const POINT_RADIUS = 1.8; // CSS pixels of a point
 

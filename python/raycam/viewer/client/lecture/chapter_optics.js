@@ -16,7 +16,7 @@ const MATERIALS = /** @type {[string, (roughness: number) => string][]} */ ([
   ["glass", (roughness) => `type = "glass"\nior = 1.5\nroughness = ${roughness}`],
 ]);
 
-/** A canvas that shows a picture of the core, with lines over it. @param {Figure} fig @param {string} label @param {() => { canvas: HTMLCanvasElement | null }} picture @param {(pen: import("../figure/board.js").Pen) => void} [overlay] */
+/** A canvas that shows an image of the core, with lines over it. @param {Figure} fig @param {string} label @param {() => { canvas: HTMLCanvasElement | null }} picture @param {(pen: import("../figure/board.js").Pen) => void} [overlay] */
 function showPicture(fig, label, picture, overlay) {
   fig.canvas({
     ratio: SIZE[1] / SIZE[0], label,

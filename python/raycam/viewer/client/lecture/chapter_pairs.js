@@ -39,7 +39,7 @@ export function calibrate(points, pixels) {
   return p.map((value, i) => (i < 8 ? value / scale : value));
 }
 
-/** Calibrates the camera from the corners in its picture. @param {Figure} fig */
+/** Calibrates the camera from the corners in its image. @param {Figure} fig */
 export function buildCalibration(fig) {
   const { shared } = fig;
   let noise = 1;

@@ -9,7 +9,7 @@ import { OutsideView } from "../figure/outside.js";
 
 const CUBE = { first: 2, count: 12 };
 
-/** The whole world, with its camera and picture. @param {Figure} fig */
+/** The whole world, with its camera and image. @param {Figure} fig */
 export function buildHero(fig) {
   const { shared } = fig;
   addOutside(fig, {

@@ -17,7 +17,7 @@ onmessage = ({ data: { calls, picture } }) => {
 `;
 
 /**
- * The results of calls, or the indices of a picture.
+ * The results of calls, or the indices of an image.
  * @param {string} code
  * @param {any} message
  * @returns {Promise<any>} rejected with a text that names the line

@@ -1,4 +1,4 @@
-// The picture with the selected pixel. The reader selects pixels in it, drags points and the sun, and turns and moves the camera.
+// The image with the selected pixel. The reader selects pixels in it, drags points and the sun, and turns and moves the camera.
 
 import { element } from "../dom.js";
 import { dot, minus, plusTimes, rowOf } from "../core/vectors.js";
@@ -56,7 +56,7 @@ function addModes(fig, frame, get, set) {
   fig.updates.push(() => buttons.forEach((button, i) => button.setAttribute("aria-pressed", String(get() === MODES[i].mode))));
 }
 
-/** Points of the world as handles in the picture. @param {Figure} fig @param {() => Handle[]} handles @param {() => number} scaleOf */
+/** Points of the world as handles in the image. @param {Figure} fig @param {() => Handle[]} handles @param {() => number} scaleOf */
 function pictureHandles({ shared }, handles, scaleOf) {
   const place = (/** @type {number} */ u, /** @type {number} */ v) => [(u + 0.5) * scaleOf(), (v + 0.5) * scaleOf()];
   const pixelAt = (/** @type {number[]} */ at) => at.map((value) => value / scaleOf() - 0.5);
@@ -84,8 +84,8 @@ function pictureHandles({ shared }, handles, scaleOf) {
 }
 
 /**
- * Adds the picture. A click selects the pixel, corners are dragged at their depth, arrow keys move the pixel. Buttons on the
- * picture make dragging and the arrow keys turn or move the camera.
+ * Adds the image. A click selects the pixel, corners are dragged at their depth, arrow keys move the pixel. Buttons on the
+ * image make dragging and the arrow keys turn or move the camera.
  * @param {Figure} fig
  * @param {{ label?: string, handles?: () => Handle[], overlay?: (pen: Pen, place: (u: number, v: number) => number[]) => void, image?: () => HTMLCanvasElement | null }} [options]
  */

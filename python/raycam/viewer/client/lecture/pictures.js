@@ -1,4 +1,4 @@
-// Pictures that the core renders for the figures. Each figure requests pictures with its key; a new request replaces the previous one with the same key.
+// Images that the core renders for the figures. Each figure requests images with its key; a new request replaces the previous one with the same key.
 
 import { toneMap } from "../image/tone.js";
 import { compiledCore, textOf } from "../transport/worker.js";
@@ -55,7 +55,7 @@ export class Pictures {
     this.worker?.postMessage({ type: "busy" });
   }
 
-  /** Stops the unfinished pictures of a figure; they begin again when they are requested. @param {string} id the figure's id, with which its keys begin */
+  /** Stops the unfinished images of a figure; they begin again when they are requested. @param {string} id the figure's id, with which its keys begin */
   cancel(id) {
     for (const [key, { done }] of this.asked) {
       if (done || key.replace(/\d$/, "") !== id) continue;

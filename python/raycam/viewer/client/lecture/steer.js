@@ -1,4 +1,4 @@
-// The camera and the sun, moved by dragging in the camera's own picture. Pixels are [column, row].
+// The camera and the sun, moved by dragging in the camera's own image. Pixels are [column, row].
 
 import { pixelOf, rayOfPixel } from "../core/steps.js";
 import { dot, minus, plusTimes, rowOf } from "../core/vectors.js";
@@ -6,7 +6,7 @@ import { cameraOf, rotationOf } from "./camera.js";
 import { SIZE, toSun } from "./world.js";
 
 /** @typedef {import("./world.js").Numbers} Numbers */
-/** @typedef {"pixel" | "turn" | "move"} Mode what dragging the picture does */
+/** @typedef {"pixel" | "turn" | "move"} Mode what dragging the image does */
 
 export const MODES = /** @type {{ mode: Mode, key: string, text: string, symbol: string, title: string }[]} */ ([
   { mode: "pixel", key: "p", text: "Pixel", symbol: "x", title: "Drag selects the pixel (key P)" },
@@ -45,7 +45,7 @@ export function turnCamera(numbers, from, to) {
   if (Number.isFinite(yaw) && Math.abs(pitch) <= MAX_PITCH) setAngles(numbers, { yaw, pitch });
 }
 
-/** Rolls the camera so that the picture follows a pointer around the principal point. @param {Numbers} numbers @param {number[]} from @param {number[]} to */
+/** Rolls the camera so that the image follows a pointer around the principal point. @param {Numbers} numbers @param {number[]} from @param {number[]} to */
 export function rollCamera(numbers, from, to) {
   const { fx, fy, skew, cx, cy } = numbers;
   const [before, after] = [from, to].map(([u, v]) => Math.atan2((v - cy) / fy, (u - cx - (skew * (v - cy)) / fy) / fx));
@@ -68,7 +68,7 @@ export function setSun(numbers, [x, y, z]) {
   numbers.height = within(Math.round(10 * inDegrees(Math.atan2(z, Math.hypot(x, y)))) / 10, 5, 90);
 }
 
-/** Where the picture shows the sun: its pixel, or a place at the edge in its direction. @param {Numbers} numbers */
+/** Where the image shows the sun: its pixel, or a place at the edge in its direction. @param {Numbers} numbers */
 export function sunInPicture(numbers) {
   const { P, R } = cameraOf(numbers);
   const sun = toSun(numbers);
@@ -82,7 +82,7 @@ export function sunInPicture(numbers) {
   return { pixel: way.map((value, i) => SIZE[i] / 2 - 0.5 + scale * value), isInside };
 }
 
-/** Drags the sun in the picture: in view it follows the pointer, at the edge it turns around the camera. @param {Numbers} numbers @param {number[]} from @param {number[]} to */
+/** Drags the sun in the image: in view it follows the pointer, at the edge it turns around the camera. @param {Numbers} numbers @param {number[]} from @param {number[]} to */
 export function dragSun(numbers, from, to) {
   if (sunInPicture(numbers).isInside) return setSun(numbers, rayOfPixel(cameraOf(numbers).P, to[0], to[1]).r);
   const [x, y] = to.map((value, i) => inDegrees((value - from[i]) / [numbers.fx, numbers.fy][i]));
@@ -97,7 +97,7 @@ export function aimAt(numbers, point) {
   setAngles(numbers, { yaw: inDegrees(Math.atan2(y, x)), pitch: -inDegrees(Math.atan2(z, Math.hypot(x, y))) });
 }
 
-/** The roll that points the picture's upper side toward a point. @param {Numbers} numbers @param {number[]} point */
+/** The roll that points the image's upper side toward a point. @param {Numbers} numbers @param {number[]} point */
 export function rollToward(numbers, point) {
   const level = rotationOf(0, numbers.pitch, numbers.yaw);
   const off = minus(point, numbers.C);

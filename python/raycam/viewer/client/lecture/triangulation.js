@@ -37,7 +37,7 @@ export function midpointOfRays(first, second) {
   return { t, tSecond, ends, M: ends[0].map((value, i) => (value + ends[1][i]) / 2), gap: lengthOf(minus(ends[0], ends[1])) };
 }
 
-/** Draws the epipolar line: the first camera's ray in the second picture. @param {import("../figure/board.js").Pen} pen @param {import("./state.js").Shared} shared @param {(point: number[]) => number[]} place */
+/** Draws the epipolar line: the first camera's ray in the second image. @param {import("../figure/board.js").Pen} pen @param {import("./state.js").Shared} shared @param {(point: number[]) => number[]} place */
 function drawEpipolarLine(pen, { ray }, place) {
   const unit = ray.r.map((value) => value / lengthOf(ray.r));
   const ends = [place(plusTimes(ray.C, 0.7, unit)), place(plusTimes(ray.C, 1000, unit))];
@@ -157,7 +157,7 @@ function contentOfMidpoint({ ray }, found) {
   };
 }
 
-/** The measured pixel in the second picture, the true one, and the epipolar line. @param {import("../figure/board.js").Pen} pen @param {import("./state.js").Shared} shared @param {{ P: number[], exact: number[], pixel: number[] } | null} found */
+/** The measured pixel in the second image, the true one, and the epipolar line. @param {import("../figure/board.js").Pen} pen @param {import("./state.js").Shared} shared @param {{ P: number[], exact: number[], pixel: number[] } | null} found */
 function drawMeasured(pen, shared, found) {
   if (!found) return;
   const place = (/** @type {number[]} */ pixel) => pixel.map((value) => ((value + 0.5) * pen.width) / SIZE[0]);

@@ -1,4 +1,4 @@
-// The two views that most figures show: the picture with the selected pixel, and the world from outside.
+// The two views that most figures show: the image with the selected pixel, and the world from outside.
 
 import { dot, minus, plusTimes, rowOf } from "../core/vectors.js";
 import { rayOfPixel } from "../core/steps.js";
@@ -13,10 +13,10 @@ import { FLOOR, SIZE, toSun, worldText } from "./world.js";
 export const GRAB_PX = 16, KEY_MOVE = 0.05;
 const SPIN_DECAY = 0.93, MIN_SPEED_PX = 0.15, SPIN_PAUSE_MS = 60;
 const IMAGE_DISTANCE = 1.5, SUN_FOOT = [-1.6, 0.9, 0], SUN_AWAY = 4.2, V_LENGTH = AXIS_LENGTH * IMAGE_DISTANCE;
-/** The newest flat picture of the shared world. @type {{ canvas: HTMLCanvasElement | null }} */
+/** The newest flat image of the shared world. @type {{ canvas: HTMLCanvasElement | null }} */
 const SHARED_PICTURE = { canvas: null };
 
-/** Requests the flat picture of the shared world. @param {Figure} fig @returns {HTMLCanvasElement | null} the newest one */
+/** Requests the flat image of the shared world. @param {Figure} fig @returns {HTMLCanvasElement | null} the newest one */
 export function sharedPicture({ shared, pictures }) {
   const wanted = { text: worldText(shared.numbers), width: SIZE[0], height: SIZE[1], integrator: "flat", samples: 1 };
   pictures.request("shared", wanted, {
@@ -29,7 +29,7 @@ export function sharedPicture({ shared, pictures }) {
   return SHARED_PICTURE.canvas;
 }
 
-/** A handle that is dragged in both views. The sun is a direction, which the picture shows at infinity. @typedef {{ get: () => number[], set: (point: number[]) => void, color: string, symbol?: string, text?: string, glows?: "sun" | "bulb", isQuiet?: boolean }} Handle `isQuiet`: drawn only while it is selected or its symbol is highlighted */
+/** A handle that is dragged in both views. The sun is a direction, which the image shows at infinity. @typedef {{ get: () => number[], set: (point: number[]) => void, color: string, symbol?: string, text?: string, glows?: "sun" | "bulb", isQuiet?: boolean }} Handle `isQuiet`: drawn only while it is selected or its symbol is highlighted */
 
 /** A point that a reader drags: above a height, within 6 units of the origin, in steps of 0.001. @param {number[]} point @param {number} lowest */
 export const withinWorld = ([x, y, z], lowest) => [x, y, Math.max(lowest, z)].map((value) => Math.max(-6, Math.min(6, Math.round(value * 1000) / 1000)));

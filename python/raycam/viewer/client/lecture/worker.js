@@ -1,4 +1,4 @@
-// The worker of the lecture's page: the core, and the newest picture that each figure requested.
+// The worker of the lecture's page: the core, and the newest image that each figure requested.
 
 import { nextTurn } from "../core/session.js";
 
@@ -17,7 +17,7 @@ export function serveLecture(scope) {
   let works = false;
   /** The time from which refinement may continue after the reader dragged something. */
   let quietAt = 0;
-  /** The figure whose picture is rendered now; "" if it is cancelled. */
+  /** The figure whose image is rendered now; "" if it is cancelled. */
   let current = "";
 
   function load(/** @type {Request} */ { key, text }) {
@@ -35,10 +35,10 @@ export function serveLecture(scope) {
     return loaded;
   }
 
-  /** True while refinement must wait: the reader drags something, or a figure has no picture yet. */
+  /** True while refinement must wait: the reader drags something, or a figure has no image yet. */
   const mustYield = () => performance.now() < quietAt || [...waiting.values()].some(({ done }) => done === 0);
 
-  /** Renders one step of a picture in bands of rows, and ends early if the figure requests another one. */
+  /** Renders one step of an image in bands of rows, and ends early if the figure requests another one. */
   async function draw(/** @type {Request} */ asked) {
     const { key, id, width, height, integrator, seed } = asked;
     const { world, camera } = load(asked);

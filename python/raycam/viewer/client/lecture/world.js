@@ -21,7 +21,7 @@ import { linearOfSrgb, srgb8 } from "../image/tone.js";
  * @property {number[]} bulb position of the bulb
  */
 
-/** Columns and rows of the picture. */
+/** Columns and rows of the image. */
 export const SIZE = [320, 240];
 /** Radiant intensity of the bulb, W/sr, and irradiance of the sun, W/m², in red, green and blue. */
 export const BULB = [14, 11, 7], SUN = [2.4, 2.2, 1.9];
@@ -36,7 +36,7 @@ const FACE_COLORS = [
 ];
 /** Half the side of the floor. */
 export const FLOOR = 3.5;
-/** sRGB of the background of flat pictures. */
+/** sRGB of the background of flat images. */
 export const BACKGROUND = [205, 221, 236];
 const BOX_PLACE = [-0.8, 0.3, 0.5], BOX_YAW = 25;
 
@@ -83,7 +83,7 @@ export function colorsOf({ triangles }) {
 const table = (rows) => `[${rows.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
 
 /**
- * The world file. `lights`: any of "sun", "bulb", "sky", and "backdrop", which is a sky for flat pictures. `box` and `camera`: further keys of the box and of the camera.
+ * The world file. `lights`: any of "sun", "bulb", "sky", and "backdrop", which is a sky for flat images. `box` and `camera`: further keys of the box and of the camera.
  * @param {Numbers} numbers
  * @param {{ lights?: string[], box?: string, camera?: string, size?: number[], more?: string }} [options]
  */

@@ -12,7 +12,7 @@ import { shortest, sixDigits } from "../image/numbers.js";
  * Fills the table of values, with those of B where they differ. Hovering over a number shows all of its digits.
  * @param {HTMLTableSectionElement} body
  * @param {PixelValues} values
- * @param {string} shown the channel of the picture
+ * @param {string} shown the channel of the image
  */
 export function fillReadout(body, values, shown) {
   body.replaceChildren();

@@ -72,7 +72,7 @@ export class Timeline {
     this.next();
   }
 
-  /** Shows the present time of the animation, and requests its picture. The next call waits until this picture has arrived. */
+  /** Shows the present time of the animation, and requests its image. The next call waits until this image has arrived. */
   next() {
     if (!this.playing) return;
     this.show(((performance.now() - this.began) / 1000) % this.seconds);

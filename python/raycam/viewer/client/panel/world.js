@@ -125,7 +125,7 @@ export class WorldControls {
   }
 
   /**
-   * Shows what the session draws over the picture, and clears the selection, because it may be a new session.
+   * Shows what the session draws over the image, and clears the selection, because it may be a new session.
    * @param {{ cameras: boolean, explained: boolean, grid: boolean } | undefined} overlay
    */
   begin(overlay) {

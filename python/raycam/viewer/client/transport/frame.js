@@ -5,11 +5,11 @@ import { completed } from "./message.js";
 /** @typedef {Record<string, any> & { type: string }} Message */
 
 export class FrameTransport {
-  /** @param {() => { width: number, height: number, ratio: number }} size of the space for the picture */
+  /** @param {() => { width: number, height: number, ratio: number }} size of the space for the image */
   constructor(size) {
     this.live = true;
     this.size = size;
-    /** Messages are decoded one after the other, so that pictures keep their order. */
+    /** Messages are decoded one after the other, so that images keep their order. */
     this.decoding = Promise.resolve();
   }
 

@@ -5,7 +5,7 @@ import { unpackPlane } from "../image/planes.js";
 /** @typedef {Record<string, any> & { type: string }} Message */
 
 /**
- * Puts the buffers of a message in their places: pictures, planes, files.
+ * Puts the buffers of a message in their places: images, planes, files.
  * @param {Message} message
  * @param {Uint8Array<ArrayBuffer>[]} buffers
  * @returns {Promise<Message>}

@@ -18,7 +18,7 @@ const OTHER_TOKEN =
 const NEW_SESSION = "The server is back with a new session, which starts with the first world, camera and exposure. Saved files stay.";
 
 export class SocketTransport {
-  /** @param {() => { width: number, height: number, ratio: number }} size of the space for the picture */
+  /** @param {() => { width: number, height: number, ratio: number }} size of the space for the image */
   constructor(size) {
     this.live = true;
     this.size = size;
@@ -37,7 +37,7 @@ export class SocketTransport {
     this.closing = false;
     /** True from the first failed attempt until the next welcome. */
     this.told = false;
-    /** Messages are decoded one after the other, so that pictures keep their order. */
+    /** Messages are decoded one after the other, so that images keep their order. */
     this.decoding = Promise.resolve();
   }
 

@@ -7,7 +7,7 @@ import { bytesOfBase64, inflate } from "../image/planes.js";
 const PATIENCE = 4000; // ms after which a worker that sends nothing is replaced when another world is opened
 
 export class WorkerTransport {
-  /** @param {() => { width: number, height: number, ratio: number }} size of the space for the picture */
+  /** @param {() => { width: number, height: number, ratio: number }} size of the space for the image */
   constructor(size) {
     this.live = true;
     this.size = size;
