@@ -1,4 +1,4 @@
-// The client: holds what is shown and carries out the commands that change it. It exchanges messages with a transport, which stands for a page or a server.
+// The client: stores the displayed state and executes the commands that change it. It exchanges messages with a transport, which connects it to a saved page or a server.
 
 import { styleOf } from "./image/channels.js";
 import { inkOn } from "./image/colormap.js";
@@ -21,10 +21,10 @@ import { fillReadout, readoutText } from "./panel/readout.js";
 /** @typedef {Record<string, any> & { type: string }} Message */
 /** @typedef {{ live: boolean, open: (say: (message: Message) => void) => void, send: (message: import("./messages").ClientMessage) => void }} Transport */
 
-const DIVIDER_REACH = 10; // CSS pixels
-const VALUES_ZOOM = 40; // CSS pixels per image pixel from which numbers are requested
-const BLINK_TIME = 500; // ms that each image of a blink is shown
-const PROBE_PAUSE = 20; // ms between two questions for values: a server answers 60 a second at most
+const DIVIDER_REACH = 10; // distance in CSS pixels within which the pointer grabs the divider
+const VALUES_ZOOM = 40; // minimum CSS pixels per image pixel at which the pixels' numbers are requested
+const BLINK_TIME = 500; // milliseconds after which A and B are exchanged
+const PROBE_PAUSE = 20; // minimum milliseconds between two requests for values; a server answers at most 60 per second
 
 export class Client {
   /** @param {Transport} transport */
@@ -44,9 +44,9 @@ export class Client {
     this.tiles = new Tiles(this);
     /** True if the next plane becomes B. */
     this.takesNext = false;
-    /** @type {Plane | null} B of the frame that came with A */
+    /** @type {Plane | null} the second frame, B, that was received together with A */
     this.frameB = null;
-    /** @type {{ plane: Plane | null, layer: HTMLCanvasElement } | null} an image that was taken as B */
+    /** @type {{ plane: Plane | null, layer: HTMLCanvasElement } | null} an image that the user made B */
     this.taken = null;
     this.mode = "off";
     this.blinking = 0;
@@ -55,7 +55,7 @@ export class Client {
     this.nameB = "";
     /** @type {Record<string, Record<string, string>>} names of ids by channel */
     this.names = {};
-    /** The pixel of the whole image at the left top corner of the arrays. */
+    /** The column and row of the arrays' top left corner in the whole image. */
     this.origin = { column: 0, row: 0 };
     /** @type {Pixel | null} */
     this.hovered = null;
@@ -68,11 +68,11 @@ export class Client {
     this.notices = new NoticeBox();
     this.probed = -Infinity;
     this.probeTimer = 0;
-    /** Called with every message, after the client. @type {(message: Message) => void} */
+    /** Called with every message, after the client has handled it. @type {(message: Message) => void} */
     this.onMessage = () => {};
     /** Called with the pixel that is held. @type {(pixel: Pixel | null) => void} */
     this.onHold = () => {};
-    this.onRepaint = () => {}; // called when the image is painted again, with another range or map
+    this.onRepaint = () => {}; // called after the image was painted with another range or colour map
     this.controls.onWrong = (text) => this.say(text, "error");
     this.controls.onExact = () => this.wantPlanes();
     this.picture.onZoom = () => this.showZoom();
@@ -163,7 +163,7 @@ export class Client {
     if (!moving) this.showZoom();
   }
 
-  /** Paints the image again, after the display settings, the channel or the mode changed. */
+  /** Paints the image again after a change of the display settings, the channel or the mode. */
   repaint() {
     const { plane, controls } = this;
     this.onRepaint();
@@ -199,7 +199,7 @@ export class Client {
     this.compare.show({ b, names: [this.nameA, this.nameB], mode: this.mode, difference, layers });
   }
 
-  /** How the image and B are drawn in the current mode. @returns {import("./picture.js").Layers["mode"]} */
+  /** The mode in which the canvas draws the image and B. @returns {import("./picture.js").Layers["mode"]} */
   layerMode() {
     if (differenceKind(this.mode)) return "difference";
     return /** @type {any} */ (this.mode === "blink" ? "flip" : this.mode);
@@ -293,7 +293,7 @@ export class Client {
     this.probe();
   }
 
-  /** Holds a clicked pixel, and tells the server about it, because the script that shows the view may react to it.
+  /** Holds a clicked pixel, and reports it to the server, because the script that shows the view may react to it.
    * @param {Pixel | null} pixel */
   pick(pixel) {
     this.hold(pixel);
@@ -308,7 +308,7 @@ export class Client {
     byId("held", HTMLElement).textContent = "";
   }
 
-  /** Asks for the values of the held or hovered pixel. */
+  /** Requests the values of the held or hovered pixel. */
   probe() {
     clearTimeout(this.probeTimer);
     const wait = this.transport.live ? this.probed + PROBE_PAUSE - performance.now() : 0;
@@ -353,7 +353,7 @@ export class Client {
   }
 
   /**
-   * The text in a pixel that is drawn large.
+   * The lines of text that are drawn in a large pixel.
    * @param {Pixel} pixel
    */
   valuesIn({ column, row }) {
@@ -379,7 +379,7 @@ export class Client {
     byId("status-zoom", HTMLElement).textContent = !hasPicture ? "" : `${percent < 10 ? percent.toFixed(1) : Math.round(percent)} %`;
   }
 
-  /** Tells screen readers what the image shows. */
+  /** Describes the image for screen readers. */
   describe() {
     const compare = this.mode === "off" ? "" : `, comparing by ${this.mode}`;
     const shown = this.plane ? ` (${styleOf(this.plane).kind})` : "";

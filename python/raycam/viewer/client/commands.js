@@ -1,4 +1,4 @@
-// The commands of keys, buttons and pointers, carried out by a client.
+// The commands that keys, buttons and pointers trigger, and that a client executes.
 
 import { byId, element } from "./dom.js";
 import { KEYS, commandOf, keyLabel } from "./keys.js";
@@ -9,7 +9,7 @@ import { listenToPointers } from "./pointer.js";
 /** @typedef {import("./client.js").Client} Client */
 
 const WHEEL_ZOOM = 1.25;
-const PAN_STEP = 48; // CSS pixels
+const PAN_STEP = 48; // CSS pixels by which an arrow key pans
 
 /**
  * The commands by name; arguments are the words after the name.

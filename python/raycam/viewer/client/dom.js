@@ -1,4 +1,4 @@
-// Finds elements of the page by their ids, and makes new ones.
+// Finds elements of the page by their ids, and creates new elements.
 
 /**
  * The element of an id.
@@ -65,7 +65,7 @@ export function fillSelect(select, options) {
  * The numbers in fields. Reports the first field with something else, or with a number outside its `min` and `max`.
  * @param {HTMLInputElement[]} inputs with labels around them
  * @param {(text: string) => void} wrong
- * @returns {number[] | null} null where one is wrong
+ * @returns {number[] | null} null if a field is invalid
  */
 export function numbersOf(inputs, wrong) {
   for (const { value, min, max, validity, labels } of inputs) {

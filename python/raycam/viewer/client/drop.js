@@ -1,4 +1,4 @@
-// Files that are dropped on the live view: sent in pieces, then the world among them is opened.
+// Files that are dropped on the live view: they are sent in pieces, and then the world among them is opened.
 
 import { filesOf, isKnown, isWorld } from "./files.js";
 
@@ -6,11 +6,11 @@ import { filesOf, isKnown, isWorld } from "./files.js";
 /** @typedef {import("./files.js").FileTypes} FileTypes */
 /** @typedef {import("./files.js").NamedFile} NamedFile */
 
-const PIECE = 45000; // bytes, 60000 letters of base64
-const LONGEST_NAME = 1000, LARGEST_FILE = 2 ** 28; // characters and bytes that the server accepts
-const LISTED = 3; // number of ignored files that a notice names
+const PIECE = 45000; // bytes of a piece; encoded, these are 60000 characters of base64
+const LONGEST_NAME = 1000, LARGEST_FILE = 2 ** 28; // the server's limits for names in characters, and for files in bytes
+const LISTED = 3; // maximum number of ignored files that a notice lists
 const ARCHIVE = /\.zip$/i;
-const MODEL = /\.(glb|gltf|vrm|obj|ply|stl|off|usd[acz]?)$/i; // models that can be shown together
+const MODEL = /\.(glb|gltf|vrm|obj|ply|stl|off|usd[acz]?)$/i; // endings of models that can be shown together
 const MAX_MODELS = 100;
 
 /**

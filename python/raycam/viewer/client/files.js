@@ -1,7 +1,7 @@
 // File types that raycam reads, as the server or the page lists them, and files of dropped folders.
 
 /** @typedef {{ worlds: string[], companions: string[] }} FileTypes extensions without the dot */
-/** @typedef {{ name: string, file: File }} NamedFile a file with its path below what was dropped */
+/** @typedef {{ name: string, file: File }} NamedFile a file, and its path relative to the dropped item */
 
 /** @param {string} name */
 const extensionOf = (name) => (/\.([^./]+)$/.exec(name) || ["", ""])[1].toLowerCase();

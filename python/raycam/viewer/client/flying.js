@@ -1,10 +1,10 @@
-// Ways to move the camera: orbiting, and flying or walking with keys that move it while they are down.
+// Ways to move the camera: orbiting, and flying or walking while keys are down.
 
 /** @typedef {import("./navigator.js").Navigator} Navigator */
 
-const FLY_STEP = 1; // hundredths of the world's size per step
-const FAST = 4, SPEED_NOTCH = 1.25, SLOWEST = 1 / 64, FASTEST = 64; // factors of the step
-const FLY_TICK = 50; // ms
+const FLY_STEP = 1; // length of a step, in hundredths of the world's size
+const FAST = 4, SPEED_NOTCH = 1.25, SLOWEST = 1 / 64, FASTEST = 64; // factors of the step's length
+const FLY_TICK = 50; // milliseconds between two steps while a key is down
 const FLY_KEYS = /** @type {Record<string, number[]>} */ ({
   KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
 });
@@ -57,7 +57,7 @@ export class Flying {
     this.down.add(event.code);
     if (this.timer) return;
     this.timer = setInterval(() => this.fly(), FLY_TICK);
-    this.fly(); // at once: a short press is a step
+    this.fly(); // the first step is immediate, so that a short press is one step
   }
 
   fly() {

@@ -1,9 +1,9 @@
-// The gizmo of the live view: finds the handle under the pointer and sends what dragging it changes.
+// The gizmo of the live view: finds the handle under the pointer, and sends drags of the handle to the server.
 
 /** @typedef {import("./client.js").Client} Client */
 /** @typedef {import("./pointer.js").Point} Point */
 
-const HANDLE_REACH = 9; // CSS pixels
+const HANDLE_REACH = 9; // distance in CSS pixels within which the pointer grabs a handle
 
 export class Gizmo {
   /** @param {Client} client */

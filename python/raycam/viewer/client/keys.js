@@ -1,8 +1,8 @@
 // The table of keys, which the handler, the help and docs/view.md use.
 
 /**
- * A row: what is pressed, the command it gives, what it does, and where it works. Ctrl, Alt and Shift are written in
- * front of the key, in this order; "Shift" is not written for signs that need it.
+ * A row: the keys, their command, its description, and whether it exists only in live views. Ctrl, Alt and Shift are
+ * written in front of the key, in this order; "Shift" is omitted for characters that require Shift.
  * @type {{ keys: string[], command: string, does: string, live?: boolean }[]}
  */
 export const KEYS = [
@@ -76,7 +76,7 @@ const KEY_PLACES = /** @type {Record<string, string>} */ ({
 
 /**
  * The name of a pressed key as the table writes it: by its place on the keyboard, so that keys work on any layout. With
- * Ctrl, a Latin letter counts instead: Ctrl and Z is undo wherever Z is.
+ * Ctrl, a Latin letter counts instead: Ctrl+Z is undo wherever the letter Z is.
  * @param {KeyboardEvent} event
  * @returns {string}
  */

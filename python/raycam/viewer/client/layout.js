@@ -1,4 +1,4 @@
-// The layout of the live view at its start: the panels take their space, or are folded on narrow screens.
+// The initial layout of the live view: panels next to the image, or folded panels on narrow screens.
 
 const NARROW_SCREEN = "(max-width: 760px)";
 

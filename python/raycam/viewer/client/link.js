@@ -20,8 +20,8 @@
  * @property {number[] | null} pixel the held pixel's centre relative to the image, in x and y from 0 to 1
  */
 
-const LONGEST_SEEN = 8192; // characters
-/** The numbers of each list: the least and the most. */
+const LONGEST_SEEN = 8192; // maximum characters of a view in a link
+/** The minimum and the maximum number of values in each list. */
 const LIST_LENGTHS = /** @type {const} */ ({ R: [9, 9], C: [3, 3], pivot: [3, 3], lens: [4, 36], size: [2, 2] });
 const LINK_TEXTS = /** @type {const} */ (["camera", "channel", "view", "animation", "variant", "integrator"]);
 const LINK_NUMBERS = /** @type {const} */ (["focal", "exposure", "time"]);

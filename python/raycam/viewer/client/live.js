@@ -33,9 +33,9 @@ export const LIVE_MOUSE =
   "under the cursor; Ctrl and wheel magnify the pixels. Double-click to set the pivot of the orbit. Click to hold a " +
   "pixel; Alt and click, or a long press, to explain it. On a touch screen, use two fingers to move closer and to pan.";
 
-const ORBIT_STEP = 14; // pixels of a drag that an arrow key stands for: 5 degrees
-const PAN_PIXELS = 24; // pixels of the image that an arrow key pans
-const LONGEST_FILM = 60; // seconds
+const ORBIT_STEP = 14; // pixels of the drag that an arrow key replaces: 5 degrees
+const PAN_PIXELS = 24; // image pixels by which an arrow key pans
+const LONGEST_FILM = 60; // maximum duration of a video in seconds
 export class LiveView {
   /** @param {Client} client */
   constructor(client) {
@@ -70,7 +70,7 @@ export class LiveView {
     this.cameras = [];
     /** The held pixel whose object was selected. @type {import("./picture.js").Pixel | null} */
     this.selectedBy = null;
-    /** The camera that was looked through last. */
+    /** The camera that was selected last. */
     this.looked = "";
     this.camera = byId("camera", HTMLSelectElement);
     this.integrator = byId("integrator", HTMLSelectElement);
@@ -95,7 +95,7 @@ export class LiveView {
   }
 
   /**
-   * Carries out the part of a message that concerns the live view only.
+   * Executes the part of a message that only concerns the live view.
    * @param {import("./client.js").Message} message
    */
   receive(message) {
@@ -147,7 +147,7 @@ export class LiveView {
       this.measure.receive(message);
       const { held } = this.client;
       const isNew = held !== this.selectedBy && message.u === held.column && message.v === held.row;
-      if (isNew && !isMeasuring) this.world.pick(message.values.instance?.numbers[0]); // not again with each image: another object may be selected since
+      if (isNew && !isMeasuring) this.world.pick(message.values.instance?.numbers[0]); // only once, because another object may have been selected in the meantime
       if (isNew) this.selectedBy = held;
     }
     if (message.type === "controls") this.script.show(message.controls);
@@ -185,7 +185,7 @@ export class LiveView {
   }
 
   /**
-   * After a welcome: tells the server's session what it does not know about this page, and takes over the session's state.
+   * After a welcome: sends this page's settings to the server's session, and adopts the session's state.
    * @param {import("./client.js").Message} welcome
    */
   begin({ overlay, triangles }) {

@@ -1,5 +1,5 @@
-// The start: a page that contains a frame shows it, and one that contains the core renders. A page in a cell connects to
-// the kernel, any other one to its server. In a worker, the same script renders for the page.
+// The start: a page with a frame shows the frame, and a page with the core renders. A page in a notebook cell connects
+// to the kernel, any other page to its server. In a worker, the same script renders for the page.
 
 import { Client } from "./client.js";
 import { bindCommands } from "./commands.js";
@@ -19,7 +19,7 @@ const PAGE_MOUSE =
 
 /** @param {SocketTransport | FrameTransport | WorkerTransport} transport */
 function openLive(transport) {
-  document.body.classList.add("live"); // the panels take their space before the size of the first image is sent
+  document.body.classList.add("live"); // shows the panels before the size of the first image is sent
   const client = new Client(transport);
   const live = new LiveView(client);
   transport.size = () => live.size();

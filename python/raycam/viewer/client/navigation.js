@@ -16,8 +16,8 @@ import { apply, cross, dot, lengthOf, minus, plusTimes, product, rowOf, transpos
  * @property {number[]} pivot the point that the camera orbits around
  */
 
-const STEEPEST = (89 * Math.PI) / 180; // the steepest pitch: beyond the vertical, left and right would swap
-const MAX_HALF_ANGLE = Math.PI / 4; // radians: the largest half field of view for framing a world, for wide lenses
+const STEEPEST = (89 * Math.PI) / 180; // the largest pitch in radians: beyond the vertical, left and right would be exchanged
+const MAX_HALF_ANGLE = Math.PI / 4; // the largest half field of view in radians with which a wide lens frames a world
 const MIN_HALF_ANGLE = 0.01;
 
 /**
@@ -111,7 +111,7 @@ export function walk(camera, right, forward) {
   const { R, C, up } = camera;
   const ahead = rowOf(R, 2);
   const flat = plusTimes(ahead, -dot(ahead, up), up);
-  // If the camera looks straight up or down: towards the top of the image.
+  // If the camera looks straight up or down, it moves towards the top of the image.
   const way = lengthOf(flat) < 1e-3 ? cross(up, rowOf(R, 0)) : flat;
   const level = way.map((value) => value / lengthOf(way));
   return { ...camera, C: plusTimes(plusTimes(C, right, cross(level, up)), forward, level) };

@@ -1,4 +1,4 @@
-// The navigator: turns gestures into the camera's next pose, and sends it. Its camera is ahead of the server's.
+// The navigator: converts gestures to the next camera pose, and sends this pose. The navigator's camera is newer than the server's.
 
 import { dolly, fit, lookAround, move, orbit, pan, roll, walk } from "./navigation.js";
 import { lengthOf, minus, plusTimes, rowOf } from "./core/vectors.js";
@@ -8,7 +8,7 @@ import { lengthOf, minus, plusTimes, rowOf } from "./core/vectors.js";
 /** @typedef {{ origin: number[] | null, direction: number[] | null, point: number[] | null, bounds: number[][] | null }} Located */
 
 const ORBIT_PER_PIXEL = (0.35 * Math.PI) / 180;
-export const DOLLY_STEP = 1.15; // the factor of a notch of the wheel
+export const DOLLY_STEP = 1.15; // the zoom factor of one notch of the wheel
 const MAX_NOTCHES = 20;
 
 export class Navigator {
@@ -32,7 +32,7 @@ export class Navigator {
   }
 
   /**
-   * Starts with the camera of a session, and waits no longer for answers of an older connection.
+   * Starts with the camera of a session, and stops waiting for answers of an older connection.
    * @param {CameraState & { seq: number }} state
    */
   welcome(state) {

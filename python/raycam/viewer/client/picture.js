@@ -18,11 +18,11 @@ import { drawPoints } from "./image/points.js";
  * @property {{ name: string, lines: [number, number][][], color?: string, handle?: string, thin?: boolean, points?: number[] }[]} overlay lines in pixels of the image, and points as number, column and row
  * @property {import("./image/measured.js").Measured | null} measured
  * @property {Pixel[]} marks pixels that have an explanation
- * @property {((pixel: Pixel) => { lines: string[], ink: string }) | null} valuesIn the text in a large pixel
+ * @property {((pixel: Pixel) => { lines: string[], ink: string }) | null} valuesIn the text in a pixel that is drawn large
  */
 
 const OVERLAY_COLOR = "#ffd60a";
-const GRID_FROM = 12; // CSS pixels of an image's pixel
+const GRID_FROM = 12; // minimum CSS pixels per image pixel at which the pixel grid is drawn
 const VALUES_FROM = 56;
 const MOST_ZOOM = 256;
 
@@ -36,7 +36,7 @@ export class PictureView {
     this.width = 1;
     this.height = 1;
     this.zoom = 1; // CSS pixels per pixel of the image
-    this.left = 0; // CSS position of the image's corner
+    this.left = 0; // position of the image's top left corner on the canvas, in CSS pixels
     this.top = 0;
     this.fitted = true;
     this.waiting = false;
@@ -54,7 +54,7 @@ export class PictureView {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
   }
 
-  /** Draws again when the window moves to a screen with another ratio: its size in CSS pixels may stay the same. */
+  /** Draws again when the window moves to a screen with another ratio, because the window's size in CSS pixels may stay the same. */
   watchRatio() {
     matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", () => {
       this.watchRatio();
@@ -247,7 +247,7 @@ export class PictureView {
     }
   }
 
-  /** @returns {number} where the divider is, in CSS pixels of the canvas */
+  /** @returns {number} the column of the divider, in CSS pixels of the canvas */
   dividerX() {
     return this.left + this.layers.divider * this.zoom * this.width;
   }
@@ -381,8 +381,8 @@ export function resizedLayer(layer, width, height) {
 }
 
 /**
- * Black or white around letters of a colour, whichever they are readable on.
- * @param {string} color as a canvas says it, "#rrggbb"
+ * The outline of letters in a colour: black or white, whichever makes the letters readable.
+ * @param {string} color as "#rrggbb"
  * @returns {string}
  */
 function haloOf(color) {

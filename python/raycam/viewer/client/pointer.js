@@ -15,9 +15,9 @@
  */
 
 const CLICK_DISTANCE = 4; // CSS pixels that the pointer may move during a click
-const LONG_PRESS = 550; // ms
+const LONG_PRESS = 550; // milliseconds after which a touch is a long press
 const WHEEL_STEP = 100; // CSS pixels that one notch of the wheel scrolls
-const DOUBLE_CLICK = 500; // ms within which a second click at the same place is part of a double click
+const DOUBLE_CLICK = 500; // maximum milliseconds between the two clicks of a double click
 
 /**
  * Listens to pointers on a canvas.
@@ -90,7 +90,7 @@ export function listenToPointers(canvas, listener, isEmbedded = false) {
     (event) => {
       if (!usesWheel && !event.ctrlKey && !event.metaKey) return;
       event.preventDefault();
-      if (Math.abs(event.deltaY) <= Math.abs(event.deltaX)) return; // a swipe to the side
+      if (Math.abs(event.deltaY) <= Math.abs(event.deltaX)) return; // a horizontal swipe does not zoom
       const pixels = event.deltaY * [1, 16, 400][event.deltaMode];
       listener.wheel(place(event), -Math.max(-3, Math.min(3, pixels / WHEEL_STEP)), event.ctrlKey || event.metaKey);
     },

@@ -1,11 +1,11 @@
-// The start of a served page: connects before it loads the client's script, so that the server renders the first
-// image meanwhile.
+// The start of a served page: connects before it loads the client's script, so that the server already renders the
+// first image.
 
 import { byId, element } from "./dom.js";
 import { foldPanels, spaceOf } from "./layout.js";
 import { Connection, takeFragment } from "./transport/connection.js";
 
-document.body.classList.add("live"); // the panels take their space before the image's size is sent
+document.body.classList.add("live"); // shows the panels before the image's size is sent
 foldPanels(true);
 const { token, link } = takeFragment();
 const session = sessionStorage.getItem("raycam-session") || "";

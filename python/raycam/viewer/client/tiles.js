@@ -3,8 +3,8 @@
 /** @typedef {import("./image/planes.js").Plane} Plane */
 /** @typedef {import("./client.js").Client} Client */
 
-const TILE_PAUSE = 80; // ms after the last move of the image
-const TILE_SIDE = 256; // pixels: the largest side that the server accepts
+const TILE_PAUSE = 80; // milliseconds after the last move of the image until numbers are requested
+const TILE_SIDE = 256; // side of a tile in pixels, the largest that the server accepts
 
 export class Tiles {
   /** @param {Client} client */
@@ -16,7 +16,7 @@ export class Tiles {
     this.tile = null;
   }
 
-  /** Forgets the numbers, because the image has changed. */
+  /** Discards the numbers, because the image has changed. */
   forget() {
     this.tile = null;
   }

@@ -25,8 +25,8 @@ function digitsOf(value, count) {
  * @param {number} count
  */
 function toEven(value, count) {
-  const [all, power] = value.toExponential(100).split("e"); // exact
-  const end = all.indexOf(".") + count; // of the digits that are kept
+  const [all, power] = value.toExponential(100).split("e"); // enough digits to recognise a tie
+  const end = all.indexOf(".") + count; // index after the last digit that is kept
   const isTie = /^50*$/.test(all.slice(end)) && Number(all[end - 1]) % 2 === 0;
   return isTie ? `${all.slice(0, end)}e${power}` : value.toExponential(count - 1);
 }
@@ -48,7 +48,7 @@ function matrixLines(P) {
 const byteOf = (linear) => Math.round(255 * Math.min(Math.max(linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055, 0), 1));
 
 /**
- * The text of all steps, the ray, and the triangle that the text describes first. Throws where the lens forms no image.
+ * The text of all steps, the ray, and the triangle that the text describes first. Throws an error for a pixel without a ray.
  * @param {{ K: number[], lensRay: import("./steps.js").LensRay, size: number[], offset: number, column: number, row: number,
  *   names: string[], corners: ArrayLike<number>, ids: ArrayLike<number>, colors: ArrayLike<number> }} asked
  */
@@ -146,7 +146,7 @@ function rayLines(P, ray) {
   ];
 }
 
-/** The lines about the ray of a camera that no matrix describes. @param {import("./steps.js").BentRay} ray */
+/** The lines about the ray of a camera that no camera matrix describes (with a lens or parallel rays). @param {import("./steps.js").BentRay} ray */
 function lensLines({ x, C, r, imagePoint, undistorted, inCamera, lens: { model, coefficients, back } }) {
   const isParallel = model === "parallel";
   const angle = (Math.acos(Math.max(-1, Math.min(1, inCamera[2]))) * 180) / Math.PI;

@@ -1,4 +1,4 @@
-// The height above the ground, for walking in pages that render by themselves.
+// The height above the ground, for walking in pages that render without a server.
 
 /**
  * The height of a place above the highest ground within `foot` metres; null if there is no ground below.

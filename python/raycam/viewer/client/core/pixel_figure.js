@@ -1,4 +1,4 @@
-// The data from which the figures of a pixel's explanation are drawn, in pages that render by themselves.
+// The data from which the figures of a pixel's explanation are drawn, in pages that render without a server.
 
 import { srgb8 } from "../image/tone.js";
 

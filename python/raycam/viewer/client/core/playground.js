@@ -5,10 +5,10 @@ import { isKnown, isWorld } from "../files.js";
 import { bytesOfBase64, deflate, inflate } from "../image/planes.js";
 
 const PATH = "world.toml";
-const PAUSE = 350; // ms after the last key until the world is read
-const LONGEST_LINK = 32 * 1024; // characters
-const LONGEST_TEXT = 2 ** 20; // bytes of a world in a link
-const MOST_BYTES = 256 * 2 ** 20; // of all files of the user: a page has 512 MiB, and a model takes more than its file
+const PAUSE = 350; // milliseconds after the last key press until the world is read
+const LONGEST_LINK = 32 * 1024; // maximum characters of a link
+const LONGEST_TEXT = 2 ** 20; // maximum bytes of a world in a link
+const MOST_BYTES = 256 * 2 ** 20; // maximum bytes of all opened files: a page has 512 MiB of memory, and a model in memory is larger than its file
 
 /** @typedef {{ name: string, text: string }} Example */
 /** @typedef {import("../files.js").FileTypes} FileTypes */
@@ -71,7 +71,7 @@ export class Playground {
     const pane = element("section", "", { id: "playground", "aria-label": "World" });
     pane.append(buttons, lines, this.problem, note, choose);
     document.querySelector("main")?.prepend(pane);
-    document.body.classList.add("playground", "no-panel"); // leaves the space to the image; a button opens the panel
+    document.body.classList.add("playground", "no-panel"); // the panel is closed, so that the image has more space; a button opens it
     document.getElementById("panel-button")?.setAttribute("aria-expanded", "false");
   }
 
@@ -91,7 +91,7 @@ export class Playground {
     this.show();
   }
 
-  /** Replaces the text as if it were typed, so that the browser's undo brings the old one back. @param {string} text */
+  /** Replaces the text as if it were typed, so that the browser's undo restores the old text. @param {string} text */
   replaceText(text) {
     this.text.focus();
     this.text.select();
@@ -119,7 +119,7 @@ export class Playground {
     this.drawNumbers();
   }
 
-  /** Draws the numbers of the visible lines only: a text may have a million lines. */
+  /** Draws only the numbers of the visible lines, because a text may have a million lines. */
   drawNumbers() {
     const { scrollTop, clientHeight } = this.text;
     const height = parseFloat(getComputedStyle(this.text).lineHeight) || 18;

@@ -1,4 +1,4 @@
-// A session in a worker, for pages that render by themselves: the counterpart of viewer/session/ in Python.
+// A session in a worker, for pages that render without a server: the counterpart of viewer/session/ in Python.
 
 import { apply, rowOf } from "./vectors.js";
 import { groundBelow } from "./ground.js";
@@ -9,13 +9,13 @@ import { pixelFigureOf } from "./pixel_figure.js";
 /** @typedef {import("../messages").ClientMessage} ClientMessage */
 /** @typedef {import("../image/planes.js").Plane} Plane */
 
-const LARGEST = [640, 480]; // columns and rows: the largest still image
+const LARGEST = [640, 480]; // the largest still image: columns and rows
 const SAMPLES = /** @type {Record<string, number>} */ ({ flat: 16, direct: 64, path: 256, ao: 64 });
 const COLORS = ["color", "alpha", "coverage"]; // the channels that improve with more samples
 const LEFT_OUT = [...COLORS, "shadow", "error"];
-const MOVING_TIME = 60; // ms: the time that an image during a movement may take
-const BAND_TIME = 60; // ms between two looks for new messages
-const REST = 150; // ms without a change after which a view rests
+const MOVING_TIME = 60; // maximum render time of an image during a movement, in milliseconds
+const BAND_TIME = 60; // milliseconds between two checks for new messages
+const REST = 150; // milliseconds without a change after which still images are rendered
 
 export class Session {
   /**
@@ -54,7 +54,7 @@ export class Session {
     this.shown = "";
     /** @type {Map<string, Plane> | null} planes of the newest still image of this version */
     this.still = null;
-    this.cost = 0.002; // ms per pixel of a moving image
+    this.cost = 0.002; // milliseconds per pixel of a moving image, measured
     this.cares = true;
     /** @type {any} corners, ids and colours of all triangles */
     this.triangles = null;
@@ -130,7 +130,7 @@ export class Session {
     this.shown = "";
   }
 
-  /** Carries out a message; those of controls that pages do not show are ignored. @param {ClientMessage} message */
+  /** Executes a message; messages of controls that pages do not show are ignored. @param {ClientMessage} message */
   receive(message) {
     switch (message.type) {
       case "size": return this.resize(message);
@@ -211,7 +211,7 @@ export class Session {
     this.say({ type: "answer", id, below: [begin, end].map((place) => groundBelow(corners, this.up, place, foot)) });
   }
 
-  /** @param {any} camera @param {number} u @param {number} v @returns {number[] | null} the surface point seen there */
+  /** @param {any} camera @param {number} u @param {number} v @returns {number[] | null} the surface point at this position, and its object */
   pointAt(camera, u, v) {
     const [width, height] = camera.size;
     const [column, row] = [Math.floor(u), Math.floor(v)];
@@ -268,8 +268,8 @@ export class Session {
   }
 
   /**
-   * An image in full size, rendered some rows at a time. Messages are handled between the rows; one that changes the
-   * view ends the image.
+   * An image in full size, rendered some rows at a time. Messages are handled between the rows. A message that
+   * changes the view ends the image.
    * @param {Record<string, any>} request
    * @param {number} samples
    * @param {boolean} exact

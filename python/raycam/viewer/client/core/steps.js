@@ -1,9 +1,9 @@
-// The steps of the lecture for one pixel, in float64: the numbers that raycam.explain has, by the same formulas.
+// The steps of the lecture for one pixel, in float64: the numbers of raycam.explain, computed with the same formulas.
 // Source: Nicholas Dwork, Making Virtual Worlds (Computer Graphics Lecture 1).
 
 import { apply, cross, dot, lengthOf, minus, plusTimes, product, rowOf } from "./vectors.js";
 
-const ROUNDING = 2 ** -47; // relative error that counts as rounding
+const ROUNDING = 2 ** -47; // relative error up to which a value counts as 0
 
 /**
  * @typedef {object} Candidate one triangle and the ray
@@ -67,14 +67,14 @@ export function rayOfPixel(P, u, v) {
 /** @typedef {ReturnType<typeof rayOfPixel>} PixelRay */
 
 /**
- * @typedef {object} LensRay what the core says of a camera and a pixel
+ * @typedef {object} LensRay the core's data about a camera and a pixel
  * @property {string} model of the lens; "parallel" for parallel rays
  * @property {number[]} coefficients
  * @property {number[]} origin
  * @property {number[]} direction of unit length
  * @property {number[]} R row by row, at the moment of the pixel's line
- * @property {number[]} back the pixel where a point of the ray is seen
- * @property {string[]} further names of what else the camera has
+ * @property {number[]} back the pixel to which the camera projects a point of the ray
+ * @property {string[]} further names of the camera's other properties
  */
 
 /**
@@ -183,7 +183,7 @@ export function rangesOf({ r, forward }, t) {
   return { distance: t * lengthOf(r), depth: t * dot(r, forward) };
 }
 
-/** The pixel coordinates at which a point is seen. @param {number[]} P @param {number[]} point */
+/** The pixel coordinates of a point's projection. @param {number[]} P @param {number[]} point */
 export function pixelOf(P, point) {
   const M = [0, 1, 2].flatMap((i) => P.slice(4 * i, 4 * i + 3));
   const [x, y, z] = apply(M, point).map((value, i) => value + P[4 * i + 3]);

@@ -2,7 +2,7 @@
 
 import { Session, nextTurn } from "./session.js";
 
-const IDLE = 30; // ms between two checks for work
+const IDLE = 30; // milliseconds between two checks for work
 
 /** The error of the core, which is JSON; an empty object for other errors. */
 function parsed(/** @type {string} */ text) {
@@ -32,7 +32,7 @@ export function serve(scope) {
   }
 
   function open(/** @type {any} */ { world, files, path, options, first }) {
-    session?.changed(); // ends the work of the old session
+    session?.changed(); // ends the old session's work
     session = null;
     let loaded;
     if (world) loaded = core.World.unpack(new Uint8Array(world));
@@ -62,7 +62,7 @@ export function serve(scope) {
   }
 
   function fail(/** @type {any} */ error) {
-    if (session) session.samples = session.target; // the same work would fail again
+    if (session) session.samples = session.target; // stops the refinement, because the same work would fail again
     const text = String(error?.message ?? error);
     const { code, ...told } = parsed(text);
     const broken = error instanceof WebAssembly.RuntimeError || error instanceof RangeError || code === "internal";

@@ -12,7 +12,7 @@ import { placeLabels } from "./labels.js";
  * @property {(symbol?: string) => boolean} lit true if the reader points at the symbol
  * @property {(label: Label) => void} label adds a label, which is drawn last
  * @property {(at: number[]) => void} avoid keeps labels away from a point
- * @property {(symbol: string | undefined, points: number[][]) => void} touch makes the symbol light up where the line is
+ * @property {(symbol: string | undefined, points: number[][]) => void} touch highlights the symbol when the pointer is on the line
  */
 /**
  * @typedef {object} Drawing
@@ -23,8 +23,8 @@ import { placeLabels } from "./labels.js";
  * @property {(at: number[], from: number[]) => void} [drag]
  * @property {() => void} [release] the end of dragging
  * @property {(step: number[]) => void} [nudge] arrow keys, and Page Up (1) and Page Down (-1) as a third number
- * @property {(key: string) => boolean} [key] another key; true if it did something
- * @property {(at: number[]) => boolean} [isHandle] true where a point is dragged
+ * @property {(key: string) => boolean} [key] handles another key; true if the key had an effect
+ * @property {(at: number[]) => boolean} [isHandle] true at a point that can be dragged
  * @property {() => string} [next] Enter: selects what the arrow keys move; returns its description
  */
 /** @typedef {{ highlight: string, point: (symbol: string) => void, redraw: () => void }} Marks the symbol that the reader points at */

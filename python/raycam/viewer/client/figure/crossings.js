@@ -53,7 +53,7 @@ export function planeCoordinates({ corners, edges, n }) {
   return (/** @type {number[]} */ point) => [dot(x, minus(point, corners[0])), dot(y, minus(point, corners[0]))];
 }
 
-/** The places of plane points that make some of them fill a figure. @param {number[][]} points @param {{ width: number, height: number }} size @param {number} [margin] */
+/** The function that maps points of the plane to places in a figure, so that `points` fill the figure. @param {number[][]} points @param {{ width: number, height: number }} size @param {number} [margin] */
 export function fitted(points, { width, height }, margin = 34) {
   const [low, high] = [Math.min, Math.max].map((pick) => [0, 1].map((i) => pick(...points.map((point) => point[i]))));
   const scale = Math.min((width - 2 * margin) / (high[0] - low[0] || 1), (height - 2 * margin) / (high[1] - low[1] || 1));

@@ -1,4 +1,4 @@
-// The world from outside, by a parallel projection that the reader turns: triangles, camera, image plane, ray, lights.
+// The world from outside, in a parallel projection that the reader can rotate: triangles, camera, image plane, ray, lights.
 
 import { cross, dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { drawArrow, drawBulb, drawDot, drawLine, drawRing, drawSun } from "./shapes.js";
@@ -68,7 +68,7 @@ export class OutsideView {
     this.scale = Math.min(width / 1.3, height) / (2 * this.radius);
   }
 
-  /** x, y and nearness of a point. @param {number[]} point */
+  /** The position x, y of a point in the figure, and its nearness to the reader. @param {number[]} point */
   see(point) {
     const off = minus(point, this.center);
     return [this.width / 2 + this.scale * dot(off, this.axes[0]), this.height / 2 - this.scale * dot(off, this.axes[1]), dot(off, this.axes[2])];

@@ -1,4 +1,4 @@
-// Figures below each other, each with a title. A symbol is highlighted in all of them together.
+// Figures below each other, each with a title. A symbol is highlighted in all figures at the same time.
 
 import { element } from "../dom.js";
 import { Board } from "./board.js";

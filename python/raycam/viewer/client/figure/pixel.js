@@ -44,7 +44,7 @@ export function viewBeside(along, up, points) {
   return new OutsideView({ azimuth, elevation: 22, center, radius, up });
 }
 
-/** The drawn part of the ray's length: beside a small triangle it is shorter. @param {PixelFigure} figure @param {import("../core/steps.js").Candidate | null} found */
+/** The fraction of the ray that is drawn, which is smaller for a small triangle. @param {PixelFigure} figure @param {import("../core/steps.js").Candidate | null} found */
 function shareOf({ C }, found) {
   return found ? Math.min(1, (LONGEST * Math.max(...found.edges.map(lengthOf))) / (lengthOf(minus(found.f, C)) || 1)) : 1;
 }

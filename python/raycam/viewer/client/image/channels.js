@@ -1,11 +1,11 @@
-// Channels: how the numbers of each become colours, and how the legend explains these.
+// Channels: the conversion of each channel's numbers to colours, and the legend that explains the colours.
 
 /** @typedef {import("./planes.js").Plane} Plane */
 /** @typedef {"light" | "scalar" | "share" | "ids" | "direction" | "weights" | "place" | "flow"} ChannelKind */
 /**
  * @typedef {object} ChannelStyle
  * @property {ChannelKind} kind
- * @property {number} [of] numbers of a pixel; 1 where it is left out
+ * @property {number} [of] numbers per pixel (default: 1)
  * @property {string} [unit]
  * @property {boolean} [zeroIsMiss] a zero vector is the background
  * @property {boolean} [log]
@@ -66,7 +66,7 @@ export function unitOf(name) {
 }
 
 /**
- * The sentence that says what the colours of a channel mean.
+ * The sentence that explains the colours of a channel.
  * @param {ChannelStyle} style
  * @param {number} components
  * @returns {string}

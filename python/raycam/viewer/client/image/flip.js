@@ -4,8 +4,8 @@
 
 import { linearOfSrgb } from "./tone.js";
 
-const PIXELS_PER_DEGREE = (0.7 * 3840 * Math.PI) / (0.7 * 180); // 0.7 m from a screen of 3840 pixels in 0.7 m
-const QC = 0.7, PC = 0.4, PT = 0.95, QF = 0.5, FEATURE_WIDTH = 0.082; // degrees
+const PIXELS_PER_DEGREE = (0.7 * 3840 * Math.PI) / (0.7 * 180); // for a screen 0.7 m wide with 3840 columns, viewed from 0.7 m
+const QC = 0.7, PC = 0.4, PT = 0.95, QF = 0.5, FEATURE_WIDTH = 0.082; // the paper's constants; the width is in degrees
 /** The contrast sensitivity of Y, Cx and Cz: the sums of two Gaussians a sqrt(pi / b) exp(-pi² x² / b). */
 const SENSITIVITY = [[1, 0.0047, 0, 1e-5], [1, 0.0053, 0, 1e-5], [34.1, 0.04, 13.5, 0.025]];
 const XYZ_OF_RGB = [

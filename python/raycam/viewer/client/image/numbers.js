@@ -28,7 +28,7 @@ function halfOf(value) {
   return step * (Math.abs(value / step - steps) === 0.5 && steps % 2 ? steps - 1 : steps);
 }
 
-const NARROW = 9; // characters of a column
+const NARROW = 9; // characters of a narrow column
 
 /**
  * A value with six significant digits, or fewer if they would not fit into a narrow column.

@@ -1,4 +1,4 @@
-// Painting: a plane and the display settings to the RGBA bytes of an image.
+// Painting: converts a plane to the RGBA bytes of an image, with the display settings.
 
 import { isMiss, styleOf } from "./channels.js";
 import { flowColor, idColor, mapIndex, mapTable, shareOfRange } from "./colormap.js";
@@ -11,7 +11,7 @@ import { toneMap } from "./tone.js";
  * @property {number} exposure stops
  * @property {string} view a view transform
  * @property {string} map a colour map
- * @property {Range | null} range of scalars; null takes the percentiles
+ * @property {Range | null} range of scalars; null selects the percentiles
  */
 
 const HATCH = [[0x8c, 0x92, 0x9c], [0x74, 0x7a, 0x84]];
@@ -109,7 +109,7 @@ export function percentiles(plane, component) {
   }
   const sorted = Float64Array.from(taken).sort();
   const [low, high] = [sorted[Math.floor(LOW_SHARE * (sorted.length - 1))], sorted[Math.ceil(HIGH_SHARE * (sorted.length - 1))]];
-  // If nearly all values are the same, the range must contain the few that differ.
+  // If nearly all values are the same, the range must contain the few other values.
   return low < high ? widened(low, high) : widened(sorted[0], sorted[sorted.length - 1]);
 }
 

@@ -1,4 +1,4 @@
-// Planes: the arrays of a frame. wire.py packs them, and this file unpacks them to the same bits.
+// Planes: the arrays of a frame. wire.py packs planes, and this file unpacks them to the same bits.
 //
 // A plane is packed by a filter over its values as whole numbers, then by raw deflate. The filters store the components
 // one after the other, and of each component first the lowest byte of all values, then the next byte. "left" stores the

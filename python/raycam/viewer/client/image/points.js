@@ -1,6 +1,6 @@
 // Points over the image, such as those of a lidar.
 
-const POINT_RADIUS = 1.8; // CSS pixels of a point
+const POINT_RADIUS = 1.8; // radius of a drawn point in CSS pixels
 
 /**
  * Draws points: number, column and row of each.

@@ -1,6 +1,6 @@
 // Measures of how similar two images look: PSNR and SSIM of their sRGB bytes, as displayed.
 
-const RADIUS = 5, SIGMA = 1.5; // of the window, pixels: 11 x 11 as in the paper
+const RADIUS = 5, SIGMA = 1.5; // radius and standard deviation of the window in pixels: 11 x 11 as in the paper
 const C1 = (0.01 * 255) ** 2, C2 = (0.03 * 255) ** 2;
 
 /**

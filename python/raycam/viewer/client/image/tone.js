@@ -1,4 +1,4 @@
-// From linear radiance to 8-bit sRGB: the view transforms of raycam (crates/scene/src/color), to 1 of 255.
+// Converts linear radiance to 8-bit sRGB with raycam's view transforms (crates/scene/src/color). Results differ by at most 1 of 255.
 
 /** The names of the view transforms, the same as in `raycam.render`. */
 export const VIEW_TRANSFORMS = ["standard", "agx", "pbr_neutral"];

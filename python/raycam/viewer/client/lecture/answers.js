@@ -21,7 +21,7 @@ import { general } from "../core/explanation.js";
  * @property {(facts: Facts, isSolved: (id: string) => boolean) => string[]} given lines
  * @property {(facts: Facts) => number[]} answer
  * @property {(values: number[], facts: Facts) => string} hint to a wrong answer
- * @property {((values: number[], facts: Facts) => string)} [other] why another answer is right too; empty where it is not
+ * @property {((values: number[], facts: Facts) => string)} [other] why another answer is also correct; empty if the answer is wrong
  */
 
 /** The tolerance of an answer, as a share of the largest number. */

@@ -1,4 +1,4 @@
-// Chapters 7 to 9: inside by crossings, the closest hit, and the tree.
+// Chapters 7 to 9: the inside test by crossings, the closest hit, and the tree.
 
 import { lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { triangleSteps } from "../core/steps.js";

@@ -88,12 +88,12 @@ export function buildFocus(fig) {
   fig.readout(() => [[`The point at depth ${fixed(depth(), 3)} becomes a disc of radius f A |1/${fixed(depth(), 3)} − 1/${fixed(focus, 1)}| = ${fixed(discRadius(shared.numbers.fx, aperture, depth(), focus), 2)} pixels`]]);
 }
 
-/** A thin lens from the side, not to scale behind it. @param {import("../figure/board.js").Pen} pen @param {number} aperture @param {number} focus @param {number} depth */
+/** A thin lens from the side; the part behind the lens is not to scale. @param {import("../figure/board.js").Pen} pen @param {number} aperture @param {number} focus @param {number} depth */
 function drawLens(pen, aperture, focus, depth) {
   const [lens, middle, sensor] = [0.72 * pen.width, pen.height / 2, 0.9 * pen.width];
   const rim = (aperture / 0.3) * 0.36 * pen.height;
   const front = (/** @type {number} */ z) => lens - (Math.min(z, 8.4) / 8.4) * 0.68 * pen.width;
-  const image = lens + (sensor - lens) / (1 + 1 / focus - 1 / Math.max(depth, 0.7)); // the lens equation; the sensor at distance 1
+  const image = lens + (sensor - lens) / (1 + 1 / focus - 1 / Math.max(depth, 0.7)); // lens equation, with the sensor at distance 1
   drawLine(pen, [[8, middle], [pen.width - 8, middle]], { color: "axis", width: 1, dash: [4, 5] });
   drawLine(pen, [[front(focus), 0.14 * pen.height], [front(focus), 0.86 * pen.height]], { color: "t", width: pen.lit("t") ? 4 : 2, dash: [6, 5] });
   pen.label({ at: [front(focus), 0.14 * pen.height], text: "in focus: z₀", symbol: "t" });

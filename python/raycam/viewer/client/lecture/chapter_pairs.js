@@ -87,7 +87,7 @@ export function cornerPoints(corners) {
   return points;
 }
 
-/** Where rays at the shared edge of two triangles meet neither, with float32 and with exact comparison. @param {number} turn degrees @param {number} count */
+/** The places where rays at the shared edge of two triangles hit neither triangle, in float32 and in exact arithmetic. @param {number} turn degrees @param {number} count */
 export function edgeLeaks(turn, count) {
   const angle = (turn * Math.PI) / 180;
   const spot = (/** @type {number} */ a, /** @type {number} */ radius) => [radius * Math.cos(a + angle), radius * Math.sin(a + angle), 0.3 * Math.cos(a)];

@@ -87,7 +87,7 @@ export function buildNoise(fig) {
   fig.choice({ name: "Samples", options: COUNTS.map((count) => `${count}`), get: () => shown, set: (i) => { shown = i; } });
 }
 
-/** The noise of one of two images with different random numbers: their difference's standard deviation by √2. @param {ArrayLike<number>} a @param {ArrayLike<number>} b */
+/** The noise of an image, from two images with different random numbers: the standard deviation of their difference, divided by √2. @param {ArrayLike<number>} a @param {ArrayLike<number>} b */
 export function noiseOf(a, b) {
   let sum = 0;
   for (let i = 0; i < a.length; i++) sum += (a[i] - b[i]) ** 2;

@@ -1,4 +1,4 @@
-// The chapters on the page: a table of contents with progress, the chapter on screen, and how much of the page was read.
+// The chapters on the page: a table of contents with progress, the current chapter, and the fraction of the page that was read.
 
 import { byId, element } from "../dom.js";
 import { isStill } from "./figure.js";

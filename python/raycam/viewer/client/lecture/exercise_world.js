@@ -1,4 +1,4 @@
-// The numbers of the exercises: a camera and a triangle that are simple enough to calculate on paper. The figures show others.
+// The numbers of the exercises: a camera and a triangle that are simple enough to calculate on paper. The figures show another camera and other triangles.
 
 import { rayOfPixel, triangleSteps } from "../core/steps.js";
 import { dot, plusTimes } from "../core/vectors.js";

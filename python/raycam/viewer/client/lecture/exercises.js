@@ -1,4 +1,4 @@
-// The verdict on a typed answer. Answers are computed from the core's steps.
+// The verdict on a typed answer. The correct answers are computed from the core's steps.
 
 import { general } from "../core/explanation.js";
 import { areClose } from "./answers.js";

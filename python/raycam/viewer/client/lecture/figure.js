@@ -1,4 +1,4 @@
-// A figure of the page: canvases that are drawn when something changed and they are visible, and controls below them.
+// A figure of the page: canvases with controls below them. A visible canvas is drawn after each change.
 
 import { element } from "../dom.js";
 import { Board } from "../figure/board.js";
@@ -24,7 +24,7 @@ export class Figure {
     this.updates = [];
     this.stage = element("div", "", { class: "stage" });
     this.tools = element("div", "", { class: "tools" });
-    /** Where controls are added: the tools, or the newest group in them. */
+    /** The element to which controls are added: the tools, or the newest group of tools. */
     this.place = this.tools;
     host.prepend(this.stage, this.tools);
     shared.listeners.push(() => this.isVisible && this.update());

@@ -1,4 +1,4 @@
-// Matrices of a figure: tables whose numbers have the colour of their symbol.
+// Matrices of a figure: tables in which each number has the colour of its symbol.
 
 import { element } from "../dom.js";
 import { fixed } from "../figure/numbers.js";

@@ -1,4 +1,4 @@
-// Images that the core renders for the figures. Each figure requests images with its key; a new request replaces the previous one with the same key.
+// Images that the core renders for the figures. Each figure requests images with its key; a new request replaces the previous request with the same key.
 
 import { toneMap } from "../image/tone.js";
 import { compiledCore, textOf } from "../transport/worker.js";
@@ -7,7 +7,7 @@ import { compiledCore, textOf } from "../transport/worker.js";
 /** @typedef {{ text: string, width: number, height: number, integrator: string, samples: number, seed?: number }} Wanted `samples` 0 loads the world alone */
 /** @typedef {{ onPicture?: (picture: Picture) => void, onWorld?: (world: any) => void }} Receivers */
 
-/** Time between messages that the reader drags something. */
+/** Minimum milliseconds between two messages that report dragging. */
 const HOLD_MS = 100;
 
 export class Pictures {
@@ -47,7 +47,7 @@ export class Pictures {
     this.worker?.postMessage(message);
   }
 
-  /** Lets refinement wait while the reader drags something. */
+  /** Delays the refinement while the reader drags something. */
   hold() {
     const now = performance.now();
     if (now - this.held < HOLD_MS) return;

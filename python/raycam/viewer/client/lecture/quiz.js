@@ -6,7 +6,7 @@ import { EXERCISES, verdictOn } from "./exercises.js";
 
 /** @typedef {import("./figure.js").Shared} Shared */
 
-/** A text with the page's symbols for plain characters. @param {string} text */
+/** A text in which the page's symbols replace plain characters. @param {string} text */
 const inSymbols = (text) => text.replaceAll("X'", "X′").replaceAll(" - ", " − ").replaceAll(") x (", ") × (");
 
 /** @param {HTMLElement} host @param {Shared} shared */

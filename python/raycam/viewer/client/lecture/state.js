@@ -1,4 +1,4 @@
-// What all figures share: the world's numbers, one selected pixel, and everything computed from them.
+// The state that all figures share: the world's numbers, one selected pixel, and all values computed from both.
 
 import { rayOfPixel, stepsOf } from "../core/steps.js";
 import { cameraOf } from "./camera.js";
@@ -40,7 +40,7 @@ export class Shared {
     this.found = this.steps.winner || this.steps.candidates[0] || null;
   }
 
-  /** Recomputes and redraws after numbers changed. */
+  /** Recomputes and redraws after a change of the numbers. */
   changed() {
     this.compute();
     this.redraw();
@@ -75,7 +75,7 @@ export class Shared {
     try {
       localStorage.setItem(STORE, JSON.stringify(this.progress));
     } catch {
-      // A page without storage forgets its progress when it is closed.
+      // Without storage, the progress is lost when the page is closed.
     }
   }
 }

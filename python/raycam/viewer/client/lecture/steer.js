@@ -68,7 +68,7 @@ export function setSun(numbers, [x, y, z]) {
   numbers.height = within(Math.round(10 * inDegrees(Math.atan2(z, Math.hypot(x, y)))) / 10, 5, 90);
 }
 
-/** Where the image shows the sun: its pixel, or a place at the edge in its direction. @param {Numbers} numbers */
+/** The pixel at which the image shows the sun, or a place at the image's edge in the sun's direction. @param {Numbers} numbers */
 export function sunInPicture(numbers) {
   const { P, R } = cameraOf(numbers);
   const sun = toSun(numbers);
@@ -104,9 +104,9 @@ export function rollToward(numbers, point) {
   setAngles(numbers, { roll: inDegrees(Math.atan2(dot(off, rowOf(level, 0)), -dot(off, rowOf(level, 1)))) });
 }
 
-/** True where dragging in the turn mode rolls: outside the ring. @param {number[]} pixel */
+/** True for a pixel outside the ring, where dragging in the turn mode rolls the camera. @param {number[]} pixel */
 export const isOutsideRing = (pixel) => Math.hypot(...pixel.map((value, i) => value + 0.5 - SIZE[i] / 2)) > (ROLL_FROM * SIZE[1]) / 2;
-/** True where dragging in the move mode moves forward or back: at the right edge. @param {number[]} pixel */
+/** True for a pixel at the right edge, where dragging in the move mode moves the camera forward or back. @param {number[]} pixel */
 export const isAtForwardEdge = ([u]) => u > FORWARD_FROM * SIZE[0];
 
 /** Draws the ring of the turn mode, or the strip of the move mode. @param {import("../figure/board.js").Pen} pen @param {Mode} mode */

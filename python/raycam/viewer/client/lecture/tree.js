@@ -1,4 +1,4 @@
-// A tree of boxes around triangles, built by halving at the median, as far as a figure shows it.
+// A tree of boxes around triangles, which are divided at the median. It is built to the depth that a figure shows.
 
 import { triangleSteps } from "../core/steps.js";
 

@@ -1,4 +1,4 @@
-// Two cameras: the epipolar line, and triangulation, the midpoint of two rays.
+// Two cameras: the epipolar line, and triangulation by the midpoint between two rays.
 
 import { dot, lengthOf, minus, plusTimes, rowOf } from "../core/vectors.js";
 import { pixelOf, rayOfPixel } from "../core/steps.js";

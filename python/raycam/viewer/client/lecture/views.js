@@ -92,7 +92,7 @@ export function cornerHandles({ shared }) {
   }));
 }
 
-/** Makes the handles usable with the keyboard: Enter selects the next one, arrow keys move it. @param {() => Handle[]} handles */
+/** Makes the handles usable with the keyboard: Enter selects the next handle, arrow keys move the handle. @param {() => Handle[]} handles */
 export function handleKeys(handles) {
   let selected = -1;
   const name = (/** @type {Handle | undefined} */ handle) => (handle ? `Arrow keys move ${handle.text || handle.symbol}.` : "No point is selected.");

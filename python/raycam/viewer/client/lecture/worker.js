@@ -88,7 +88,7 @@ export function serveLecture(scope) {
     try {
       text = JSON.parse(text).text;
     } catch {
-      // The text is plain already.
+      // The text needs no conversion.
     }
     scope.postMessage({ type: "failed", key, id, text });
   }

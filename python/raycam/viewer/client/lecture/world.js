@@ -1,4 +1,4 @@
-// The world that all figures share: the numbers that a reader sets, and the world file that follows from them.
+// The world that all figures share: the numbers that a reader sets, and the world file with these numbers.
 
 import { linearOfSrgb, srgb8 } from "../image/tone.js";
 

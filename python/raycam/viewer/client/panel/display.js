@@ -1,4 +1,4 @@
-// The controls of the display: exposure and view transform of colours, map and range of scalars.
+// The display controls: exposure and view transform of colours, colour map and range of scalars.
 
 import { styleOf } from "../image/channels.js";
 import { MAPS } from "../image/colormap.js";
@@ -9,7 +9,7 @@ import { VIEW_TRANSFORMS } from "../image/tone.js";
 /** @typedef {import("../image/paint.js").Display} Display */
 /** @typedef {import("../image/planes.js").Plane} Plane */
 
-const MOST_STOPS = 100; // the limits of the exposure that the server accepts
+const MOST_STOPS = 100; // the largest exposure in stops that the server accepts, positive or negative
 
 export class DisplayControls {
   /** @param {() => void} changed called when a control was moved */

@@ -1,4 +1,4 @@
-// Following: the leader's view for all who follow, and their way to a view of their own.
+// Following: followers show the leader's view, and can switch to a view of their own.
 
 import { byId } from "../dom.js";
 
@@ -11,8 +11,8 @@ const ROLE_TEXTS = {
   blocked: "You follow the leader: press Look around to move freely.",
   world: "Only the leader can do this.",
 };
-const QUIET = ["select", "display", "forget", "overlay", "planes", "pick", "scan"]; // messages that the page sends by itself
-const REMINDER_PAUSE = 3000; // ms
+const QUIET = ["select", "display", "forget", "overlay", "planes", "pick", "scan"]; // messages that the page sends without an action of the user
+const REMINDER_PAUSE = 3000; // minimum milliseconds between two reminders
 
 export class FollowingControls {
   /** @param {Client} client @param {(camera: Message) => void} showCamera */

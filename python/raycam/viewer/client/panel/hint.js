@@ -1,8 +1,8 @@
-// The line at the image's lower edge that explains the mouse. It is shown until the user uses the mouse there.
+// The line at the image's lower edge that explains the mouse. The line is shown until the mouse is used on the image.
 
 import { byId } from "../dom.js";
 
-const HINT_TIME = 12000; // ms
+const HINT_TIME = 12000; // milliseconds until the hint disappears
 
 export class Hint {
   /** @param {HTMLCanvasElement} canvas */

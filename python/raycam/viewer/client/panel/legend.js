@@ -1,4 +1,4 @@
-// The legend of a channel: how to read its colours, the bar of a map, the commonest ids.
+// The legend of a channel: an explanation of its colours, the bar of the colour map, and the most frequent ids.
 
 import { howToRead, isMiss, styleOf } from "../image/channels.js";
 import { idColor, mapTable } from "../image/colormap.js";

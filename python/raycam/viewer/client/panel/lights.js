@@ -1,4 +1,4 @@
-// The lights of the world: strength, colour, position and direction of the selected one; new ones; removal.
+// The lights of the world: strength, colour, position and direction of the selected light; adding and removing lights.
 
 import { byId, fillSelect, numbersOf } from "../dom.js";
 

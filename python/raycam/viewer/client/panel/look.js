@@ -52,7 +52,7 @@ export class LookControls {
     this.light.value = value;
   }
 
-  /** @param {Look} look of a welcome: the one that Reset restores */
+  /** @param {Look} look of the message `welcome`, which Reset restores */
   begin(look) {
     this.first = look;
     this.show(look);

@@ -17,7 +17,7 @@ export class Measure {
     this.button.addEventListener("click", () => this.toggle());
   }
 
-  /** Starts to measure, from the held pixel if there is one; or stops. */
+  /** Starts a measurement, at the held pixel if there is one, or stops the measurement. */
   toggle() {
     const { known, held } = this.client;
     const point = known?.values.position?.numbers;

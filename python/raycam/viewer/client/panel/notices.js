@@ -2,8 +2,8 @@
 
 import { byId } from "../dom.js";
 
-const MESSAGE_TIME = 6000; // ms that a notice stays
-const SAME_BREATH = 400; // ms within which a message joins the previous one
+const MESSAGE_TIME = 6000; // milliseconds for which a notice is shown
+const SAME_BREATH = 400; // milliseconds within which a message is added to the previous message
 
 export class NoticeBox {
   constructor() {
@@ -21,7 +21,7 @@ export class NoticeBox {
   say(text, type, joins = false) {
     const box = byId("message", HTMLElement);
     const before = box.textContent || "";
-    const isNew = !before.split("\n").includes(text) && !text.startsWith(before); // false if the box shows the text already
+    const isNew = !before.split("\n").includes(text) && !text.startsWith(before); // false if the box already shows the text
     const isNext = joins && isNew && !box.hidden && performance.now() - this.said < SAME_BREATH;
     box.textContent = isNext ? `${before}\n${text}` : text;
     box.classList.toggle("error", type === "error" || (isNext && box.classList.contains("error")));

@@ -1,4 +1,4 @@
-// Several cameras at once: up to four images, in the channel and with the colours of the main image. A click on one shows it alone.
+// Several cameras at once: up to four images, in the channel and with the colours of the main image. A click on an image shows only this image.
 
 import { byId, element, fillSelect } from "../dom.js";
 import { paint, rangeOf } from "../image/paint.js";
@@ -50,7 +50,7 @@ export class Panes {
     this.box.querySelector("button")?.focus();
   }
 
-  /** True if keys must not move the camera: several cameras are shown, and the free one does not have the focus. */
+  /** True if keys must not move the camera: several cameras are shown, and the free camera does not have the focus. */
   get ignoresMoves() {
     const pane = this.panes.find(({ canvas }) => canvas.closest("figure")?.contains(document.activeElement));
     return this.panes.length > 0 && pane?.name !== "";

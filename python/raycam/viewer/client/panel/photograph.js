@@ -5,7 +5,7 @@ import { layerOf } from "../picture.js";
 
 /** @typedef {import("../client.js").Client} Client */
 
-const FIRST_OPACITY = 0.5; // opacity of the first photograph that a page shows
+const FIRST_OPACITY = 0.5; // initial opacity of photographs
 
 export class PhotographControls {
   /** @param {Client} client */

@@ -3,7 +3,7 @@
 import { byId, element } from "../dom.js";
 import { LIGHT_PREFIX } from "../image/relight.js";
 
-const MAX_FACTOR = 4; // brightness of a light relative to the frame's
+const MAX_FACTOR = 4; // largest brightness of a light, relative to the light in the frame
 
 export class RelightPanel {
   /**

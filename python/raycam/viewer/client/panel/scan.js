@@ -6,10 +6,10 @@ import { grouped, sixDigits } from "../image/numbers.js";
 /** @typedef {import("../client.js").Client} Client */
 /** @typedef {"ring" | "time" | "intensity" | "instance"} ScanField */
 
-const REACH = 8; // CSS pixels around the pointer in which a point is found
-const AGAIN = 300; // ms after a change of the world until it is scanned again
-const GOLDEN = 137.508; // degrees between the hues of neighbouring numbers
-const HUES = [240, 0]; // degrees: the hues of the smallest and of the largest value
+const REACH = 8; // distance in CSS pixels within which the pointer finds a point
+const AGAIN = 300; // milliseconds after a change of the world until a new scan is requested
+const GOLDEN = 137.508; // golden angle in degrees: difference between the hues of consecutive numbers
+const HUES = [240, 0]; // hues of the smallest and the largest value, in degrees
 
 export class ScanControls {
   /** @param {Client} client */
@@ -65,7 +65,7 @@ export class ScanControls {
     const count = fields.ring?.length || 0;
     this.values.textContent = lidar ? `${grouped(total)} points${count < total ? `, ${grouped(count)} are shown` : ""}` : "";
     this.paint();
-    // A message without a lidar says that the world has changed, so its points are scanned again.
+    // A message without a lidar reports a change of the world, so a new scan is requested.
     if (!lidar && this.lidar.value) this.timer = setTimeout(() => this.request(), AGAIN);
   }
 

@@ -4,7 +4,7 @@ import { byId, element, svgElement } from "../dom.js";
 
 /** @typedef {Record<string, any> & { id: number, kind: string, label: string, folder: string }} ScriptControl */
 
-const PLOT_WIDTH = 280, PLOT_HEIGHT = 90; // units of the drawing
+const PLOT_WIDTH = 280, PLOT_HEIGHT = 90; // size of a plot, in the units of its SVG drawing
 
 export class ScriptControls {
   /** @param {(id: number, value: boolean | number | string) => void} changed */

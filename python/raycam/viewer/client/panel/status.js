@@ -1,4 +1,4 @@
-// The status line: samples and render time of the image, and whether one is late.
+// The status line: samples and render time of the image, or a report that the image is late.
 
 import { byId } from "../dom.js";
 
@@ -19,7 +19,7 @@ export class StatusLine {
     byId("status", HTMLElement).textContent = `${light}, ${ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`}`;
   }
 
-  /** @param {boolean} follows whether an image has to come, which is reported if it is late */
+  /** @param {boolean} follows true if an image is expected, which is reported if it is late */
   await(follows) {
     clearInterval(this.waiting);
     if (!follows) return;

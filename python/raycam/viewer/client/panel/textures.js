@@ -1,4 +1,4 @@
-// The textures of the selected object's material: small images, another file for a slot, and removal.
+// The textures of the selected object's material, as small images. Textures can be replaced by a file, or removed.
 
 import { byId, element } from "../dom.js";
 import { sendPieces } from "../drop.js";

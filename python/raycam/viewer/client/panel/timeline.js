@@ -4,7 +4,7 @@ import { byId, fillSelect } from "../dom.js";
 
 /** @typedef {import("../client.js").Client} Client */
 
-const FRAME = 1 / 30; // seconds: the step of a key
+const FRAME = 1 / 30; // seconds by which a key changes the time
 const SHOWN_DIGITS = 2;
 
 export class Timeline {

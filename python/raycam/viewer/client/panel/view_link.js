@@ -1,4 +1,4 @@
-// Links to this view: copied by a button, and followed when a page is opened with one.
+// Links to this view: a button copies a link, and a page that is opened with a link shows its view.
 
 import { lensFor, linkText, seenOf } from "../link.js";
 
@@ -14,7 +14,7 @@ export class ViewLink {
     this.pixel = null;
   }
 
-  /** Copies the address that shows the same in another browser. */
+  /** Copies an address that shows the same view in another browser. */
   copy() {
     const { client, timeline, navigator: { camera }, looked, integrator } = this.live;
     const { transport, controls: { display }, held, picture } = client;

@@ -9,7 +9,7 @@ import { SceneTree } from "./tree.js";
 
 /** @typedef {import("../client.js").Client} Client */
 
-const TURN = 15; // degrees
+const TURN = 15; // degrees by which the turn buttons rotate the selected object
 const GROWTH = 1.1;
 const THIRD_STOP = 2 ** (1 / 3);
 
@@ -159,7 +159,7 @@ export class WorldControls {
     if (this.tree.selectedLight < 0) this.tree.show({ selected: this.isChosen ? number : -1 });
   }
 
-  /** Tells the server which object is selected, and with which tool. */
+  /** Sends the selected object and its tool to the server. */
   select() {
     this.selected = Number(this.object.value);
     const chosen = this.tool === "none" && this.isChosen ? "outline" : this.tool;
@@ -167,7 +167,7 @@ export class WorldControls {
     this.client.transport.send({ type: "select", number: this.selected, tool });
   }
 
-  /** @param {string} name of the tool that is taken; of the one that is in use, to put it away */
+  /** @param {string} name of the tool to use; the name of the current tool deselects it */
   setTool(name) {
     this.tool = this.tool === name ? "none" : name;
     this.showTool();

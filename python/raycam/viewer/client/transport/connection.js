@@ -7,7 +7,7 @@ const PROTOCOL = "raycam.view.1";
 /** @typedef {{ token: string | null, link: string | null, connection: Connection | null }} LiveStart */
 
 /**
- * Takes the token out of the address, where others could read it, and keeps it for reloads of this tab.
+ * Removes the token from the address, where others could read it, and keeps the token for reloads of this tab.
  * @returns {{ token: string | null, link: string | null }} the token, and the text of a link (link.js)
  */
 export function takeFragment() {

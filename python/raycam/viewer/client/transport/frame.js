@@ -13,7 +13,7 @@ export class FrameTransport {
     this.decoding = Promise.resolve();
   }
 
-  /** True where the page was made for a cell. */
+  /** True if the page was created for a notebook cell. */
   static get isThere() {
     return document.getElementById("in-a-cell") !== null;
   }

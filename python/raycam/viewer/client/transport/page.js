@@ -51,7 +51,7 @@ export class PageTransport {
       const number = this.document.planes.findIndex((/** @type {any} */ each) => each.key === key);
       const text = document.getElementById(`plane-${number}`)?.textContent || "";
       plane = unpackPlane(this.document.planes[number], bytesOfBase64(text));
-      plane.then((unpacked) => this.unpacked.set(key, unpacked), () => {}); // an error is reported to the caller of plane()
+      plane.then((unpacked) => this.unpacked.set(key, unpacked), () => {}); // the caller of plane() gets the error
       this.planes.set(key, plane);
     }
     return plane;
@@ -80,7 +80,7 @@ export class PageTransport {
     const lights = [];
     for (const [name, factor] of this.factors) if (factor !== 1) lights.push([await this.plane(`a-${name}`), factor]);
     const relit = lights.length ? relitColor(color, lights) : color;
-    this.unpacked.set("a-color", relit); // whose values the readout shows
+    this.unpacked.set("a-color", relit); // the readout shows the values of this plane
     return relit;
   }
 

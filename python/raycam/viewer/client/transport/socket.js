@@ -1,11 +1,11 @@
-// The transport of the live view: a WebSocket to the server from which the page was loaded. It reconnects by itself.
+// The transport of the live view: a WebSocket to the server from which the page was loaded. It reconnects automatically.
 
 import { Connection } from "./connection.js";
 import { completed } from "./message.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
 
-const FIRST_RETRY = 250; // ms
+const FIRST_RETRY = 250; // milliseconds until the first attempt to reconnect
 const LAST_RETRY = 4000;
 const TOO_MANY = 1013;
 const MISBEHAVED = 1008;
@@ -27,7 +27,7 @@ export class SocketTransport {
     this.token = token;
     /** @type {Connection | null} */
     this.connection = connection;
-    /** The text of the link that this page was opened with, until it was followed. */
+    /** The text of the link that this page was opened with, until the link's view is shown. */
     this.link = link;
     // If another address with the same port is opened in this tab, only the fragment changes.
     addEventListener("hashchange", () => location.hash && location.reload());
@@ -126,7 +126,7 @@ export class SocketTransport {
     if (this.session && !message.resumed) this.say?.({ type: "notice", text: NEW_SESSION });
     this.version = message.version;
     this.session = message.session;
-    sessionStorage.setItem("raycam-session", message.session); // kept for a reload of this tab
+    sessionStorage.setItem("raycam-session", message.session); // stored so that a reload of this tab continues the session
     this.retry = FIRST_RETRY;
     this.told = false;
     this.say?.({ type: "status", text: "connected" });

@@ -1,10 +1,10 @@
-// The transport of a page that renders by itself: a worker with the core. A worker that fails is replaced.
+// The transport of a page that renders without a server: a worker with the core. A worker that fails is replaced.
 
 import { bytesOfBase64, inflate } from "../image/planes.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
 
-const PATIENCE = 4000; // ms after which a worker that sends nothing is replaced when another world is opened
+const PATIENCE = 4000; // milliseconds without a message after which a worker is replaced when another world is opened
 
 export class WorkerTransport {
   /** @param {() => { width: number, height: number, ratio: number }} size of the space for the image */
