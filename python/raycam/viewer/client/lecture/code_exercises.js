@@ -85,7 +85,7 @@ export const CODE_EXERCISES = [
     id: "isInside",
     task: "Return true if f lies inside the triangle: u = g − f crosses an odd number of edges. n is the normal. In the code, start and end are the ends of an edge, measured from f. If one of them lies to the left of u and the other does not, the edge meets the line of the walk at m = start + q (end − start). The side dot(left, ·) changes linearly from sideStart to sideEnd along the edge, so it is 0 at q = sideStart / (sideStart − sideEnd). The point m, too, is measured from f, so m = s u and s = (m · u) / (u · u).",
     start: `function isInside(a, b, c, n, f) {
-  const g = add(a, sub(a, c)); // g = a + v3
+  const g = add(a, sub(a, c)); // a + v3
   const u = sub(g, f);
   // dot(left, x) > 0: the point f + x is on the left of u
   const left = cross(n, u);
