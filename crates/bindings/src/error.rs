@@ -20,7 +20,7 @@ mod python {
     pyo3::import_exception!(raycam.errors, SettingsError);
 }
 
-/// Exception with a code.
+/// Sets an exception's code.
 fn with_code(error: PyErr, code: ErrorCode) -> PyErr {
     Python::attach(|py| match error.value(py).setattr("code", code.name()) {
         Ok(()) => error,
@@ -28,12 +28,12 @@ fn with_code(error: PyErr, code: ErrorCode) -> PyErr {
     })
 }
 
-/// `raycam.Error`.
+/// Creates a `raycam.Error`.
 pub(crate) fn raycam_error(message: String) -> PyErr {
     with_code(python::Error::new_err(message), ErrorCode::Internal)
 }
 
-/// `raycam.SettingsError`.
+/// Creates a `raycam.SettingsError`.
 pub(crate) fn settings_error(message: impl Into<Message>) -> PyErr {
     let message = message.into();
     with_code(python::SettingsError::new_err(message.to_string()), message.code_or(ErrorCode::InvalidSettings))
@@ -48,19 +48,19 @@ pub(crate) fn as_settings_error(py: Python<'_>, error: PyErr) -> PyErr {
     }
 }
 
-/// `raycam.CameraError`.
+/// Creates a `raycam.CameraError`.
 pub(crate) fn camera_error(message: impl Into<Message>) -> PyErr {
     let message = message.into();
     with_code(python::CameraError::new_err(message.to_string()), message.code_or(ErrorCode::InvalidCamera))
 }
 
-/// `raycam.WorldError`.
+/// Creates a `raycam.WorldError`.
 pub(crate) fn world_error(message: impl Into<Message>) -> PyErr {
     let message = message.into();
     with_code(python::WorldError::new_err(message.to_string()), message.code_or(ErrorCode::InvalidWorld))
 }
 
-/// `raycam.FormatError`.
+/// Creates a `raycam.FormatError`.
 fn format_error(error: &FormatError) -> PyErr {
     with_code(python::FormatError::new_err(error.to_string()), error.code())
 }
@@ -189,7 +189,7 @@ pub(crate) fn detached<T: Send, E: IntoPyErr + Send>(
     py.detach(|| catch_panic(f))?.or_raise()
 }
 
-/// Exception of a panic.
+/// Creates the exception for a panic.
 pub(crate) fn from_panic(payload: &(dyn Any + Send)) -> PyErr {
     let text = payload
         .downcast_ref::<&str>()

@@ -87,7 +87,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
 #[derive(Default)]
 struct OffVertices {
     positions: Vec<DVec3>,
-    /// Unit length, or zero if the file's normal has no direction.
+    /// Normals of unit length, or zero if the file's normal has no direction.
     normals: Vec<[f32; 3]>,
     uvs: Vec<[f32; 2]>,
     colors: OffColors,

@@ -22,9 +22,9 @@ use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile};
 
 /// Bytes before the facets of a binary file: 80 arbitrary bytes and the number of facets.
 const HEADER_BYTES: usize = 84;
-/// A normal, three corners of three float32, and two bytes.
+/// Bytes of a facet: a normal and three corners of three float32 each, and two further bytes.
 const FACET_BYTES: usize = 50;
-/// Facets that are read at a time.
+/// Number of facets that are read at a time.
 const BLOCK_FACETS: usize = 1 << 14;
 
 /// Reads the model in an STL file: one part for each solid that has facets.

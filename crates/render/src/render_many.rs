@@ -21,7 +21,7 @@ pub struct PictureSeries<'a> {
     pub world: &'a World,
     /// The same world, prepared.
     pub prepared: &'a PreparedWorld,
-    /// Family of the world.
+    /// Family whose prepared parts the images' worlds share.
     pub family: &'a Arc<PreparedFamily>,
     /// Cameras of equal size: one camera for all images, or one camera per image.
     pub cameras: &'a [Camera],

@@ -44,7 +44,7 @@ impl Drop for CountedCall<'_> {
     }
 }
 
-/// Calls of all pools.
+/// Number of calls that are running on all pools.
 static CALLS: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {

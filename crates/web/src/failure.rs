@@ -17,7 +17,7 @@ pub fn internal_failure(text: impl ToString) -> String {
     json!({ "text": text.to_string(), "code": ErrorCode::Internal.name() }).to_string()
 }
 
-/// Error of a file.
+/// Error of a file, with its code and position.
 pub fn format_failure(error: &FormatError) -> String {
     let mut found = json!({ "text": error.to_string(), "code": error.code().name() });
     if let Some((file, line)) = place_of(error) {

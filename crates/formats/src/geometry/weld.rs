@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::io::parallel;
 
-/// Finite position.
+/// Position with finite coordinates that can be compared and hashed.
 pub(crate) trait WeldKey: Copy + Send + Sync {
     type Bits: Eq;
 
@@ -65,7 +65,7 @@ fn fold(a: u64, b: u64) -> u64 {
 
 /// Distinct positions, in the order in which they first occurred.
 pub(crate) struct VertexWelder<P> {
-    /// The points.
+    /// The distinct points.
     pub(crate) points: Vec<P>,
     /// Index into `points` plus one, or 0 for an empty slot; probing starts at the hash. The table is at least twice as
     /// long as `points`.

@@ -69,7 +69,7 @@ fn unapplied_colors(bytes: &[u8]) -> (Option<f32>, bool, Option<[u8; 2]>) {
     (gamma, primaries, points)
 }
 
-/// ITU-T H.273, table 2.
+/// Name of a code point for colour primaries (ITU-T H.273, table 2).
 fn primaries_name(code: u8) -> String {
     match code {
         1 => "sRGB".into(),
@@ -80,7 +80,7 @@ fn primaries_name(code: u8) -> String {
     }
 }
 
-/// ITU-T H.273, table 3.
+/// Name of a code point for a transfer function (ITU-T H.273, table 3).
 fn transfer_name(code: u8) -> String {
     match code {
         1 => "Rec. 709".into(),

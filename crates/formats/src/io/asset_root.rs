@@ -115,19 +115,19 @@ impl AssetRoot {
         Ok(world.page_textures()?)
     }
 
-    /// Root of a file that the caller names: its folder, wherever that is.
+    /// Root for a file that the caller names: the file's folder, in any location.
     pub fn containing(path: &Path, budget: &Budget) -> Self {
         Self::of_file(path, None, budget)
     }
 
-    /// Root of a file that the caller names: `folder`, or by default the folder of the file.
+    /// Root for a file that the caller names: `folder`, or by default the file's folder.
     pub fn of_file(path: &Path, folder: Option<&Path>, budget: &Budget) -> Self {
         let target = fs::symlink_metadata(path).is_ok_and(|status| status.is_symlink());
         let target = target.then(|| path.canonicalize().ok()?.parent().map(Path::to_path_buf)).flatten();
         Self { target, named: path.into(), ..Self::new(folder.or(path.parent()).unwrap_or(Path::new("")), budget) }
     }
 
-    /// Root of a file in memory, next to other files in memory.
+    /// Root for a file in memory, which may refer to other files in memory.
     pub(crate) fn of_memory(path: &Path, files: MemoryFiles, budget: &Budget) -> Self {
         Self { named: path.into(), memory: Some(files), ..Self::new(Path::new(""), budget) }
     }

@@ -7,10 +7,10 @@ use crate::error::{FormatError, Result};
 
 /// File format.
 struct FileKind {
-    /// Offset of its signature.
+    /// Offset of the format's signature in the file.
     at: usize,
     mark: &'static [u8],
-    /// Name with an article.
+    /// Name of the format with an article, for messages.
     name: &'static str,
     /// Extensions of models that begin with this signature.
     endings: &'static [&'static str],

@@ -210,7 +210,7 @@ fn exact_number(word: &[u8]) -> Option<f64> {
     Some(if negative { -value } else { value })
 }
 
-/// A decimal integer.
+/// Parses a decimal integer.
 pub(crate) fn integer(word: &[u8]) -> Option<i64> {
     if word.len() > 18 {
         return std::str::from_utf8(word).ok()?.parse().ok();

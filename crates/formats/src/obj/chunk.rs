@@ -34,17 +34,17 @@ pub(crate) struct Chunk {
     /// Colours that ZBrush writes in comments, sRGB, one per vertex.
     pub(crate) polypaint: Vec<[u8; 3]>,
     pub(crate) uvs: Vec<[f32; 2]>,
-    /// Unit length, or zero if the file's normal has no direction.
+    /// Normals of unit length, or zero if the file's normal has no direction.
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) polygons: Polygons,
     /// Indices that count backwards; their entries in `polygons` are filled in later.
     pub(crate) relative: Vec<RelativeIndex>,
     pub(crate) runs: Vec<StateRun>,
-    /// Names of `usemtl`, `o` and `g`, each with its line; a name may be repeated.
+    /// Names in `usemtl`, `o` and `g` statements, each with its line; a name may be repeated.
     pub(crate) materials: Vec<(usize, Vec<u8>)>,
     pub(crate) parts: Vec<(usize, Vec<u8>)>,
     pub(crate) groups: Vec<(usize, Vec<u8>)>,
-    /// Names of `mtllib`, each with its line.
+    /// File names in `mtllib` statements, each with its line.
     pub(crate) libraries: Vec<(usize, Vec<u8>)>,
     /// Number of positions with a colour.
     pub(crate) colored: usize,

@@ -49,7 +49,7 @@ pub(crate) struct MtlMap {
     pub(crate) strength: f32,
     /// Transform of texture coordinates from the mesh, whose origin is at the top left, to the image.
     pub(crate) image_from_mesh: [[f32; 3]; 2],
-    /// Line of the map.
+    /// Number of the line that contains the map.
     pub(crate) line: usize,
 }
 
@@ -115,10 +115,10 @@ pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mu
     })
 }
 
-/// Option as written.
+/// An option and its values.
 struct Given<'a> {
     text: &'a [u8],
-    /// In lower case.
+    /// Name of the option in lower case.
     name: Vec<u8>,
     values: Vec<&'a [u8]>,
     /// False if the option has fewer values than required.

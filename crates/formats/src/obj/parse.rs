@@ -24,18 +24,18 @@ pub(crate) struct Obj {
     /// positions without a colour.
     pub(crate) colors: Vec<Rgb>,
     pub(crate) uvs: Vec<[f32; 2]>,
-    /// Unit length, or zero if the file's normal has no direction.
+    /// Normals of unit length, or zero if the file's normal has no direction.
     pub(crate) normals: Vec<[f32; 3]>,
     pub(crate) polygons: Polygons,
     /// Runs of polygons with the same part, group, material and smoothing group, in order.
     pub(crate) runs: Vec<StateRun>,
-    /// Names of `usemtl`, each once.
+    /// Names in `usemtl` statements, each once.
     pub(crate) materials: Vec<Vec<u8>>,
-    /// Names of `o`.
+    /// Names in `o` statements.
     pub(crate) parts: Vec<Vec<u8>>,
-    /// Names of `g`, each once.
+    /// Names in `g` statements, each once.
     pub(crate) groups: Vec<Vec<u8>>,
-    /// Names of `mtllib`.
+    /// File names in `mtllib` statements.
     pub(crate) libraries: Vec<Vec<u8>>,
     pub(crate) notices: Vec<Notice>,
 }

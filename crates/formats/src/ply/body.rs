@@ -16,7 +16,7 @@ pub(crate) struct Body<'a> {
 }
 
 enum RowSource<'a> {
-    /// One row per line.
+    /// A text file with one row per line.
     Text {
         lines: Lines<'a>,
         words: Words<'a>,
@@ -77,7 +77,7 @@ impl<'a> Body<'a> {
         ))
     }
 
-    /// Begins a row.
+    /// Moves to the start of the next row.
     pub(crate) fn row(&mut self) -> Result<()> {
         if let RowSource::Text { lines, words, header, line, .. } = &mut self.source {
             let next = lines.find(|(_, text)| !lexer::trim(text).is_empty());

@@ -23,9 +23,9 @@ pub(crate) enum PropertyRole {
     Alpha,
     U,
     V,
-    /// Image of a face.
+    /// Index of a face's image.
     Image,
-    /// List of vertices.
+    /// List of a face's vertex indices.
     Corners,
     /// List of texture coordinates, two per corner.
     CornerUvs,
@@ -77,7 +77,7 @@ impl Row {
 pub(crate) struct Columns<'a> {
     element: &'a Element,
     roles: Vec<PropertyRole>,
-    /// Type of its colours.
+    /// Number type of the element's colours.
     color: ScalarType,
 }
 

@@ -19,7 +19,7 @@ pub(crate) struct Property {
     pub(crate) kind: ScalarType,
 }
 
-/// Table of a file.
+/// Table of a file, called an element.
 #[derive(Clone, Debug)]
 pub(crate) struct Element {
     pub(crate) name: String,
@@ -33,7 +33,7 @@ pub(crate) struct Header {
     pub(crate) elements: Vec<Element>,
     /// Images named in comments, as written by MeshLab.
     pub(crate) textures: Vec<Vec<u8>>,
-    /// Ignored lines.
+    /// Notices about ignored lines.
     pub(crate) odd: Diagnostics,
 }
 

@@ -18,7 +18,7 @@ use crate::ply::table::FixedTable;
 /// Vertex data in the form of a mesh.
 pub(crate) struct PlyVertices {
     pub(crate) positions: Vec<DVec3>,
-    /// Zero if the file's normal has no direction.
+    /// Normals of unit length, or zero if the file's normal has no direction.
     pub(crate) normals: Option<Vec<[f32; 3]>>,
     pub(crate) colors: Option<Vec<Rgb>>,
     pub(crate) uvs: Option<Vec<[f32; 2]>>,

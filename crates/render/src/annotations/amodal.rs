@@ -220,7 +220,8 @@ struct TileCone {
 
 /// Padding of boxes relative to size and distance, for rounding.
 const BOX_PADDING: f64 = 1e-6;
-/// Factor on the spread of the rays at a tile's edge. It bounds the rays inside, because lenses bend rays.
+/// Factor by which the spread of the rays at a tile's edge is increased, so that it bounds the rays inside the tile,
+/// because lenses bend rays.
 const LENS_MARGIN: f64 = 1.5;
 
 impl TileCone {

@@ -16,7 +16,7 @@ use crate::memory::check_memory;
 use crate::prepare::world::PreparedWorld;
 use crate::thread_pool::with_pool;
 
-/// Relative distance by which an occluder is nearer than the point.
+/// Minimum distance between an occluder and the point behind it, relative to the point's distance.
 const OCCLUSION_TOLERANCE: f64 = 1e-6;
 
 /// Motion of the surface point at each pixel centre of the first viewpoint, row by row.

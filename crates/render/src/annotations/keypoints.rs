@@ -22,13 +22,13 @@ const POINTS_PER_TASK: usize = 4096;
 /// Point to be projected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KeypointSource {
-    /// World-space point at rest.
+    /// Point in world coordinates; it does not move.
     World(DVec3),
     /// Point in mesh coordinates; it moves with the object.
     Mesh {
         /// Index of the object.
         object: usize,
-        /// Mesh coordinates.
+        /// Position in mesh coordinates.
         point: DVec3,
     },
     /// Point on a triangle; it moves with the vertices, including those of deforming meshes.
@@ -90,7 +90,7 @@ pub struct Keypoint {
     pub pixel: DVec2,
     /// True if the pixel position is inside the image.
     pub inside: bool,
-    /// Occluding object.
+    /// Index of the object that occludes the point, if any.
     pub occluder: Option<usize>,
     /// True if the point is visible and lies on a surface.
     pub on_surface: bool,
@@ -198,7 +198,7 @@ fn is_skinned(world: Option<&World>, object: usize) -> bool {
     mounts.into_iter().any(|mount| mount.object == object && mount.skin.is_some())
 }
 
-/// Projects a point, without its occluder.
+/// Projects a point; its occluder is determined later.
 fn project_keypoint(
     view: &Viewpoint,
     shutter: Option<&ShutterSlices>,

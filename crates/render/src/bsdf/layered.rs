@@ -34,8 +34,8 @@ pub(crate) struct LayeredBsdf<'a> {
     pub(crate) stack: LayerStack<'a>,
     pub(crate) wo: Vec3,
     directional_albedo: DirectionalAlbedo,
-    /// Transmittance of a rough interface that is seen from inside; it determines the share of the base below the
-    /// interface.
+    /// Transmittance of the rough interface for light from inside; it determines the fraction of light that reaches the
+    /// base.
     internal_transmittance: Option<InternalTransmittance<'a>>,
     pub(crate) multiscatter: Option<MultiscatterDielectric<'a>>,
     /// Fraction of light that the interface passes to the base: from `wo`, and the cosine-weighted mean.

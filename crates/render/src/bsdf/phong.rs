@@ -16,7 +16,7 @@ pub(crate) struct ModifiedPhong<'a> {
     pub diffuse: Vec3,
     /// Albedo of the specular part at normal incidence.
     pub specular: Vec3,
-    /// `None` if `specular` is 0.
+    /// Specular lobe; `None` if `specular` is 0.
     pub lobe: Option<&'a PhongLobe>,
 }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::error::RenderError;
 use crate::thread_pool::with_pool;
 
-/// Pixels per task.
+/// Number of pixels per task.
 const PIXELS_PER_TASK: usize = 1 << 14;
 
 /// 8-bit sRGB of linear colours times `scale`, through a view transform; NaN becomes 0.

@@ -7,7 +7,7 @@
 
 use glam::{DVec3, Vec3};
 
-/// Independent replications per pixel.
+/// Number of independent replications per pixel.
 pub(crate) const REPLICATIONS: u32 = 16;
 
 /// Luminance weights of linear Rec. 709.

@@ -41,7 +41,7 @@ impl LightName {
         self.0
     }
 
-    /// Name of the light.
+    /// Name of the light, without the prefix.
     pub fn light(self) -> &'static str {
         self.0.strip_prefix(LIGHT_PREFIX).unwrap_or_default()
     }

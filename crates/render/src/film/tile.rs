@@ -7,7 +7,7 @@ const TILES_PER_THREAD: usize = 8;
 /// Side length in pixels of the squares whose rays are consecutive in a batch.
 pub(crate) const RAY_BLOCK: u32 = 8;
 
-/// Rectangle of the image.
+/// Rectangle of pixels in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tile {
     pub x: u32,

@@ -20,7 +20,7 @@ pub(crate) struct PixelRun {
     pub starts_row: bool,
 }
 
-/// Number type of a plane.
+/// A number type that planes may have.
 pub(crate) trait PixelValue: Copy + Default + 'static {
     /// The plane's values if the plane has this type; otherwise an empty slice.
     fn slice_of(plane: &ImagePlane) -> &[Self];
@@ -65,7 +65,7 @@ pub(crate) struct StripCursor<'a> {
     /// Index in the strip of the first remaining pixel.
     position: usize,
     zero: bool,
-    /// Background pixel.
+    /// Frame of one background pixel, if the tile has background.
     background: Option<&'a ImagePlane>,
 }
 
@@ -137,14 +137,14 @@ impl RowWriter<'_, '_> {
         self.copy(&row, pixel.len(), true);
     }
 
-    /// Background value.
+    /// Value of the background pixel in this channel.
     fn background_value<T: PixelValue, const N: usize>(&self) -> [T; N] {
         let background = self.cursor.background.map(T::slice_of);
         let pixel = background.and_then(|pixel| pixel.first_chunk());
         pixel.copied().unwrap_or([T::default(); N])
     }
 
-    /// Copies values to the runs' pixels: consecutive rows or, with `always`, the same row each time.
+    /// Copies values to the pixels of the runs. With `always`, every row gets the same values.
     fn copy<T: PixelValue>(&mut self, mut values: &[T], components: usize, always: bool) {
         let Some(rest) = T::slice_mut_of(&mut self.cursor.values) else {
             return;

@@ -17,9 +17,9 @@ use crate::settings::{Catchers, Settings};
 /// World-space normals of a surface on the viewer's side; 0 for the background.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Normals {
-    /// Triangle's normal.
+    /// Normal of the triangle.
     pub geometric: DVec3,
-    /// Interpolated normal.
+    /// Shading normal: interpolated from the vertex normals.
     pub shading: DVec3,
 }
 
@@ -78,7 +78,7 @@ const RAYS_PER_BATCH: usize = 512;
 #[derive(Default)]
 pub(crate) struct CenterRays {
     pub rays: Vec<ExactRay>,
-    /// First hits.
+    /// First hit of each ray.
     pub hits: Vec<ExactHit>,
     /// If the ground truth skips some surfaces: the hits that it describes; otherwise empty.
     hits_behind: Vec<ExactHit>,

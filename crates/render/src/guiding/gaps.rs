@@ -62,7 +62,7 @@ pub(crate) struct PhotonSegment {
 struct Arrival {
     end: DVec3,
     normal: Vec3,
-    /// Direction towards the start.
+    /// Unit direction from the segment's end towards its start.
     direction: Vec3,
     length: f64,
     cosine: f32,

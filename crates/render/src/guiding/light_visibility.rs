@@ -22,7 +22,7 @@ const HIDDEN: u8 = 2;
 /// Cubes into which space is divided, and the test result of each.
 #[derive(Debug)]
 pub(crate) struct LightVisibility {
-    /// Scene-local.
+    /// Scene-local corner with the smallest coordinates.
     lower: DVec3,
     size: f64,
     cells_per_unit: f64,

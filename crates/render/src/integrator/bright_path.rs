@@ -50,9 +50,9 @@ struct PathRecord {
 struct Recorder<'a, 'b> {
     tracer: PathTracer<'a>,
     batch: &'a CameraRayBatch<'b>,
-    /// Indexed by camera ray.
+    /// Brightest ray so far, for each camera ray.
     bright: Vec<BrightPath>,
-    /// Indexed by path.
+    /// Surfaces met so far, for each path.
     records: Vec<PathRecord>,
 }
 

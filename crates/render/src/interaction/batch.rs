@@ -33,7 +33,7 @@ pub(crate) struct SurfaceInteractions<const N: usize> {
     footprint: [Footprint; N],
     /// Geometric normal: first on the counter-clockwise side, then on the viewer's side.
     unoriented_normal: Vec3xN<f64, N>,
-    /// Fields of [`SurfaceInteraction`].
+    /// Fields of [`SurfaceInteraction`], one value per lane.
     position: Vec3xN<f64, N>,
     side_normal: Vec3xN<f32, N>,
     shading_normal: Vec3xN<f32, N>,

@@ -18,7 +18,7 @@ use crate::lobes::shading_frame::ShadingFrame;
 /// Point where a ray hits a triangle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SurfaceInteraction {
-    /// Scene-local.
+    /// Scene-local position of the point.
     pub position: DVec3,
     /// Unit normal that separates reflection from transmission, on the viewer's side: the triangle's normal or, on a
     /// curved surface that only reflects, the interpolated normal. Light that reaches the smooth surface from below a
@@ -67,7 +67,7 @@ impl SurfaceInteraction {
 /// Point for which lights are sampled.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightSampleContext {
-    /// Scene-local.
+    /// Scene-local position of the point.
     pub position: DVec3,
     /// Unit normal towards the lit side if light arrives only on one side of a surface, otherwise zero. This normal
     /// only affects light selection; no light is lost.

@@ -9,9 +9,9 @@ use crate::light::samples::LightLiSample;
 
 #[derive(Debug)]
 pub(crate) struct DiskLight {
-    /// Scene-local.
+    /// Scene-local centre of the disk.
     center: DVec3,
-    /// Direction of emission.
+    /// Unit normal on the side that emits.
     normal: DVec3,
     radius: f64,
     radiance: Vec3,

@@ -12,12 +12,12 @@ use crate::light::samples::LightLiSample;
 
 #[derive(Debug)]
 pub(crate) struct IesLight {
-    /// Scene-local.
+    /// Scene-local position of the light.
     position: DVec3,
-    /// Rows: horizontal angles 0 and 90 degrees, and the nadir.
+    /// Directions of the horizontal angles 0 and 90 degrees and of the nadir, as matrix rows.
     luminaire_from_world: DMat3,
     profile: Arc<IesProfile>,
-    /// W/sr per candela.
+    /// Factor from the profile's candelas to W/sr, for each colour.
     scale: Vec3,
 }
 

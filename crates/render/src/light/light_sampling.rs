@@ -32,7 +32,7 @@ pub(crate) enum SampledLight {
     Infinite(usize),
     /// Index among the finite lights.
     Finite(usize),
-    /// Emissive triangle.
+    /// The sample is on an emissive triangle.
     Surfaces,
 }
 

@@ -37,7 +37,7 @@ pub(crate) struct LightingCell {
 /// The most recently prepared lightings of a family of worlds.
 #[derive(Debug, Default)]
 pub(crate) struct RecentLighting {
-    /// Locked only for look-ups.
+    /// Kept lightings; locked only while they are looked up.
     cells: Mutex<Vec<Arc<LightingCell>>>,
 }
 

@@ -207,12 +207,12 @@ impl Lights {
         lights.filter_map(PreparedLight::environment)
     }
 
-    /// First projector.
+    /// Returns the first projector of the world, if any.
     pub fn projector(&self) -> Option<&ProjectorLight> {
         self.lights.iter().find_map(PreparedLight::projector)
     }
 
-    /// Lights that these rays find.
+    /// Returns the lights that rays of this kind find.
     pub fn view(&self, view: LightView) -> &Self {
         match (&self.views, view) {
             (Some(views), LightView::Camera) => &views[0],

@@ -10,9 +10,9 @@ use crate::sampling::direction_cone::DirectionCone;
 
 #[derive(Debug)]
 pub(crate) struct PointLight {
-    /// Scene-local.
+    /// Scene-local centre of the light.
     center: DVec3,
-    /// W/sr.
+    /// Radiant intensity in W/sr, for each colour.
     intensity: Vec3,
     radius: f64,
 }

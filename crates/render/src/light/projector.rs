@@ -20,7 +20,7 @@ pub(crate) struct ProjectorLight {
     camera: Camera,
     /// World coordinates of the scene's origin.
     origin: DVec3,
-    /// Scene-local.
+    /// Scene-local position of the projector.
     position: DVec3,
     image: Arc<Image>,
     /// Power of a white pixel of the camera, in W.

@@ -11,16 +11,16 @@ use crate::soa::{Vec3xN, get_lane, set_lane};
 
 #[derive(Debug)]
 pub(crate) struct RectangleLight {
-    /// Scene-local.
+    /// Scene-local position of one corner.
     corner: DVec3,
     edges: [DVec3; 2],
     /// Vectors in the plane whose dot products with an offset from the corner are its coordinates along the edges.
     coordinates: [DVec3; 2],
-    /// Direction of emission.
+    /// Unit normal on the side that emits.
     normal: DVec3,
     area: f64,
     center: DVec3,
-    /// Squared half diagonal.
+    /// Square of half the diagonal's length.
     radius2: f64,
     /// Unit edge directions, if the edges are perpendicular.
     axes: Option<[DVec3; 2]>,
@@ -185,7 +185,7 @@ struct SphericalRectangle {
     /// z of the plane normals of the first and the third side.
     b: [f64; 2],
     k: f64,
-    /// Steradians.
+    /// Solid angle of the rectangle, in steradians.
     angle: f64,
 }
 

@@ -7,7 +7,7 @@ use crate::soa::{Vec3xN, get_lane, set_lane};
 /// Sampled direction towards a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightLiSample {
-    /// Unit length.
+    /// Unit direction towards the light.
     pub direction: Vec3,
     /// Scene-local point on the light; `None` for an infinite light.
     pub p_light: Option<DVec3>,
@@ -44,7 +44,7 @@ impl From<[f32; 2]> for LightRandom {
 /// Sampled direction towards an infinite light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EnvironmentSample {
-    /// Unit length.
+    /// Unit direction towards the light.
     pub direction: Vec3,
     pub radiance: Vec3,
     /// Density by solid angle.
@@ -92,10 +92,10 @@ impl LightLiSample {
 #[derive(Debug)]
 pub(crate) struct LightLiSamples<const N: usize> {
     pub direction: Vec3xN<f32, N>,
-    /// Infinite for infinite lights.
+    /// Scene-local points on the lights; infinite for infinite lights.
     pub p_light: Vec3xN<f64, N>,
     pub radiance: Vec3xN<f32, N>,
-    /// Density; 0 without a sample.
+    /// Density of each sample; 0 if the lane has no sample.
     pub pdf: [f32; N],
     pub is_delta: [bool; N],
 }
@@ -113,7 +113,7 @@ impl<const N: usize> Default for LightLiSamples<N> {
 }
 
 impl<const N: usize> LightLiSamples<N> {
-    /// Sample of a lane.
+    /// Returns the sample of a lane, if it has one.
     #[inline(always)]
     pub fn get_lane(&self, lane: usize) -> Option<LightLiSample> {
         (self.pdf[lane] > 0.0).then(|| LightLiSample {

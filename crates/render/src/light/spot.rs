@@ -10,18 +10,18 @@ use crate::light::samples::LightLiSample;
 
 #[derive(Debug)]
 pub(crate) struct SpotLight {
-    /// Scene-local.
+    /// Scene-local position of the light.
     position: DVec3,
     radius: f64,
     axis: DVec3,
-    /// W/sr on the axis.
+    /// Radiant intensity on the axis in W/sr, for each colour.
     intensity: Vec3,
     cos_inner: f64,
     cos_outer: f64,
 }
 
 impl SpotLight {
-    /// `inner` and `outer` in degrees.
+    /// Creates a spot light without intensity; `inner` and `outer` are half angles in degrees.
     pub fn new(position: DVec3, direction: DVec3, inner: f64, outer: f64, radius: f64) -> Self {
         Self {
             position,

@@ -19,7 +19,7 @@ pub(crate) struct Clearcoat {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClearcoatSample {
     pub is_valid: bool,
-    /// World direction.
+    /// Unit direction towards the light, in world coordinates.
     pub wi: Vec3,
     /// True for a smooth coat, whose samples have `weight` but no density.
     pub is_specular: bool,

@@ -7,7 +7,7 @@ use crate::lobes::thin_film::ThinFilm;
 /// An interface, described from the viewer's side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Fresnel {
-    /// C. Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994.
+    /// Schlick's approximation (C. Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994).
     Schlick {
         /// Reflectance at normal and at grazing incidence.
         f0: Vec3,
@@ -118,7 +118,7 @@ pub(crate) fn conductors(cosine: f32, ior: Vec3, extinction: Vec3) -> Vec3 {
     )
 }
 
-/// M. Born and E. Wolf, "Principles of Optics", section 14.2.
+/// Reflectance of a conductor for both polarisations (M. Born and E. Wolf, "Principles of Optics", section 14.2).
 #[inline(always)]
 fn conductor(c: f32, n: f32, k: f32) -> f32 {
     let (c2, s2, n2, k2) = (c * c, 1.0 - c * c, n * n, k * k);

@@ -21,19 +21,19 @@ pub(crate) struct Ggx {
 const MIN_ALPHA: f32 = 1e-3;
 
 impl Ggx {
-    /// The isotropic distribution of a perceptual roughness in 0..=1.
+    /// The isotropic distribution for a perceptual roughness in 0..=1.
     #[inline(always)]
     pub fn isotropic(roughness: f32) -> Self {
         Self::from_alpha(roughness * roughness)
     }
 
-    /// The isotropic distribution of a width.
+    /// The isotropic distribution with the width `alpha`.
     #[inline(always)]
     pub fn from_alpha(alpha: f32) -> Self {
         Self { alpha_x: alpha, alpha_y: alpha }
     }
 
-    /// True for a mirror.
+    /// True if the distribution is so narrow that the surface counts as a mirror.
     #[inline(always)]
     pub fn effectively_smooth(&self) -> bool {
         self.alpha_x.max(self.alpha_y) < MIN_ALPHA
@@ -50,7 +50,7 @@ impl Ggx {
         self.alpha_x == self.alpha_y
     }
 
-    /// The density of microfacet normals over projected area.
+    /// Density of microfacet normals, per area of the microfacets that is projected onto the surface.
     #[inline(always)]
     pub fn d(&self, wm: Vec3) -> f32 {
         let (x, y) = (wm.x / self.alpha_x, wm.y / self.alpha_y);

@@ -7,11 +7,11 @@ use std::f32::consts::{PI, TAU};
 
 use glam::{Mat3, Vec3};
 
-/// A thin film over a base.
+/// A thin film on top of another interface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ThinFilm {
     pub ior: f32,
-    /// In nanometres.
+    /// Thickness of the film in nanometres.
     pub thickness: f32,
 }
 

@@ -11,7 +11,7 @@ use glam::Vec3;
 pub(crate) struct FreeFlight {
     /// Probability of each colour.
     probabilities: Vec3,
-    /// Per metre.
+    /// Extinction of each colour, per metre.
     extinction: Vec3,
 }
 

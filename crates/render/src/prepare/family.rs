@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Part that was built from a single input.
 pub(crate) trait BuiltPart {
-    /// The input.
+    /// Type of the input.
     type Input;
 
     /// Input that the part was built from.

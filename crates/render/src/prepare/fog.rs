@@ -3,15 +3,15 @@
 use glam::{DVec3, Vec3};
 use raycam_scene::World;
 
-/// Fog around the scene-local origin.
+/// Fog of a world, in scene-local coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PreparedFog {
-    /// Per metre.
+    /// Extinction of each colour, per metre.
     pub extinction: Vec3,
     pub albedo: Vec3,
     /// Mean cosine of scattering angles.
     pub g: f32,
-    /// The unit vector up.
+    /// Unit vector that points upwards.
     pub up: DVec3,
     /// The scene-local height below which the fog is; `None` for fog everywhere.
     top: Option<f64>,

@@ -8,7 +8,7 @@ use crate::lobes::classify::interior_absorption;
 /// A homogeneous medium.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Medium {
-    /// Per metre.
+    /// Extinction of each colour, per metre.
     pub extinction: Vec3,
     /// Fraction of the extinguished light that is scattered.
     pub albedo: Vec3,

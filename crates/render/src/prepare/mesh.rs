@@ -28,7 +28,7 @@ pub(crate) struct PreparedMesh {
     stretched: Mutex<Vec<(DMat3, Weak<Bvh>)>>,
     /// Result of [`is_watertight`], computed on demand.
     is_closed: OnceLock<bool>,
-    /// Topology, computed on demand.
+    /// Topology of the mesh's surface, computed on demand.
     surface: OnceLock<SurfaceTopology>,
     /// Triangles around each point, computed on demand.
     point_triangles: OnceLock<PointTriangles>,

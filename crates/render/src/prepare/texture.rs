@@ -50,7 +50,7 @@ struct Lookups {
     long: Vec2,
     /// Number of lookups.
     count: f32,
-    /// Mip level.
+    /// Mip level, which may be between two levels.
     level: f32,
 }
 
@@ -127,7 +127,7 @@ impl PreparedTexture {
         self.texture.sampler.magnification == TexelFilter::Linear
     }
 
-    /// Value at a point.
+    /// Value of the texture at texture coordinates.
     pub fn lookup(&self, uv: [f32; 2], weight: TexelWeight) -> [f32; 4] {
         lookup(&self.texture, uv, weight)
     }

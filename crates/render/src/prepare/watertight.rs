@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::sampling::sampler::splitmix64;
 
-/// Triangles per task.
+/// Number of triangles per task.
 const CHUNK: usize = 1 << 14;
 
 /// True if every edge is used equally often in both directions and the enclosed volume is positive. Vertices at the

@@ -124,7 +124,7 @@ impl PreparedWorld {
         Ok(Self { geometry, lighting, guiding, family: family.clone() })
     }
 
-    /// Lights; created if necessary.
+    /// Returns the lights; creates them if necessary.
     pub(crate) fn lighting(&self) -> &Lighting {
         self.lighting.get(&self.geometry, &self.family.lighting)
     }

@@ -25,7 +25,7 @@ const LAST_PART: f64 = 1e-12;
 /// Points of surfaces, in world coordinates, with the conditions under which a camera shows them.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoints<'a> {
-    /// Positions.
+    /// Positions of the points.
     pub positions: &'a [[f64; 3]],
     /// Unit normals, one per position.
     pub normals: &'a [[f64; 3]],
@@ -44,7 +44,8 @@ pub struct CameraSight {
     pub pixels: Vec<[f64; 2]>,
     /// Cosines of the angles of incidence.
     pub cosines: Vec<f64>,
-    /// Origins of the pixels' rays: the camera's centre, with a rolling shutter at the time of the pixel's line.
+    /// Origins of the pixels' rays. With a rolling shutter, an origin is the camera's position while the pixel's line
+    /// is exposed.
     pub origins: Vec<[f64; 3]>,
     /// Derivatives of the pixel along two orthonormal surface directions, in pixels per metre: \[du/da, du/db, dv/da,
     /// dv/db]. NaN if the lens does not project the neighbourhood of a point. Empty unless requested.

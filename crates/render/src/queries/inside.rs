@@ -28,7 +28,7 @@ enum Rule {
     Winding,
 }
 
-/// Selected object.
+/// Selected object, with the data for its test.
 struct Body {
     instance: usize,
     rule: Rule,

@@ -77,9 +77,9 @@ impl SurfacePoints<'_> {
 /// Rays along which light arrives at their origins.
 #[derive(Clone, Copy, Debug)]
 pub struct LightRays<'a> {
-    /// In world coordinates.
+    /// Origins of the rays, in world coordinates.
     pub origins: &'a [[f64; 3]],
-    /// Unit vectors, opposite to the light.
+    /// Unit directions of the rays, opposite to the direction of the light.
     pub directions: &'a [[f64; 3]],
     /// Pixels of an image, which select the random numbers.
     pub pixels: &'a [[i32; 2]],
@@ -221,7 +221,7 @@ struct LightTracer<'a> {
 
 /// Ray and its hit.
 struct Arrival {
-    /// Scene-local.
+    /// Scene-local origin of the ray.
     origin: DVec3,
     direction: Vec3,
     hit: Hit,

@@ -30,7 +30,7 @@ pub(super) struct MovingObjects<'a> {
     geometry: &'a Geometry,
     /// The world's own time, to which the rays' times are added.
     time: f64,
-    /// For each object: its motion, if it moves, and the source of its box.
+    /// For each object: its motion, if it moves, and how its box is found.
     objects: Vec<(Option<ObjectMotion<'a>>, Place)>,
 }
 

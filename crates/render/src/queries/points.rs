@@ -23,7 +23,7 @@ const NS_PER_POINT: f64 = 20_000.0;
 /// Points of a query, in world coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct PointArrays<'a> {
-    /// Points.
+    /// Positions of the points.
     pub points: &'a [[f64; 3]],
     /// Maximum valid distance: one value for all points, or one value per point.
     pub max_distance: &'a [f64],
@@ -53,7 +53,7 @@ impl PointArrays<'_> {
     }
 }
 
-/// Selected objects.
+/// Filter that accepts the selected objects.
 struct ChosenObjects<'a>(&'a [bool]);
 
 impl HitFilter for ChosenObjects<'_> {

@@ -14,9 +14,9 @@ use crate::queries::tasks::{NS_PER_RAY, in_tasks};
 /// Pairs of points, in world coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct PointPairs<'a> {
-    /// First points.
+    /// The first point of each pair.
     pub from: &'a [[f64; 3]],
-    /// The second points, one per first point.
+    /// The second point of each pair.
     pub to: &'a [[f64; 3]],
     /// Triangles within this distance of either point do not count.
     pub margin: f64,

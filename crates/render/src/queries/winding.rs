@@ -63,7 +63,7 @@ pub(super) fn winding_numbers(
     points.iter().zip(&directions).zip(&counts).map(of_point).collect()
 }
 
-/// Ray from a point.
+/// Creates the ray from a point to infinity in a direction.
 pub(super) fn half_line(origin: [f64; 3], direction: DVec3) -> ExactRay {
     ExactRay { origin, direction: direction.to_array(), t_min: 0.0, t_max: f64::INFINITY }
 }

@@ -9,7 +9,7 @@ use crate::lobes::shading_frame::sincos_turns;
 /// All directions within an angle of an axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DirectionCone {
-    /// Unit length.
+    /// Unit direction of the cone's axis.
     pub axis: DVec3,
     /// 1 - cos of the half angle; this form keeps precision for narrow cones.
     pub one_minus_cos: f64,

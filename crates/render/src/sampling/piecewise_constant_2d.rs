@@ -152,7 +152,7 @@ fn build_guide_table(sums: &[f32], into: &mut Vec<u16>) {
     }
 }
 
-/// Bucket of `x`.
+/// Index of the bucket that contains `x`.
 #[inline(always)]
 fn bucket(hints: &[u16], x: f32) -> usize {
     let parts = hints.len();

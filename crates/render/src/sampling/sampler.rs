@@ -165,7 +165,7 @@ impl Sampler {
     }
 }
 
-/// Loop of [`Sampler::get_2d_many`].
+/// Loop over lanes that computes [`Sampler::get_2d_many`].
 struct GeneratePoints2D<'a, W, const K: usize> {
     samplers: &'a [Sampler],
     which: W,

@@ -163,7 +163,7 @@ impl TileRenderer<'_> {
 struct GeneratePinholeRays<'a, P> {
     pinhole: Pinhole,
     pixels: P,
-    /// Scene-local pinhole.
+    /// Scene-local position of the pinhole.
     origin: DVec3,
     rays: &'a mut Vec<Ray>,
     directions: &'a mut Vec<Vec3>,

@@ -101,7 +101,7 @@ struct PixelLists {
 struct RayBatchBuffers {
     rays: Vec<Ray>,
     hits: Vec<Hit>,
-    /// Scene-local.
+    /// Scene-local origins of the rays.
     origins: Vec<DVec3>,
     directions: Vec<Vec3>,
     cones: Vec<RayCone>,

@@ -56,7 +56,7 @@ pub(crate) struct Pilot {
     region: [u32; 4],
     /// Variance of the mean, times the number of samples.
     variances: Vec<f32>,
-    /// Samples per pixel.
+    /// Number of samples of each pixel.
     counts: Vec<u32>,
     threshold: f64,
     max_samples: u32,

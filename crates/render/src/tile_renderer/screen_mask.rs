@@ -25,7 +25,7 @@ const MIN_DEPTH_RATIO: f64 = 1e-6;
 pub(crate) struct ScreenMask {
     /// Column and row of the region's first pixel.
     first_pixel: [u32; 2],
-    /// Blocks per row.
+    /// Number of blocks per row.
     blocks_per_row: usize,
     covered: Vec<bool>,
 }
@@ -76,7 +76,7 @@ impl ScreenMask {
 
 /// Bounds of a box's projection.
 enum ScreenBounds {
-    /// Behind the camera.
+    /// The box is behind the camera.
     Behind,
     /// Rectangle given by its lower and upper corner, in pixels from the centre of the first pixel.
     Rect([DVec2; 2]),

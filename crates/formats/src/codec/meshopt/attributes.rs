@@ -14,9 +14,9 @@ pub(super) fn block_elements(stride: usize) -> usize {
 /// Encoding of the differences of a four-byte channel.
 #[derive(Clone, Copy)]
 enum ChannelMode {
-    /// Four bytes.
+    /// Four differences of one byte each.
     Bytes,
-    /// Two 16-bit integers.
+    /// Two differences of 16 bits each.
     Words,
     /// XOR with the previous 32-bit integer, rotated to the right by this number of bits.
     Xor(u32),

@@ -54,7 +54,7 @@ pub(crate) struct NodeLight {
 
 #[derive(Debug, Deserialize)]
 pub(crate) struct GpuInstancing {
-    /// `TRANSLATION`, `ROTATION`, `SCALE` and names that begin with `_`.
+    /// Accessors of `TRANSLATION`, `ROTATION` and `SCALE`, and of application-specific names that begin with `_`.
     pub(crate) attributes: Attributes,
 }
 

@@ -117,7 +117,7 @@ json_objects! {
 }
 
 impl NodeExtensions {
-    /// Accessors of the transforms of the node's instances.
+    /// Accessors with the transforms of the node's instances.
     pub(crate) fn instances(&self) -> Option<&Attributes> {
         self.instancing.as_ref().map(|ext| &ext.attributes)
     }
@@ -177,7 +177,7 @@ pub(crate) struct Camera {
 pub(crate) struct Perspective {
     pub(crate) aspect_ratio: Option<f64>,
     pub(crate) yfov: f64,
-    /// Required by glTF, although a ray tracer does not clip.
+    /// glTF requires this value, although a ray tracer does not clip.
     #[serde(rename = "znear")]
     pub(crate) _near: f64,
 }

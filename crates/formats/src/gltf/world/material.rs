@@ -10,7 +10,7 @@ use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
 use raycam_scene::ColorUse::{self, Color, Data};
 
-/// Any non-negative number.
+/// Range of any non-negative number.
 pub(crate) const NON_NEGATIVE: [f64; 2] = [0.0, f32::MAX as f64];
 const UNIT_INTERVAL: [f64; 2] = [0.0, 1.0];
 

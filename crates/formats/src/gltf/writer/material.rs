@@ -205,7 +205,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Normal map with the slopes of a height map, whose unit is a texel.
+    /// Normal map that represents the slopes of a height map. Heights are in units of a texel.
     fn normals_of_heights(&mut self, json: &mut Object, key: &str, map: &HeightMap) -> Result<()> {
         let world = self.world;
         let heights = &world.textures[map.texture.texture];

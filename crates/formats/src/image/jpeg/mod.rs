@@ -105,7 +105,7 @@ fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
 }
 
 impl SegmentState {
-    /// Frame header. The decoder handles all other coding processes.
+    /// Reads a frame header and the coding process. Other processes are left to the decoder.
     fn frame(&mut self, kind: u8, segment: &[u8]) -> Option<()> {
         let (head, rest) = segment.split_first_chunk::<6>()?;
         let [_, high, low, wide, narrow, _] = *head;
@@ -121,7 +121,7 @@ impl SegmentState {
         (self.components.len() == usize::from(head[5])).then_some(())
     }
 
-    /// Huffman tables.
+    /// Reads the Huffman tables of a segment.
     fn huffman(&mut self, mut segment: &[u8]) -> Option<()> {
         while let Some((head, rest)) = segment.split_first_chunk::<17>() {
             let count = head[1..].iter().map(|&count| usize::from(count)).sum();
@@ -135,7 +135,7 @@ impl SegmentState {
         Some(())
     }
 
-    /// Header of a scan, and the number of bytes of `data` that the scan takes.
+    /// Reads the header of a scan; returns the number of bytes of `data` that the scan takes.
     fn scan(&mut self, segment: &[u8], data: &[u8]) -> Result<usize, String> {
         let number = self.scans;
         // Frames of a film may omit the standard tables, which the decoder contains.

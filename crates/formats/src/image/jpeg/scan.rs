@@ -127,7 +127,7 @@ impl BitReader<'_> {
         Some(())
     }
 
-    /// Up to 16 bits.
+    /// Reads up to 16 bits as a number.
     fn read_bits(&mut self, count: u32) -> Option<u32> {
         if count == 0 {
             return Some(0);
@@ -268,7 +268,7 @@ impl Scan<'_> {
         Ok(())
     }
 
-    /// A unit of blocks, sequential or of coefficient 0.
+    /// Skips a unit of blocks, of a sequential scan or of a scan with coefficient 0.
     fn unit(&self, components: &[FrameComponent], chosen: &[usize], bits: &mut BitReader<'_>) -> Option<()> {
         for &place in chosen {
             let component = &components[place];

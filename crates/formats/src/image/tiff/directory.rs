@@ -80,25 +80,25 @@ impl<'a> Directory<'a> {
         self.entries.iter().find(|entry| entry.tag == tag)
     }
 
-    /// Bytes of a value.
+    /// Bytes of a tag's value.
     pub(super) fn bytes(&self, tag: u16) -> Option<&'a [u8]> {
         let entry = self.entry(tag)?;
         self.bytes.get(entry.at..entry.at + entry.count * element_bytes(entry.kind))
     }
 
-    /// Unsigned whole numbers.
+    /// Value of a tag that contains unsigned whole numbers.
     pub(super) fn numbers(&self, tag: u16) -> Option<Vec<u64>> {
         let entry = self.entry(tag).filter(|entry| matches!(entry.kind, 1 | 3 | 4 | 16 | 18))?;
         let size = element_bytes(entry.kind);
         (0..entry.count).map(|i| self.number(entry.at + i * size, size)).collect()
     }
 
-    /// The first of the numbers.
+    /// First number of a tag's value.
     pub(super) fn first(&self, tag: u16) -> Option<u64> {
         self.numbers(tag)?.first().copied()
     }
 
-    /// Fractions.
+    /// Value of a tag that contains fractions.
     pub(super) fn fractions(&self, tag: u16) -> Option<Vec<f32>> {
         let entry = self.entry(tag).filter(|entry| entry.kind == 5)?;
         let part = |at| self.number(at, 4);

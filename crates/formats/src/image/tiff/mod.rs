@@ -19,7 +19,7 @@ use crate::image::decoder::{Decoder, grouped};
 use crate::image::tiff::directory::Directory;
 use crate::image::tiff::layout::{Extra, JPEG, Layout, Photometric, SampleFormat};
 
-/// True for both byte orders, and for BigTIFF.
+/// True if the bytes begin like a TIFF or BigTIFF file, in either byte order.
 pub(super) fn is_tiff(bytes: &[u8]) -> bool {
     [&b"II*\0"[..], b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|magic| bytes.starts_with(magic))
 }
@@ -144,7 +144,7 @@ impl Colors {
         [r, g, b, alpha]
     }
 
-    /// TIFF 6.0, section 21.
+    /// Converts YCbCr to RGB (TIFF 6.0, section 21).
     fn rgb_of_ycbcr(&self, samples: [f32; 3]) -> [f32; 3] {
         let [black, white, zero_b, most_b, zero_r, most_r] = self.reference;
         let [y, cb, cr] = samples.map(|v| 255.0 * v);

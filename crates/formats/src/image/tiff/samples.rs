@@ -21,7 +21,7 @@ struct Presented {
     size: [u32; 2],
     chunk: [u32; 2],
     bits: usize,
-    /// Samples per pixel, including planes.
+    /// Number of samples per pixel; the samples of all planes count.
     samples: usize,
     format: SampleFormat,
 }
@@ -82,7 +82,7 @@ pub(super) fn read(file: &mut Decoder<'_>, tags: &Directory<'_>, layout: &Layout
     Ok(if layout.planar { interleave(&samples, layout.samples) } else { samples })
 }
 
-/// Image in all chunks of a file, or of one of its planes.
+/// Decoded bytes of all strips or tiles, or of the strips or tiles of one plane, as one image.
 fn decode_plane(
     file: &Decoder<'_>,
     tags: &Directory<'_>,
@@ -315,7 +315,7 @@ fn full_chroma(layout: &Layout, decoded: &DecodingResult) -> Vec<f32> {
     samples
 }
 
-/// Samples of planes, pixel by pixel.
+/// Samples pixel by pixel, from samples plane by plane.
 fn interleave(planes: &[f32], samples: usize) -> Vec<f32> {
     let pixels = planes.len() / samples;
     (0..pixels * samples).map(|i| planes[i % samples * pixels + i / samples]).collect()

@@ -53,7 +53,7 @@ impl<'a> LosslessValidator<'a> {
         Self { bytes, at: 0, ahead: 0, count: 0, tables: MIN_TABLE_BYTES + TABLE_BYTES_PER_INPUT_BYTE * bytes.len() }
     }
 
-    /// Up to 32 bits.
+    /// Reads up to 32 bits as a number.
     fn read_bits(&mut self, count: u32) -> Option<usize> {
         while self.count < count {
             let byte = *self.bytes.get(self.at)?;
@@ -67,7 +67,7 @@ impl<'a> LosslessValidator<'a> {
         Some(bits as usize)
     }
 
-    /// The complete image of this size: transforms, then its own data.
+    /// Reads an image of this size completely: its transforms, then its pixels.
     pub(super) fn check_picture(mut self, [columns, rows]: [usize; 2]) -> Option<()> {
         let mut across = columns;
         let mut seen = [false; 4];
@@ -114,7 +114,7 @@ impl<'a> LosslessValidator<'a> {
         self.entropy_coded_pixels(size, &groups, cache, None)
     }
 
-    /// Small image that belongs to a larger image.
+    /// Reads an image that contains parameters of a larger image, such as the codes of its blocks.
     fn entropy_image(&mut self, size: [usize; 2], colors: Option<&mut Vec<u32>>) -> Option<()> {
         let cache = self.color_cache_bits()?;
         let groups = self.read_code_groups(1, cache, [0; 2], Vec::new())?;
@@ -317,7 +317,8 @@ impl HuffmanCode {
     }
 }
 
-/// Distance in pixels: for the nearest pixels from their column and row, otherwise the value itself.
+/// Distance in pixels, from its code: the first codes represent the nearest pixels by column and row, other codes the
+/// distance itself.
 fn distance(code: usize, columns: usize) -> usize {
     let Some(&[right, up]) = DISTANCE_MAP.get(code - 1) else { return code - DISTANCE_MAP.len() };
     let pixels = isize::from(right) + isize::from(up) * columns as isize;

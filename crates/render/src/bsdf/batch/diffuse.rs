@@ -8,7 +8,7 @@ use crate::bsdf::diffuse::{Diffuse, lambert};
 use crate::lobes::cone_mixture::{ConeMixture, mixture_weight};
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// Albedos, and the sampled directions.
+/// Diffuse BSDFs of the lanes: their albedos and sampled directions.
 #[derive(Debug, Default)]
 pub(crate) struct DiffuseModel {
     pub albedo: Vec3xN<f32, LANES>,

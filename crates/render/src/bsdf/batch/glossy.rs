@@ -17,7 +17,7 @@ use crate::lobes::shading_frame::{cosine_hemisphere_pdf, sample_cosine_hemispher
 use crate::lobes::sheen::Sheen;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// Isotropic rough interfaces over diffuse bases.
+/// BSDFs of lanes whose materials have an isotropic rough interface over a diffuse base.
 #[derive(Debug, Default)]
 pub(crate) struct GlossyModel {
     is_conductor: [bool; LANES],

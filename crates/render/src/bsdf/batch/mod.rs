@@ -252,7 +252,7 @@ pub(crate) struct BsdfEvals {
 }
 
 impl BsdfEvals {
-    /// Sets a lane, or clears it to zero unless `is_lit`.
+    /// Sets a lane to this value if `is_lit`, otherwise to zero.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, is_lit: bool, BsdfEval { value, pdf }: BsdfEval) {
         let value = if is_lit { value } else { Vec3::ZERO };
@@ -260,7 +260,7 @@ impl BsdfEvals {
         set_lane(&mut self.value, lane, value.to_array());
     }
 
-    /// Copies the masked lanes from `others`.
+    /// Copies the lanes whose `mask` is true from `others`.
     #[inline(always)]
     pub fn select_lanes(&mut self, mask: &[bool; LANES], others: &Self) {
         for (lane, &is_selected) in mask.iter().enumerate() {

@@ -72,7 +72,7 @@ impl EnvironmentImage {
     }
 }
 
-/// Loop of [`EnvironmentImage::taps`].
+/// Loop over lanes that computes [`EnvironmentImage::taps`].
 struct ComputeTaps<'a, const N: usize> {
     size: [u32; 2],
     taps: &'a mut BilinearTaps<N>,

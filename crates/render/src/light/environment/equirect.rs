@@ -13,7 +13,7 @@ use crate::soa::{Vec3xN, get_lane, set_lane};
 pub(crate) struct EquirectFrame {
     /// The rows are the directions of the image centre, of 90 degrees to its left, and up.
     panorama_from_world: DMat3,
-    /// Float32 copy for per-ray use.
+    /// The same matrix in float32, for computations per ray.
     rounded: Mat3,
 }
 
@@ -41,7 +41,7 @@ impl EquirectFrame {
         [u, 2.0 * atan2_turns(d.truncate().length(), d.z)]
     }
 
-    /// [`EquirectFrame::to_uv`] of many directions.
+    /// Same as [`EquirectFrame::to_uv`], for many directions.
     pub fn to_uv_many<const N: usize>(&self, directions: &Vec3xN<f32, N>, places: &mut [[f32; N]; 2]) {
         dispatch_simd(ComputeUvs { frame: self, directions, places });
     }
@@ -78,7 +78,7 @@ impl EquirectFrame {
     }
 }
 
-/// Loop of [`EquirectFrame::to_uv_many`].
+/// Loop over lanes that computes [`EquirectFrame::to_uv_many`].
 struct ComputeUvs<'a, const N: usize> {
     frame: &'a EquirectFrame,
     directions: &'a Vec3xN<f32, N>,
@@ -96,7 +96,7 @@ impl<const N: usize> WithSimd for ComputeUvs<'_, N> {
     }
 }
 
-/// Loop of [`EquirectFrame::sample_many`].
+/// Loop over lanes that computes [`EquirectFrame::sample_many`].
 struct SampleDirections<'a, const N: usize> {
     frame: &'a EquirectFrame,
     distribution: &'a PiecewiseConstant2D,

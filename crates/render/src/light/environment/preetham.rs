@@ -24,7 +24,7 @@ const SUN_ILLUMINANCE: f64 = 133_100.0;
 #[derive(Debug, PartialEq)]
 pub(crate) struct PreethamSky {
     up: Vec3,
-    /// Towards the sun.
+    /// Unit direction towards the sun.
     sun: Vec3,
     /// Luminance and both chromaticities are products of two curves: a curve over the cosine of the zenith angle, which
     /// includes the zenith value divided by F(0, sun angle), and a curve over [`sun_distance`].
@@ -95,7 +95,7 @@ impl PreethamSky {
         if up < 0.0 { self.ground } else { sky }
     }
 
-    /// [`PreethamSky::radiance`] of many directions.
+    /// Same as [`PreethamSky::radiance`], for many directions.
     pub fn radiance_many<const N: usize>(&self, directions: &Vec3xN<f32, N>) -> Vec3xN<f32, N> {
         let mut radiances = [[0.0; N]; 3];
         dispatch_simd(EvaluateSky { sky: self, directions, radiances: &mut radiances });
@@ -103,7 +103,7 @@ impl PreethamSky {
     }
 }
 
-/// Loop of [`PreethamSky::radiance_many`].
+/// Loop over lanes that computes [`PreethamSky::radiance_many`].
 struct EvaluateSky<'a, const N: usize> {
     sky: &'a PreethamSky,
     directions: &'a Vec3xN<f32, N>,

@@ -19,7 +19,7 @@ use crate::light::tree::power_table::PowerTable;
 /// Tree over the bounds of lights; the light indices refer to the input.
 #[derive(Debug, Default)]
 pub(crate) struct LightTree {
-    /// Root first.
+    /// Nodes of the tree; the root is the first.
     nodes: Vec<LightTreeNode>,
     /// Parent link of each light; none for lights without power.
     parents: Vec<Option<ParentLink>>,
@@ -31,7 +31,7 @@ pub(crate) struct LightTree {
     count: usize,
 }
 
-/// Lights that [`LightTree::sample_split`] selects.
+/// Number of lights that [`LightTree::sample_split`] selects.
 pub(crate) const MAX_SPLIT_LIGHTS: usize = 4;
 
 impl LightTree {

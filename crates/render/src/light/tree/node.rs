@@ -9,12 +9,12 @@ use crate::soa::{LANES, Vec3xN, get_lane, set_lane};
 /// Node with up to [`LANES`] children; unused slots have no power.
 #[derive(Debug)]
 pub(crate) struct LightTreeNode {
-    /// Fields of the children's [`PreparedLightBounds`].
+    /// Fields of the children's [`PreparedLightBounds`], one value per child.
     center: Vec3xN<f32, LANES>,
     half: Vec3xN<f32, LANES>,
     radius: [f32; LANES],
     axis: Vec3xN<f32, LANES>,
-    /// Sine and cosine.
+    /// Sine and cosine of the half angle of the cone of normals.
     theta_o: [[f32; LANES]; 2],
     cos_theta_e: [f32; LANES],
     two_sided: [bool; LANES],
