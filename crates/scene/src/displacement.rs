@@ -23,20 +23,21 @@ const MAX_MITER: f64 = 2.0;
 /// Approximate memory for each triangle of a displaced mesh while its search tree is built, in bytes.
 const BYTES_PER_TRIANGLE: f64 = 200.0;
 
-/// Heights of a material.
+/// The height texture of a material.
 pub(crate) struct HeightField<'a> {
     pub texture: &'a Texture,
-    /// Mip levels for edges longer than a texel, the full image first; empty if there are no such edges.
+    /// Mip levels of the texture, the full image first, for vertices whose edges are longer than a texel; empty if no
+    /// edge is longer.
     pub levels: Vec<Texture>,
     pub slot: TextureSlot,
-    /// Height of the value 1 in metres of the world.
+    /// Height that the value 1 represents, in metres of the world.
     pub scale: f64,
     /// Value of the undisplaced surface.
     pub zero: f64,
 }
 
 impl HeightField<'_> {
-    /// Height at texture coordinates of the mesh in metres: the mean over edges of this length in texels.
+    /// Height in metres at texture coordinates of the mesh, averaged over a width of `texels` texels.
     fn height(&self, uv: [f32; 2], texels: f64) -> f64 {
         let uv = self.slot.coordinates(uv);
         let level = (texels / MAX_EDGE_TEXELS).max(1.0).log2();
@@ -118,7 +119,8 @@ impl Displacement<'_> {
         texels[0].hypot(texels[1])
     }
 
-    /// Height of a vertex of triangles with this material slot, between which edges have this length in texels.
+    /// Height in metres of a vertex, from the height texture of a material slot; `texels` is the length of the edges at
+    /// the vertex.
     fn height(&self, mesh: &Mesh, (vertex, slot): (u32, u16), texels: f64) -> f64 {
         let Some(Some(heights)) = self.heights.get(usize::from(slot)) else { return 0.0 };
         mesh.uv_set(heights.slot.uv_set).map_or(0.0, |uvs| heights.height(uvs[vertex as usize], texels))
@@ -152,12 +154,13 @@ struct DisplacedPoints {
     moves: Vec<DVec3>,
 }
 
-/// Normals and heights of the corners at a point.
+/// Normals and vertices of the corners at a point.
 #[derive(Default)]
 struct PointSums {
     /// Different unit normals, in world directions.
     normals: Vec<DVec3>,
-    /// Vertices with the material slots of their triangles, and the longest edges there in texels.
+    /// Pairs of a vertex and a material slot of its triangles, each with the length in texels of the longest edge of
+    /// these triangles.
     vertices: Vec<((u32, u16), f64)>,
 }
 
@@ -203,7 +206,7 @@ impl DisplacedPoints {
             let cross = (b - a).cross(c - a);
             groups.iter().for_each(|&group| sums[group as usize] += cross);
         }
-        // World-space sums are normals of the mesh after multiplication by the transposed matrix.
+        // Multiplication by the transposed matrix converts normal sums from world directions to mesh directions.
         let to_mesh = displacement.world_from_mesh.transpose() * displacement.world_from_mesh.determinant().signum();
         let normal = |group: u32| (to_mesh * sums[group as usize]).normalize_or_zero().as_vec3().to_array();
 
@@ -277,7 +280,8 @@ fn miter(normals: &[DVec3]) -> DVec3 {
     if let &[normal] = normals {
         return normal;
     }
-    // Regularised normal equations, refined once: the error is the square of the regularisation.
+    // The regularised normal equations are solved with one step of refinement, so that the error is only the square of
+    // the regularisation.
     let (mut matrix, mut sum) = (DMat3::from_diagonal(DVec3::splat(1e-5)), DVec3::ZERO);
     for &normal in normals {
         matrix += DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
@@ -289,7 +293,7 @@ fn miter(normals: &[DVec3]) -> DVec3 {
     (first + inverse * (sum - product)).clamp_length_max(MAX_MITER)
 }
 
-/// Appends copies of vertices, except for their normals.
+/// Appends copies of vertices with all attributes except normals.
 fn copy_vertices(mesh: &mut Mesh, originals: &[u32]) {
     fn append<T: Copy>(values: &mut Vec<T>, originals: &[u32]) {
         values.reserve(originals.len());

@@ -151,12 +151,12 @@ pub struct Message {
 }
 
 impl Message {
-    /// The code, or this default.
+    /// Returns the message's code, or `code` if the message has none.
     pub fn code_or(&self, code: ErrorCode) -> ErrorCode {
         self.code.unwrap_or(code)
     }
 
-    /// Returns the same code with another text.
+    /// Returns a message with the same code and another text.
     #[must_use]
     pub fn with_text(self, text: impl Into<String>) -> Self {
         Self { text: text.into(), ..self }
@@ -164,7 +164,7 @@ impl Message {
 }
 
 impl ErrorCode {
-    /// A message with this code.
+    /// Creates a message with this code.
     pub fn message(self, text: impl Into<String>) -> Message {
         Message { text: text.into(), code: Some(self) }
     }

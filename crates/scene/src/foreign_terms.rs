@@ -33,15 +33,15 @@ impl TermPlace {
     }
 }
 
-/// Row of [`FOREIGN_TERMS`].
+/// A row of [`FOREIGN_TERMS`]: terms of other programs, and raycam's equivalents.
 #[derive(Clone, Copy, Debug)]
 pub struct ForeignTerm {
-    /// Place where the words have this meaning.
+    /// Place in which the terms have this meaning.
     pub place: TermPlace,
-    /// Words of other programs: in lower case with underscores for [`TermPlace::Schema`], otherwise in their original
+    /// Terms of other programs: in lower case with underscores for [`TermPlace::Schema`], otherwise in their original
     /// spelling.
     pub words: &'static [&'static str],
-    /// Names or expressions to use in raycam. A row is not needed for words that are almost spelt like raycam's name.
+    /// Names or expressions to use in raycam. A term whose spelling is close to raycam's name needs no row.
     pub ours: &'static [&'static str],
 }
 

@@ -40,9 +40,9 @@ pub struct MeshFile {
 /// The contents of a mesh file as one mesh, in the axes of the world that shows it.
 #[derive(Clone, Debug)]
 pub struct SingleMesh {
-    /// All parts.
+    /// All parts, joined into one mesh.
     pub mesh: Arc<Mesh>,
-    /// The materials of its slots; `texture` is an index into [`SingleMesh::textures`].
+    /// The materials of the mesh's slots; `texture` is an index into [`SingleMesh::textures`].
     pub materials: Vec<Material>,
     /// The images that the materials use.
     pub textures: Vec<Texture>,
@@ -54,7 +54,7 @@ pub struct SingleMesh {
 
 /// Loader of the files that a description names; it reads only files inside one folder.
 pub trait AssetLoader {
-    /// Error of a file.
+    /// Error type of the loader.
     type Error: From<SceneError>;
 
     /// Reads the mesh file with this name.
@@ -63,8 +63,8 @@ pub trait AssetLoader {
     /// A file that is missing, unreadable, too large or malformed.
     fn mesh(&mut self, file: &str) -> Result<MeshFile, Self::Error>;
 
-    /// The mesh file of this name as another world has read it with the same `up` axis (`None`: the file's own), if the
-    /// loader shares files between worlds.
+    /// Returns the contents of the mesh file with this name, if the loader shares files between worlds and another
+    /// world has read it with the same `up` axis (`None`: the file's own axis).
     fn shared_mesh(&mut self, _file: &str, _up: Option<Up>) -> Option<SingleMesh> {
         None
     }
@@ -120,7 +120,7 @@ pub trait AssetLoader {
         .into())
     }
 
-    /// Error of a file, prefixed with the key that refers to the file, such as `object[2].mesh`.
+    /// Returns the error with the key that refers to the file, such as `object[2].mesh`, added at the beginning.
     fn in_context(error: Self::Error, key: &str) -> Self::Error;
 }
 

@@ -1,7 +1,7 @@
 //! Enums whose variants have names in world files, in Python and on the command line.
 
-/// Defines an enum whose variants are written as the given names: for serde, the JSON Schema, and as `NAMES`, `name` and
-/// `from_name`.
+/// Defines an enum whose variants have the given names, in serde and in the JSON Schema; `NAMES`, `name` and
+/// `from_name` provide the names.
 macro_rules! named_enum {
     (
         $(#[$attribute:meta])*

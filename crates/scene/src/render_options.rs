@@ -36,12 +36,12 @@ macro_rules! render_options {
         ];
 
         impl RenderOptions {
-            /// The defaults; an option without a default is off.
+            /// Returns the default options; an option without a default is absent.
             pub fn defaults() -> Self {
                 Self { $($name: $default,)+ }
             }
 
-            /// Returns these options, completed by those of `others` that are not given here.
+            /// Returns these options; an option that is not given here is taken from `others`.
             pub fn or(&self, others: &Self) -> Self {
                 Self { $($name: self.$name.or(others.$name),)+ }
             }
@@ -218,7 +218,7 @@ impl std::fmt::Display for OptionValue {
     }
 }
 
-/// Converts each option type.
+/// Implements the conversion of each option's type to [`OptionValue`].
 macro_rules! option_value {
     ($($type:ty: |$value:ident| $converted:expr),+ $(,)?) => {
         $(impl From<$type> for OptionValue {

@@ -13,7 +13,7 @@ pub fn count(world: &World, object: Option<usize>) -> usize {
     }
 }
 
-/// Corners in the world, of one object or of all visible objects.
+/// Corner positions in the world of each triangle, of one object or of all visible objects.
 pub fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]> {
     let of_object = |object: &Object, mesh: &Mesh| {
         let placed: Vec<_> =
@@ -27,7 +27,7 @@ pub fn corners(world: &World, object: Option<usize>) -> Vec<[[f64; 3]; 3]> {
     }
 }
 
-/// Indices of instance and triangle.
+/// Indices (instance, triangle) of each triangle of all visible objects.
 pub fn ids(world: &World) -> Vec<[i32; 2]> {
     let count = |object: &Object| world.meshes[object.mesh].triangles.len();
     let ids = world

@@ -33,7 +33,7 @@ impl Up {
         }
     }
 
-    /// Its name in descriptions.
+    /// The axis's name in descriptions.
     pub fn name(self) -> &'static str {
         match self {
             Up::Z => "z",

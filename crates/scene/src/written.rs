@@ -1,6 +1,7 @@
 //! Values with several notations, for serde and for the JSON Schema.
 
-/// Deserialises a type from any of its notations, given the expected notation and the methods of serde's visitor.
+/// Implements the deserialisation of a type with several notations, from a description of the expected notations and
+/// the methods of serde's visitor.
 macro_rules! written {
     ($type:ident: $expecting:expr, $($methods:tt)*) => {
         impl<'de> serde::Deserialize<'de> for $type {
@@ -22,7 +23,7 @@ macro_rules! written {
     };
 }
 
-/// JSON Schema of such a type, under a name.
+/// Implements the JSON Schema of such a type, under the given name.
 macro_rules! written_schema {
     ($type:ident, $name:literal, |$generator:pat_param| $schema:expr) => {
         impl schemars::JsonSchema for $type {

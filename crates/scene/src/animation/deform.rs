@@ -37,8 +37,8 @@ pub struct DeformableMesh {
 }
 
 impl DeformableMesh {
-    /// Returns the mesh with these morph weights and, if given, deformed by joints: world_from_mesh of each joint. Its
-    /// triangles are unchanged.
+    /// Returns the mesh with these morph weights, in addition deformed by `joints` if given: for each joint, the
+    /// transform world_from_mesh. Triangles are unchanged.
     pub fn deform(&self, weights: &[f32], joints: Option<&[DAffine3]>) -> Mesh {
         let mut mesh = (*self.mesh).clone();
         for (target, &weight) in self.targets.iter().zip(weights) {
@@ -86,7 +86,7 @@ pub fn flattened(mesh: &Mesh, world_from_mesh: DAffine3) -> Option<Mesh> {
     Some(mesh)
 }
 
-/// Moves a vertex with its normal and tangent.
+/// Transforms a vertex with its normal and tangent.
 fn transform_vertex(mesh: &mut Mesh, vertex: usize, by: DAffine3) {
     mesh.vertices[vertex] = by.transform_point3(mesh.vertices[vertex]);
     if let Some(normals) = &mut mesh.normals {

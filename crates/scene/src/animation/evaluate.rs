@@ -1,4 +1,4 @@
-//! World in a pose of its rig.
+//! The world at a time of an animation: its nodes are evaluated, and its parts are moved and deformed.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -105,7 +105,7 @@ impl NodeTree {
             && joints.iter().all(|&joint| a.world_from_node[joint] == b.world_from_node[joint])
     }
 
-    /// Mesh of a deformed object.
+    /// Returns the deformed mesh of an object; `None` if the object is not deformable.
     pub(crate) fn deformed_mesh(&self, mount: &NodeObject, pose: &EvaluatedNodes) -> Option<Mesh> {
         let shape = mount.deformable.as_ref()?;
         let joints: Option<Vec<_>> = mount.skin.map(|skin| {

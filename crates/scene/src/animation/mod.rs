@@ -51,7 +51,7 @@ pub struct Node {
     pub transform: Transform,
     /// False hides the node and all its descendants.
     pub visible: bool,
-    /// Weight of each morph target of its mesh.
+    /// Weight of each morph target of the node's mesh.
     pub weights: Vec<f32>,
 }
 
@@ -88,7 +88,7 @@ impl Transform {
 pub struct Skin {
     /// Node of each joint.
     pub joints: Vec<usize>,
-    /// joint_from_mesh of each joint, in the pose in which the mesh was modelled.
+    /// The transform joint_from_mesh of each joint, in the pose in which the mesh was modelled.
     pub inverse_bind: Vec<DAffine3>,
 }
 
@@ -99,7 +99,7 @@ pub struct NodeObject {
     pub object: usize,
     /// Index into [`NodeTree::nodes`].
     pub node: usize,
-    /// Position of the mesh in the node's coordinates, for one of several instances.
+    /// Transform node_from_mesh; the identity unless the node places several instances of its mesh.
     pub node_from_mesh: DAffine3,
     /// The world's mesh that the object shows if it is visible.
     pub mesh: usize,
@@ -107,7 +107,7 @@ pub struct NodeObject {
     pub deformable: Option<Arc<DeformableMesh>>,
     /// Index into [`NodeTree::skins`].
     pub skin: Option<usize>,
-    /// Mesh at rest.
+    /// The mesh at rest, without animation.
     pub rest: Option<Arc<Mesh>>,
 }
 
@@ -128,7 +128,7 @@ impl Animation {
     }
 }
 
-/// Value over time.
+/// A property and its value over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
     /// The animated property.
@@ -152,16 +152,17 @@ pub enum AnimationTarget {
     Visible(usize),
     /// Property of the material with this index.
     Material(usize, MaterialProperty),
-    /// A property of all lights of a definition.
+    /// A property of all lights whose definition has this index.
     Light(usize, LightProperty),
-    /// Vertical field of view of all cameras of a definition, in radians.
+    /// Vertical field of view of all cameras whose definition has this index, in radians.
     FieldOfView(usize),
-    /// Half the width (0) or height (1) of the view of an orthographic camera with this definition, in world units.
+    /// Half the width (0) or height (1) of the view of all orthographic cameras whose definition has this index, in
+    /// world units.
     Magnification(usize, usize),
 }
 
 impl AnimationTarget {
-    /// Minimum number of values that the property requires.
+    /// Minimum number of components that a value of the property requires.
     pub fn component_count(self) -> usize {
         use MaterialProperty as P;
         match self {

@@ -56,7 +56,7 @@ impl NodeLight {
         }
     }
 
-    /// Returns the light at the current time.
+    /// Returns the light with its current colour, intensity and angles.
     pub(crate) fn light(self) -> Light {
         let rgb = self.color.map(|v| v * self.intensity);
         let mut light = self.base;

@@ -109,9 +109,9 @@ pub struct AnimatedMaterial {
     pub material: usize,
     /// Complete material.
     pub base: Material,
-    /// Emission as a colour and its strength.
+    /// Emitted colour, and the strength by which it is multiplied.
     pub emission: ([f32; 3], f32),
-    /// Transforms of its textures.
+    /// Transforms of the material's texture coordinates.
     pub uvs: Vec<(TextureSlotKind, UvTransform)>,
 }
 
@@ -226,7 +226,7 @@ fn set_principled(
     }
 }
 
-/// Texture slots of this kind in a material.
+/// The texture slots of a material that belong to this purpose.
 fn slots_of_kind(material: &mut Material, texture: TextureSlotKind) -> Vec<&mut TextureSlot> {
     use TextureSlotKind as T;
     match texture {

@@ -16,7 +16,7 @@ pub enum SamplerInterpolation {
     CubicSpline,
 }
 
-/// Values at times.
+/// Keyframes of a property: times and values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AnimationSampler {
     times: Vec<f32>,
@@ -116,7 +116,7 @@ impl AnimationSampler {
         a.iter().zip(&b).map(|(a, b)| a + (b - a) * t).collect()
     }
 
-    /// Incoming tangent (0), value (1) or outgoing tangent (2) of a keyframe.
+    /// Part of a keyframe, selected by `part`: incoming tangent (0), value (1) or outgoing tangent (2).
     fn value(&self, key: usize, part: usize) -> Vec<f64> {
         let start = match self.interpolation {
             SamplerInterpolation::CubicSpline => (3 * key + part) * self.width,

@@ -71,8 +71,9 @@ impl Aperture {
         self.rotation
     }
 
-    /// Point at which light enters the opening, and the light's unit direction there, for a unit direction in camera
-    /// axes and two random numbers in 0..1.
+    /// For a ray with this unit direction through the centre, in camera axes: returns a random point of the opening,
+    /// and the unit direction of the ray through this point that meets the first ray in focus. `numbers` are two random
+    /// numbers in 0..1.
     pub(super) fn bend_ray(&self, direction: DVec3, lens: &Lens, numbers: [f64; 2]) -> (DVec3, DVec3) {
         let at = self.sample_point(numbers).extend(0.0);
         let (opening, sharp) = if lens.is_planar() {
@@ -83,7 +84,7 @@ impl Aperture {
         (opening, (sharp - opening).normalize())
     }
 
-    /// Point of the opening, uniformly distributed.
+    /// A point of the opening, uniformly distributed.
     fn sample_point(&self, [a, b]: [f64; 2]) -> DVec2 {
         if self.blades == 0 {
             return self.radius * concentric_disk(a, b);

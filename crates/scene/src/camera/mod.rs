@@ -55,7 +55,7 @@ pub struct Camera {
     size: [u32; 2],
     pixel_center: PixelCenter,
     center: Center,
-    /// Matrix that the camera was created from.
+    /// Matrix that the camera was created from, with its original scale and sign.
     matrix: Option<[[f64; 4]; 3]>,
     lens: Lens,
     #[serde(skip)]

@@ -12,7 +12,7 @@ use crate::camera::{Aperture, Background, Camera, Center, Pose, ShutterMotion, V
 use crate::error::{Result, SceneError};
 
 impl Camera {
-    /// Names of the camera's properties other than K, lens and pose.
+    /// Names of the properties that the camera has in addition to K, lens and pose.
     pub fn further_properties(&self) -> impl Iterator<Item = &'static str> {
         let has = [
             ("aperture", self.aperture().is_some()),
@@ -26,7 +26,7 @@ impl Camera {
     /// Returns a copy with another lens; every constructor creates a pinhole.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] if its rays are parallel, because a lens bends rays through a point.
+    /// [`SceneError::Camera`] if the camera's rays are parallel, because a lens bends rays that start at one point.
     pub fn with_lens(self, lens: Lens) -> Result<Self> {
         if self.center != Center::Point && lens != Lens::Pinhole {
             return Err(parallel_rays_error("a lens"));
@@ -37,7 +37,7 @@ impl Camera {
     /// Returns a copy with an aperture, or as a pinhole.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] if its rays are parallel.
+    /// [`SceneError::Camera`] if the camera's rays are parallel.
     pub fn with_aperture(self, aperture: Option<Aperture>) -> Result<Self> {
         if self.center != Center::Point && aperture.is_some() {
             return Err(parallel_rays_error("an aperture"));
@@ -127,8 +127,8 @@ impl Camera {
         })
     }
 
-    /// Returns a copy whose rays, if they come from infinity, start in front of a sphere; rays of other cameras start
-    /// at their usual origin.
+    /// Returns a copy whose rays, if they come from infinity, start in front of the given sphere. Rays of other cameras
+    /// start at their usual origin.
     pub fn with_ray_origins_outside(&self, center: DVec3, radius: f64) -> Self {
         let start = match self.center {
             Center::Infinity => (center - self.c).dot(self.forward()) - 1.5 * radius,
@@ -162,7 +162,7 @@ impl Camera {
         self.motion.as_ref()
     }
 
-    /// Origin of its rays.
+    /// Origin of the camera's rays.
     pub fn center(&self) -> Center {
         self.center
     }

@@ -8,7 +8,8 @@ use crate::camera::lens::Lens;
 use crate::camera::shutter::{Pose, ShutterMotion};
 use crate::camera::{Camera, Center};
 
-/// Number of steps in the search for the line that shows a point, if it is not found immediately.
+/// Number of steps in the search for the line (row or column) that shows a point, if the secant method does not find
+/// the line.
 const LINE_STEPS: u32 = 64;
 
 /// Ray of a pixel through a point of the lens at a time.
@@ -30,7 +31,7 @@ pub struct Pinhole {
 }
 
 impl Pinhole {
-    /// Direction of [`Camera::generate_ray`], bit for bit.
+    /// Unit direction of a pixel's ray in the world, with the same bits as from [`Camera::generate_ray`].
     #[inline(always)]
     pub fn direction(&self, pixel: DVec2) -> DVec3 {
         (self.world_from_camera * image_plane_point(self.k, pixel).extend(1.0)).normalize()
@@ -46,7 +47,7 @@ fn image_plane_point(k: DMat3, pixel: DVec2) -> DVec2 {
 }
 
 impl Camera {
-    /// True if the rays through the middle of its aperture equal those of a static pinhole.
+    /// True if the rays through the middle of the aperture equal the rays of a static pinhole.
     fn is_static_pinhole(&self) -> bool {
         self.center == Center::Point && self.lens == Lens::Pinhole && self.motion.is_none()
     }
@@ -68,10 +69,10 @@ impl Camera {
     /// Returns the pixel coordinates of a world point, and true if the camera sees the point there.
     ///
     /// A pinhole images points in front of it (depth > 0). For a point behind it, the pixel is where the line through
-    /// the point and the centre meets the image; at depth 0 the pixel is not finite. Parallel rays from a plane image
-    /// points in front of the plane; parallel rays from infinity image all points. Any other [`Lens`] images the points
-    /// in its valid region, up to the angle beyond which its model is not one-to-one; they may be behind the camera.
-    /// All other points have the pixel NaN.
+    /// the point and the centre meets the image; at depth 0 the pixel is not finite. A camera whose parallel rays start
+    /// on a plane images the points in front of the plane; if the rays come from infinity, it images all points. Any
+    /// other [`Lens`] images the points in its valid region, up to the angle beyond which its model is not one-to-one;
+    /// these points may be behind the camera. All other points have the pixel NaN.
     ///
     /// For a camera with a rolling shutter, a point's pixel is on the line that shows the point in the middle of the
     /// line's exposure. If there are several such lines, the first is used; if there is none, the point has no pixel.
@@ -214,7 +215,7 @@ impl Camera {
         (pose.c + pose.r.transpose() * start, (pose.r.transpose() * direction).normalize())
     }
 
-    /// Same in camera axes; the direction has any length.
+    /// Returns the ray of a pixel coordinate in camera axes: its origin and its direction, which may have any length.
     #[inline]
     fn camera_space_ray(&self, pixel: DVec2) -> (DVec3, DVec3) {
         if self.center != Center::Point {
@@ -239,8 +240,9 @@ impl Camera {
         image_plane_point(self.k, pixel)
     }
 
-    /// Ray of a pixel coordinate through a point of the aperture at a fraction of its line's exposure, selected by two
-    /// numbers and one number in 0..1.
+    /// Returns the ray of a pixel coordinate through a point of the aperture, at a time within the exposure of the
+    /// pixel's line. `lens` selects the point by two random numbers in 0..1; `part` is the time as a fraction of the
+    /// exposure.
     pub fn generate_ray(&self, pixel: DVec2, lens: [f64; 2], part: f64) -> CameraRay {
         let pixel = self.wrap_panorama(pixel);
         let pose = self.pose_at(pixel, part);
@@ -268,8 +270,8 @@ impl Camera {
         self.motion.as_ref().map_or(0.5, |motion| motion.line_fraction(self.offset_from_corner(pixel), self.size))
     }
 
-    /// For a sample that has left a panorama's image: the same pixel on the opposite side, because a panorama has no
-    /// edge there.
+    /// Maps a pixel coordinate beyond the edge of a panorama's image to the coordinate inside the image that shows the
+    /// same direction, because a panorama has no edge there.
     fn wrap_panorama(&self, pixel: DVec2) -> DVec2 {
         let sphere = matches!(self.lens, Lens::Equirectangular);
         if !sphere && !matches!(self.lens, Lens::Cylindrical) {
@@ -280,14 +282,14 @@ impl Camera {
             return pixel;
         }
         if sphere && at.y.abs() > FRAC_PI_2 {
-            // Across the pole.
+            // The sample is beyond a pole, so it continues down the opposite longitude.
             at = DVec2::new(at.x + PI, PI.copysign(at.y) - at.y);
         }
         at.x -= TAU * (at.x / TAU).round();
         (self.k * at.extend(1.0)).truncate()
     }
 
-    /// Fraction of a pixel's light that arrives.
+    /// Fraction of a pixel's light that remains after vignetting; 1 without vignetting.
     pub fn vignetting_factor(&self, pixel: DVec2) -> f64 {
         let Some(vignetting) = &self.vignetting else { return 1.0 };
         let pixel = self.wrap_panorama(pixel);

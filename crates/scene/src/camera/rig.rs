@@ -54,7 +54,7 @@ impl Rig {
         Ok(Self { name: name.into(), body: Pose { r, ..body }, motion: None, mounts, sensors: Vec::new() })
     }
 
-    /// The same rig with these sensors in addition to its cameras.
+    /// Returns a copy with these sensors in addition to its cameras.
     ///
     /// # Errors
     /// The errors of [`check_mounts`].

@@ -23,8 +23,8 @@ pub struct NamedSensor {
     pub kind: String,
     /// The settings as a JSON object.
     pub settings: String,
-    /// The rotation sensor_from_parent and the position on the parent, which is the world or a rig's body. `None`: as
-    /// in the settings.
+    /// The rotation sensor_from_parent and the position on the parent, which is the world or a rig's body. If `None`,
+    /// the settings define the pose.
     pub pose: Option<Pose>,
     /// The files that the settings refer to.
     pub files: Vec<SensorFile>,
@@ -33,11 +33,11 @@ pub struct NamedSensor {
 /// The contents of a file that a sensor's settings refer to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorFile {
-    /// The key of the settings.
+    /// The settings' key that refers to the file.
     pub key: String,
     /// The file's name.
     pub name: String,
-    /// Its contents.
+    /// The file's contents.
     pub bytes: ByteString,
 }
 
@@ -94,7 +94,7 @@ pub struct LidarSurface {
 }
 
 impl LidarSurface {
-    /// Checks the ranges.
+    /// Checks the ranges of all values.
     ///
     /// # Errors
     /// [`SceneError::Schema`] with the key.

@@ -23,7 +23,7 @@ pub enum ReadoutDirection {
     Left,
 }
 
-/// Rotation and centre.
+/// Pose of a camera or body: rotation and centre.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// camera_from_world.
@@ -36,13 +36,14 @@ impl Pose {
     /// The pose at the origin, with the axes of the world.
     pub const IDENTITY: Self = Self { r: DMat3::IDENTITY, c: DVec3::ZERO };
 
-    /// World pose of a part that this body carries; `mount` is the part's pose in the axes of the body.
+    /// Returns the world pose of a part that is mounted on a body with this pose; `mount` is the part's pose in the
+    /// axes of the body.
     pub fn compose(&self, mount: &Self) -> Self {
         Self { r: mount.r * self.r, c: self.c + self.r.transpose() * mount.c }
     }
 }
 
-/// Number of steps in which a path is followed.
+/// Number of straight steps that approximate a path.
 const PATH_STEPS: u32 = 32;
 
 /// Shutter, and the camera's path while it is open. Times are in seconds from the opening of the first line.
@@ -57,7 +58,8 @@ pub struct ShutterMotion {
     direction: ReadoutDirection,
     /// Poses in order of time.
     poses: Vec<(f64, Pose)>,
-    /// Camera mounted on the body whose poses these are: camera_from_body, and the camera's centre in the body's axes.
+    /// Mount of the camera, if `poses` are the poses of a body: camera_from_body, and the camera's centre in the body's
+    /// axes.
     camera_from_body: Option<Pose>,
 }
 
@@ -101,8 +103,8 @@ impl ShutterMotion {
         self.poses.len() == 1
     }
 
-    /// Returns the same shutter along a path. `path` returns the pose at a time relative to the middle of the
-    /// exposures; it is followed in [`PATH_STEPS`] straight steps.
+    /// Returns the same shutter along a path. `way` returns the pose at a time relative to the middle of the exposures;
+    /// it is approximated by [`PATH_STEPS`] straight steps.
     ///
     /// # Errors
     /// Errors of the path.
@@ -138,7 +140,7 @@ impl ShutterMotion {
         self.readout
     }
 
-    /// Order of the lines.
+    /// Order in which the lines are read.
     pub fn direction(&self) -> ReadoutDirection {
         self.direction
     }
@@ -148,7 +150,7 @@ impl ShutterMotion {
         &self.poses
     }
 
-    /// Returns the same motion for poses that have been transformed.
+    /// Returns the same motion with each pose replaced by `moved` of the pose.
     pub fn map_poses(&self, moved: impl Fn(&Pose) -> Pose) -> Self {
         let poses = self.poses.iter().map(|(time, pose)| (*time, moved(pose)));
         Self { poses: poses.collect(), ..self.clone() }

@@ -1,5 +1,5 @@
 //! Initial guesses for the inverse of a lens: a table over the image, accurate enough for a single step of Newton's
-//! method. It is computed for the first ray, and a guess depends only on its pixel.
+//! method. The table is computed when the first ray is requested, and a guess depends only on its pixel.
 
 use std::sync::{Arc, OnceLock};
 
@@ -10,10 +10,11 @@ use crate::camera::lens::Lens;
 /// Pixels per cell, and the maximum number of cells per side.
 const CELL_PIXELS: u32 = 5;
 const MAX_CELLS: u32 = 128;
-/// Cells around the image: one for pixels just outside, and one for the polynomials at the border.
+/// Number of cells added on each side of the image: one for pixels just outside the image, and one for the polynomials
+/// at the border.
 const BORDER_CELLS: u32 = 2;
 
-/// Table of one camera, shared by its copies; not part of the camera's value.
+/// Table of one camera, shared by its copies; comparisons of cameras ignore the table.
 #[derive(Clone, Debug, Default)]
 pub struct UndistortTable(Arc<OnceLock<Box<[DVec2]>>>);
 
@@ -47,14 +48,14 @@ impl UndistortTable {
     }
 }
 
-/// Number of cells across and down, and the size of a cell in pixels.
+/// Number of columns and rows of cells, and the size of a cell in pixels.
 fn grid(size: [u32; 2]) -> ([u32; 2], DVec2) {
     let cells = size.map(|side| side.div_ceil(CELL_PIXELS).min(MAX_CELLS));
     let across = DVec2::from(size.map(f64::from)) / DVec2::from(cells.map(f64::from));
     (cells, across)
 }
 
-/// Nodes per side.
+/// Number of nodes along a side with this number of cells.
 fn grid_nodes(cells: u32) -> usize {
     (cells + 2 * BORDER_CELLS + 1) as usize
 }

@@ -11,10 +11,10 @@ pub const MAX_SIDE: u32 = 65_536;
 /// Maximum number of pixels in an image.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
-/// Camera matrix.
+/// Computes the 3x4 camera matrix from K, R and C.
 pub fn camera_matrix(k: DMat3, r: DMat3, c: DVec3, center: Center) -> Result<[[f64; 4]; 3]> {
     let t = -(r * c);
-    // [R | t], or its first two rows and 0 0 0 1.
+    // The pose is [R | t]; for parallel rays, its last row is 0 0 0 1.
     let pose = [0, 1, 2].map(|i| match (center, i) {
         (Center::Plane | Center::Infinity, 2) => DVec4::W,
         _ => r.row(i).extend(t[i]),

@@ -40,7 +40,7 @@ fn srgb_byte(v: f32) -> u8 {
 /// half contains the byte and 16 further bits.
 struct SrgbTable([u32; BINS]);
 
-/// 2^-13, which still has the byte 0.
+/// Smallest number in the table, 2^-13; its byte is still 0.
 const TABLE_START: f32 = 1.0 / 8192.0;
 const FIRST_BIN: u32 = TABLE_START.to_bits() >> 16;
 const BINS: usize = ((1f32.to_bits() >> 16) - FIRST_BIN) as usize + 1;
@@ -50,7 +50,7 @@ impl SrgbTable {
         Self(std::array::from_fn(|bin| {
             let number = |lower: u32| f32::from_bits((FIRST_BIN + bin as u32) << 16 | lower);
             let byte = u32::from(srgb_byte(number(0)));
-            // First lower half that gives the next byte; 0x10000 if there is none.
+            // Binary search for the first lower half that gives the next byte; 0x10000 if no lower half does.
             let (mut below, mut next) = (0, 0x1_0000);
             while below + 1 < next {
                 let middle = (below + next) / 2;

@@ -14,7 +14,7 @@ pub struct FileRef<T> {
 }
 
 impl<T> FileRef<T> {
-    /// A reference whose content is already available.
+    /// Creates a reference whose content is already available.
     pub fn loaded(file: impl Into<String>, content: Arc<T>) -> Self {
         Self { file: file.into(), content: Some(content) }
     }

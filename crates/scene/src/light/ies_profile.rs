@@ -18,7 +18,7 @@ pub struct IesProfile {
 }
 
 impl IesProfile {
-    /// Checks that its angles and intensities are consistent.
+    /// Checks that the profile's angles and intensities are consistent.
     ///
     /// # Errors
     /// [`SceneError::World`] if they are not.
@@ -55,7 +55,8 @@ impl IesProfile {
         }
     }
 
-    /// Intensity in candela at angles in degrees, linear in both; 0 outside the vertical angles.
+    /// Intensity in candela at angles in degrees, interpolated linearly in both angles; 0 outside the range of vertical
+    /// angles.
     pub fn intensity(&self, vertical: f64, horizontal: f64) -> f32 {
         let [first, last] = [self.vertical[0], self.vertical[self.vertical.len() - 1]];
         if !(first..=last).contains(&vertical) {

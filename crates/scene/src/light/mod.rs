@@ -21,8 +21,8 @@ pub use crate::light::file_ref::FileRef;
 pub use crate::light::ies_profile::IesProfile;
 pub use crate::light::traits::{LightTraits, LightVisibility};
 
-/// Luminous efficacy in lm/W by which photometric units are converted: that of light at 555 nm, to which the eye is
-/// most sensitive.
+/// Luminous efficacy in lm/W by which photometric units are converted: the efficacy of light at 555 nm, to which the
+/// eye is most sensitive.
 pub const LUMENS_PER_WATT: f64 = 683.0;
 
 /// A light of the type specified by `type`: `{ type = "sun", ... }`. All values are radiometric and linear; a single
@@ -62,7 +62,7 @@ pub enum Light {
         #[serde(default, deserialize_with = "optional_strength", skip_serializing_if = "Option::is_none")]
         #[schemars(with = "Option<Strength>")]
         intensity: Option<[f32; 3]>,
-        /// In metres.
+        /// Radius in metres.
         #[serde(default)]
         radius: f64,
     },
@@ -106,7 +106,7 @@ pub enum Light {
         #[serde(deserialize_with = "strength")]
         #[schemars(with = "Strength")]
         radiance: [f32; 3],
-        /// True if it emits to both sides.
+        /// True if the light emits to both sides.
         #[serde(default)]
         two_sided: bool,
     },
@@ -116,13 +116,13 @@ pub enum Light {
         position: [f64; 3],
         /// Direction of emission, perpendicular to the disk; any length except zero.
         direction: [f64; 3],
-        /// In metres.
+        /// Radius in metres.
         radius: f64,
         /// Linear RGB in W/(m² sr).
         #[serde(deserialize_with = "strength")]
         #[schemars(with = "Strength")]
         radiance: [f32; 3],
-        /// True if it emits to both sides.
+        /// True if the light emits to both sides.
         #[serde(default)]
         two_sided: bool,
     },
@@ -149,9 +149,9 @@ pub enum Light {
     /// the camera's ray. Every pixel of an evenly white image emits the same power. Requires exactly one of `power` and
     /// `irradiance`.
     Projector {
-        /// The image file, in the world file's folder or below. Its values are factors, 1 for white; linear light
-        /// between the centres of texels. An image whose size differs from the camera's is stretched over the camera's
-        /// image.
+        /// The image file, in the world file's folder or below. Its values are factors, 1 for white; they are
+        /// interpolated linearly between the centres of texels. An image whose size differs from the camera's is
+        /// stretched over the camera's image.
         #[schemars(with = "String")]
         image: FileRef<Image>,
         /// The camera along whose rays the light is projected; descriptions contain it as
@@ -213,7 +213,7 @@ pub enum Light {
         /// z-up world and along -z in a y-up world; positive angles turn left.
         #[serde(default)]
         yaw: f64,
-        /// Factor on its values.
+        /// Factor by which the image's values are multiplied.
         #[serde(default = "default_scale")]
         scale: f32,
     },
@@ -248,8 +248,8 @@ impl Light {
         }
     }
 
-    /// Sets negative values of the light's image to 0, because light cannot be negative; returns a notice about these
-    /// values.
+    /// Sets negative values of the light's image to 0, because light cannot be negative; returns a notice if there were
+    /// any.
     pub(crate) fn clamp_negative_texels(&mut self) -> Option<Notice> {
         let (Self::Environment { image: FileRef { file, content: Some(image) }, .. }
         | Self::Projector { image: FileRef { file, content: Some(image) }, .. }) = self

@@ -4,7 +4,7 @@ use serde::de::{Deserialize, Deserializer, Error, SeqAccess};
 
 use crate::written::{written, written_schema};
 
-/// Linear red, green and blue: three numbers, or one number for grey.
+/// Strength of a light: linear red, green and blue, written as three numbers, or as one number for grey.
 pub(crate) struct Strength([f32; 3]);
 
 written! {
@@ -36,12 +36,12 @@ written_schema!(Strength, "Strength", |_| schemars::json_schema!({ "anyOf": [
     { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 },
 ] }));
 
-/// Strength of a light.
+/// Reads the strength of a light.
 pub(crate) fn strength<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f32; 3], D::Error> {
     Strength::deserialize(deserializer).map(|Strength(rgb)| rgb)
 }
 
-/// Strength under an optional key.
+/// Reads the strength of a light under an optional key.
 pub(crate) fn optional_strength<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[f32; 3]>, D::Error> {
     Ok(Option::<Strength>::deserialize(deserializer)?.map(|Strength(rgb)| rgb))
 }

@@ -11,7 +11,7 @@ use crate::up::Up;
 type Validated = Result<()>;
 
 impl Light {
-    /// Checks that its values are valid.
+    /// Checks that the light's values are valid.
     ///
     /// # Errors
     /// [`SceneError::World`] for values that are negative or not finite, directions of length 0, shapes without area,

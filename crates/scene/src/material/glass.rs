@@ -12,7 +12,7 @@ pub struct Glass {
     pub roughness: f32,
     /// True if each surface is a separate pane, through which light passes straight.
     pub thin: bool,
-    /// 20 / Abbe number; 0 without dispersion.
+    /// Dispersion: 20 divided by the Abbe number; 0 without dispersion.
     pub dispersion: f32,
     /// Transmittance after `attenuation_distance`.
     pub attenuation_color: Rgb,

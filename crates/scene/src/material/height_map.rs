@@ -6,9 +6,9 @@ use crate::texture::TextureSlot;
 /// A texture of heights above the mesh's surface, along its normals.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct HeightMap {
-    /// Heights: red, of any sign.
+    /// The texture; its red channel is the height, of any sign.
     pub texture: TextureSlot,
-    /// Height of the value 1; negative values turn hills into dents.
+    /// Height that the value 1 represents; a negative scale turns hills into dents.
     pub scale: f32,
     /// Unit of the scale.
     #[serde(default, skip_serializing_if = "HeightUnit::is_metre")]
@@ -33,7 +33,7 @@ impl HeightUnit {
 }
 
 impl HeightMap {
-    /// Checks its values.
+    /// Checks the height map's values.
     ///
     /// # Errors
     /// [`SceneError::World`] for a scale that is not finite.

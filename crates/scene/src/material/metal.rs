@@ -8,7 +8,7 @@ use crate::error::{Result, SceneError};
 pub struct Metal {
     /// The real part of the index of refraction, per channel.
     pub ior: Rgb,
-    /// The imaginary part.
+    /// The imaginary part of the index of refraction, per channel.
     pub extinction: Rgb,
     /// Perceptual roughness, 0..=1; alpha is its square.
     pub roughness: f32,
@@ -27,7 +27,8 @@ const fn metal(name: &'static str, ior: Rgb, extinction: Rgb) -> MetalEntry {
 
 /// Indices with the same reflectance, at all angles, as the measured spectra under D65 converted to linear Rec. 709:
 /// `benchmarks/fold_metals.py`. P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974);
-/// aluminium from F. Cheng et al., ACS Nano 10, 9852 (2016). The comments are the reflectance at normal incidence.
+/// aluminium from F. Cheng et al., ACS Nano 10, 9852 (2016). The comment on each row is the reflectance at normal
+/// incidence.
 const METALS: [MetalEntry; 8] = [
     metal("aluminium", [0.854, 0.574, 0.375], [6.092, 5.203, 4.212]), // 0.916, 0.922, 0.924
     metal("chromium", [3.244, 3.116, 2.284], [3.286, 3.336, 3.116]),  // 0.550, 0.556, 0.554
@@ -54,7 +55,7 @@ impl Metal {
         })
     }
 
-    /// Checks its values.
+    /// Checks the metal's values.
     ///
     /// # Errors
     /// [`SceneError::World`] for indices that are not finite and greater than 0, and for a roughness outside 0..=1.

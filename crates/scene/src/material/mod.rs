@@ -45,10 +45,10 @@ pub struct Material {
     /// only the inner body counts.
     #[serde(default)]
     pub priority: i32,
-    /// Matter inside of a closed mesh, in place of the attenuation of a clear material.
+    /// Matter inside a closed mesh, instead of the attenuation of a clear material.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub medium: Option<Medium>,
-    /// Reflection model of the base colour.
+    /// Reflection model, to which the base colour is applied.
     pub model: MaterialModel,
 }
 
@@ -73,9 +73,9 @@ pub enum MaterialModel {
     /// The lecture's model: Lambert of albedo `diffuse * base colour` plus the energy-conserving modified Phong lobe of
     /// Lafortune and Willems (1994) with albedo `specular` and exponent `shininess`.
     Phong {
-        /// Fraction in 0..=1.
+        /// Factor of the diffuse albedo, 0..=1.
         diffuse: f32,
-        /// Linear, 0..=1 per channel.
+        /// Albedo of the specular lobe, linear, 0..=1 per channel.
         specular: Rgb,
         /// Phong exponent, >= 0.
         shininess: f32,
@@ -109,7 +109,7 @@ impl MaterialModel {
         matches!(self, Self::Unlit)
     }
 
-    /// Checks its values.
+    /// Checks the material's values.
     ///
     /// # Errors
     /// [`SceneError::World`] for a value that is not finite or outside its range.
@@ -162,7 +162,7 @@ impl Material {
         Self { color, ..Self::default() }
     }
 
-    /// True if a texture bends its shading normals.
+    /// True if a texture bends the material's shading normals.
     #[inline]
     pub fn bends_normals(&self) -> bool {
         self.normal_map.is_some() || self.height_map.is_some()
@@ -186,7 +186,7 @@ impl Material {
         own.into_iter().flatten().chain(principled.into_iter().flatten())
     }
 
-    /// Returns the material with this name, unless the material already has a name.
+    /// Returns the material with `name` as its name, unless it already has a name.
     #[must_use]
     pub fn named(mut self, name: &str) -> Self {
         if self.name.is_empty() {
@@ -195,7 +195,7 @@ impl Material {
         self
     }
 
-    /// Checks its values.
+    /// Checks the material's values.
     ///
     /// # Errors
     /// [`SceneError::World`] for colours and fractions outside 0..=1, and for a shininess that is negative or not
@@ -223,7 +223,7 @@ impl Material {
         self.model.validate()
     }
 
-    /// Maximum albedo over the channels, if it exceeds 1.
+    /// The largest albedo of the three channels, if it exceeds 1.
     pub fn reflectance_above_one(&self) -> Option<f32> {
         let MaterialModel::Phong { diffuse, specular, .. } = self.model else { return None };
         let total = (0..3).map(|i| diffuse * self.color[i] + specular[i]).fold(0.0, f32::max);

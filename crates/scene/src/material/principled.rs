@@ -40,7 +40,7 @@ pub struct Principled {
     pub ior: f32,
     /// Strength of the dielectric's reflection. Texture: alpha.
     pub specular: Textured<f32>,
-    /// Colour of that reflection at normal incidence; may exceed 1. Texture: red, green, blue.
+    /// Colour of the dielectric's reflection at normal incidence; may exceed 1. Texture: red, green, blue.
     pub specular_color: Textured<Rgb>,
     /// Fraction of the light that is not reflected and passes through. Texture: red.
     pub transmission: Textured<f32>,
@@ -52,7 +52,7 @@ pub struct Principled {
     /// Distance in metres of the world after which white light has the `attenuation_color`; infinite without
     /// absorption.
     pub attenuation_distance: f32,
-    /// 20 / Abbe number; 0 without dispersion.
+    /// Dispersion: 20 divided by the Abbe number; 0 without dispersion.
     pub dispersion: f32,
     /// Strength of a clear layer of index 1.5. Texture: red.
     pub clearcoat: Textured<f32>,
@@ -115,7 +115,7 @@ impl Default for Principled {
 }
 
 impl Principled {
-    /// Returns every texture that it uses.
+    /// Returns every texture that the material uses.
     pub fn texture_slots_mut(&mut self) -> impl Iterator<Item = &mut TextureSlot> {
         let slots = [
             &mut self.metallic.texture,
@@ -138,7 +138,7 @@ impl Principled {
         slots.into_iter().flatten().chain(normal)
     }
 
-    /// Checks its values.
+    /// Checks the material's values.
     ///
     /// # Errors
     /// [`SceneError::World`] for a value that is not finite or outside its range.

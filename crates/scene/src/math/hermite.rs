@@ -2,7 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
-/// A value that moves by steps: a location by vectors, a rotation by rotation vectors in its own axes.
+/// A value whose differences (steps) are vectors: for a location, displacements; for a rotation, rotation vectors in
+/// its own axes.
 pub trait Interpolate: Copy {
     /// Step from this value to another; for rotations, along the shorter arc.
     fn delta_to(self, there: Self) -> DVec3;
@@ -10,8 +11,8 @@ pub trait Interpolate: Copy {
     fn offset_by(self, step: DVec3) -> Self;
 }
 
-/// Point at the fraction `s` of the curve from one value to another, with these velocities at its ends, given as steps
-/// over the whole segment. A cubic Bézier curve in cumulative form has the same formula for vectors and for rotations
+/// Point at the fraction `s` of the curve from one value to another. `velocities` are the velocities at both ends, as
+/// steps per whole segment. A cubic Bézier curve in cumulative form has the same formula for vectors and for rotations
 /// (Kim, Kim and Shin, "A general construction scheme for unit quaternion curves", SIGGRAPH 1995).
 pub fn hermite<T: Interpolate>(from: T, to: T, velocities: [DVec3; 2], s: f64) -> T {
     let [first, last] = velocities.map(|velocity| velocity / 3.0);

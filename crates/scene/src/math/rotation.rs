@@ -9,12 +9,12 @@ use glam::{DMat3, DVec3};
 
 use crate::up::Up;
 
-/// Camera axes (x right, y down, z forward) of body axes (x forward, y left, z up).
+/// Rotation from body axes (x forward, y left, z up) to camera axes (x right, y down, z forward).
 pub const CAMERA_FROM_BODY: DMat3 =
     DMat3::from_cols(DVec3::new(0.0, 0.0, 1.0), DVec3::new(-1.0, 0.0, 0.0), DVec3::new(0.0, -1.0, 0.0));
 
-/// World axes of reference axes, which are the body axes at zero roll, pitch and yaw. The identity for a z-up world; in
-/// a y-up world, forward is -z, left is -x and up is +y.
+/// Rotation from reference axes, which are the body axes at zero roll, pitch and yaw, to world axes. It is the identity
+/// for a z-up world; in a y-up world, forward is -z, left is -x and up is +y.
 pub fn world_from_reference(up: Up) -> DMat3 {
     match up {
         Up::Z => DMat3::IDENTITY,
@@ -22,7 +22,7 @@ pub fn world_from_reference(up: Up) -> DMat3 {
     }
 }
 
-/// `Rz(yaw) Ry(pitch) Rx(roll)` of angles in degrees: reference axes of body axes.
+/// `Rz(yaw) Ry(pitch) Rx(roll)` for angles in degrees: the rotation from body axes to reference axes.
 pub fn rotation_from_rpy(roll: f64, pitch: f64, yaw: f64) -> DMat3 {
     let [(sr, cr), (sp, cp), (sy, cy)] = [roll, pitch, yaw].map(sin_cos_degrees);
     DMat3::from_cols(
@@ -51,8 +51,8 @@ pub fn rpy_from_rotation(rotation: DMat3) -> [f64; 3] {
     [roll, pitch, yaw].map(f64::to_degrees)
 }
 
-/// World axes of body axes for an observer that faces `direction` without roll relative to `up`; `None` if the two are
-/// parallel or one is zero or not finite.
+/// Rotation from body axes to world axes, for a body that faces `direction` without roll relative to `up`. `None` if
+/// `direction` and `up` are parallel, or if one of them is zero or not finite.
 pub fn rotation_towards(direction: DVec3, up: DVec3) -> Option<DMat3> {
     let (forward, up) = (direction.try_normalize()?, up.try_normalize()?);
     let left = up.cross(forward);

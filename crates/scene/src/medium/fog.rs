@@ -19,7 +19,7 @@ pub struct Fog {
 }
 
 impl Fog {
-    /// Checks its values.
+    /// Checks the fog's values.
     ///
     /// # Errors
     /// [`SceneError::Schema`]: a value that is not finite or outside of its range.

@@ -15,7 +15,7 @@ pub fn visibility_constant() -> f64 {
     20f64.ln()
 }
 
-/// Matter inside of a closed mesh.
+/// Matter inside a closed mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Medium {
     /// The fraction of light that is absorbed, per metre.
@@ -27,7 +27,7 @@ pub struct Medium {
 }
 
 impl Medium {
-    /// Checks its values.
+    /// Checks the medium's values.
     ///
     /// # Errors
     /// [`SceneError::Schema`]: a value that is not finite or outside of its range.
@@ -38,7 +38,7 @@ impl Medium {
     }
 }
 
-/// Coefficients that are finite and at least 0.
+/// Checks that coefficients are finite and at least 0.
 pub(crate) fn check_coefficients(key: &str, rgb: Rgb) -> Result<()> {
     if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) {
         return Ok(());
@@ -47,7 +47,7 @@ pub(crate) fn check_coefficients(key: &str, rgb: Rgb) -> Result<()> {
     Err(SceneError::schema(ErrorCode::OutOfRange, key, message))
 }
 
-/// The mean cosine of scattering angles, between -1 and 1.
+/// Checks that the mean cosine of scattering angles is between -1 and 1.
 pub(crate) fn check_mean_cosine(g: f32) -> Result<()> {
     if g > -1.0 && g < 1.0 {
         return Ok(());

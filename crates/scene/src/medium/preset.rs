@@ -25,21 +25,22 @@ const JERLOV: [(&str, [f32; 13]); 10] = [
     ("jerlov_9C", [2.4, 1.9, 1.6, 1.23, 0.99, 0.78, 0.63, 0.58, 0.6, 0.65, 0.76, 0.92, 1.1]),
 ];
 
-/// Absorption and reduced scattering of milk per metre; reduced scattering is that of g = 0.
+/// Absorption and reduced scattering of milk per metre; reduced scattering is the equivalent scattering for g = 0.
 ///
 /// H. W. Jensen et al., "A Practical Model for Subsurface Light Transport", SIGGRAPH 2001, figure 5.
 const MILK: [(&str, Rgb, Rgb); 2] =
     [("milk", [1.1, 2.4, 14.0], [2550.0, 3210.0, 3770.0]), ("skim_milk", [1.4, 2.5, 14.2], [700.0, 1220.0, 1900.0])];
 
-/// Absorption of soot at [`SOOT_WAVELENGTH`] in m²/g, in inverse proportion to the wavelength, and albedo of fresh
-/// soot: the middle of the range 0.2 to 0.3.
+/// Absorption of soot in m²/g at [`SOOT_WAVELENGTH`] in nanometres, which is inversely proportional to the wavelength;
+/// and the albedo of fresh soot, the middle of the range 0.2 to 0.3.
 ///
 /// T. C. Bond and R. W. Bergstrom, "Light Absorption by Carbonaceous Particles: An Investigative Review", Aerosol
 /// Science and Technology 40, 2006.
 const SOOT_ABSORPTION: f32 = 7.5;
 const SOOT_WAVELENGTH: f32 = 550.0;
 const SOOT_ALBEDO: f32 = 0.25;
-/// Soot consists of aggregates of many spheres, which scatter mostly forwards: about 0.4 to 0.6.
+/// Mean cosine of the scattering angles of soot: its aggregates of many spheres scatter mostly forwards, with 0.4 to
+/// 0.6.
 const SOOT_G: f32 = 0.5;
 /// Soot concentration in a fire's smoke, in g/m³; visibility is then 3 m.
 const SMOKE_DENSITY: f32 = 0.1;
@@ -57,7 +58,7 @@ fn smoke() -> Medium {
 }
 
 impl Medium {
-    /// The medium of this name.
+    /// The preset with this name; `None` for an unknown name.
     pub fn named(name: &str) -> Option<Self> {
         if name == "smoke" {
             return Some(smoke());
@@ -71,7 +72,7 @@ impl Medium {
     }
 }
 
-/// The value of a spectrum at a wavelength, linear between its entries.
+/// The value of a spectrum at a wavelength, interpolated linearly between its entries.
 fn interpolate(spectrum: &[f32; 13], wavelength: f32) -> f32 {
     let after = WAVELENGTHS.partition_point(|&known| known <= wavelength).clamp(1, WAVELENGTHS.len() - 1);
     let [low, high] = [WAVELENGTHS[after - 1], WAVELENGTHS[after]];

@@ -1,7 +1,7 @@
 //! Refinement of a mesh at selected edges, without cracks: neighbours split a shared edge at the same point.
 //!
-//! Vertices with equal coordinates are one point of the surface, and an edge is selected for a pair of points. The
-//! triangles that replace a triangle follow each other in the order of the original triangles.
+//! Vertices with equal coordinates are one point of the surface, and an edge is selected for a pair of points. The new
+//! triangles are in the order of the triangles that they replace.
 
 use glam::{DVec3, Vec3};
 
@@ -11,7 +11,7 @@ use crate::mesh::topology::{Edges, weld_vertices};
 /// Mesh that is being refined.
 pub(crate) struct EdgeRefinement {
     pub mesh: Mesh,
-    /// Point of each vertex.
+    /// Index of each vertex's point.
     pub point_of_vertex: Vec<u32>,
     /// Number of points.
     pub point_count: u32,
@@ -21,7 +21,7 @@ pub(crate) struct EdgeRefinement {
 pub(crate) struct SelectedEdges {
     /// Edges between points.
     edges: Edges,
-    /// For each edge, the number of its new point.
+    /// For each edge, the index of its new point; `None` if the edge is not split.
     new_points: Vec<Option<u32>>,
     point_count: u32,
     /// Number of triangles after the split.
@@ -29,21 +29,21 @@ pub(crate) struct SelectedEdges {
 }
 
 impl SelectedEdges {
-    /// True if nothing is split.
+    /// True if no edge is split.
     pub fn is_empty(&self) -> bool {
         self.new_points.iter().all(Option::is_none)
     }
 }
 
 impl EdgeRefinement {
-    /// A valid mesh before the first step. Tangents are omitted, because they would not follow a moved surface.
+    /// Starts the refinement of a valid mesh. Tangents are removed, because they would not follow a moved surface.
     pub fn new(mesh: &Mesh) -> Self {
         let (points, point_of_vertex) = weld_vertices(&mesh.vertices);
         let mesh = Mesh { tangents: None, ..mesh.clone() };
         Self { mesh, point_of_vertex, point_count: points.len() as u32 }
     }
 
-    /// Triangles between points.
+    /// Triangles as indices of points instead of vertices.
     pub fn point_triangles(&self) -> Vec<[u32; 3]> {
         self.mesh.triangles.iter().map(|triangle| triangle.map(|v| self.point_of_vertex[v as usize])).collect()
     }
@@ -110,7 +110,7 @@ impl EdgeRefinement {
     }
 }
 
-/// Appends the midpoints between pairs of vertices, with their attributes.
+/// Appends the midpoint of each pair of vertices, with interpolated attributes.
 pub(crate) fn append_midpoints(mesh: &mut Mesh, ends: &[[u32; 2]]) {
     fn append<T: Copy>(values: &mut Vec<T>, ends: &[[u32; 2]], between: impl Fn(T, T) -> T) {
         let added: Vec<T> = ends.iter().map(|&[a, b]| between(values[a as usize], values[b as usize])).collect();

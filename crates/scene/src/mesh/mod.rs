@@ -203,7 +203,7 @@ fn concat_attribute<T: Clone>(all: &mut Option<Vec<T>>, other: Option<&[T]>, bef
     }
 }
 
-/// Index of the first value that is not `valid`. Several threads check large arrays.
+/// Index of the first value for which `valid` is false. Large arrays are checked by several threads.
 fn find_first_invalid<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) -> Option<usize> {
     const PARALLEL_THRESHOLD: usize = 1 << 17;
     if values.len() < PARALLEL_THRESHOLD || cfg!(target_family = "wasm") {
@@ -218,7 +218,8 @@ fn find_first_invalid<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) 
     })
 }
 
-/// The same check on one thread. Within a block the loop has no early exit, which is several times as fast.
+/// Same as [`find_first_invalid`], on one thread. Within a block, the loop has no early exit, which is several times as
+/// fast.
 fn find_first_invalid_serial<T>(values: &[T], valid: impl Fn(&T) -> bool) -> Option<usize> {
     const BLOCK: usize = 256;
     let bad = |block: &[T]| !block.iter().fold(true, |all, value| all & valid(value));

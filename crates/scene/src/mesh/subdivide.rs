@@ -47,15 +47,16 @@ pub fn midpoint(mesh: &Mesh, levels: u32) -> Result<Mesh> {
     Ok(refined.mesh)
 }
 
-/// Mesh, and its surface, on which each point occurs once.
+/// A mesh, and the distinct points of its surface.
 struct SubdividedMesh {
     mesh: Mesh,
     points: Vec<DVec3>,
-    /// Point of each vertex of the mesh.
+    /// Index of each vertex's point.
     point_of_vertex: Vec<u32>,
 }
 
-/// Returns, for points and the triangles and edges between them, the moved points followed by one new point per edge.
+/// Function that receives points, and the triangles and edges between them. It returns the moved points, followed by
+/// one new point per edge.
 type SubdivisionRule = fn(&[DVec3], &[[u32; 3]], &Edges) -> Vec<DVec3>;
 
 impl SubdividedMesh {
@@ -85,7 +86,7 @@ impl SubdividedMesh {
         let mut edge_points = vec![0; edges.ends.len()];
         for (own, shared) in edges.of_triangle.iter().zip(&point_edges.of_triangle) {
             for side in 0..3 {
-                // An edge from a point to itself remains that point.
+                // The middle of an edge from a point to itself is that point.
                 let [a, b] = point_edges.ends[shared[side] as usize];
                 let middle = if a == b { a } else { self.points.len() as u32 + shared[side] };
                 edge_points[own[side] as usize] = middle;
@@ -107,7 +108,7 @@ impl SubdividedMesh {
         repeat_per_triangle(&mut mesh.material_slots);
     }
 
-    /// Triangles between points.
+    /// Triangles as indices of points instead of vertices.
     fn point_triangles(&self) -> Vec<[u32; 3]> {
         self.mesh.triangles.iter().map(|triangle| triangle.map(|v| self.point_of_vertex[v as usize])).collect()
     }
@@ -126,7 +127,7 @@ impl SubdividedMesh {
     }
 }
 
-/// Loop's rule.
+/// Applies Loop's rule.
 fn loop_points(points: &[DVec3], surface: &[[u32; 3]], edges: &Edges) -> Vec<DVec3> {
     let at = |point: u32| points[point as usize];
     // Sums over all neighbours, over the neighbours along sharp edges, and over the two corners opposite an edge.
@@ -180,7 +181,7 @@ fn loop_weight(n: u32) -> f64 {
     (0.625 - c * c) / n
 }
 
-/// Copies the value of each triangle to its four parts.
+/// Repeats the value of each triangle for its four parts.
 fn repeat_per_triangle<T: Copy>(values: &mut Option<Vec<T>>) {
     if let Some(values) = values {
         *values = values.iter().flat_map(|&value| [value; 4]).collect();

@@ -22,7 +22,8 @@ pub struct SurfaceTopology {
     pub components: usize,
 }
 
-/// Side of a triangle: its points (the smaller index first), its direction and its triangle.
+/// Side of a triangle: its two points (the smaller index first), the direction in which the triangle traverses it, and
+/// the triangle.
 struct Side {
     ends: [u32; 2],
     direction: i32,
@@ -99,7 +100,7 @@ impl Parts {
 /// Triangles around each point of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct PointTriangles {
-    /// Point of each vertex.
+    /// Index of each vertex's point.
     point_of: Vec<u32>,
     /// For each point, the offset of its first triangle in the list; the last entry is the list's length.
     starts: Vec<u32>,

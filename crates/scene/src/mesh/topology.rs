@@ -8,12 +8,12 @@ pub struct Edges {
     pub ends: Vec<[u32; 2]>,
     /// For each triangle, its edges from corner 0 to 1, 1 to 2 and 2 to 0.
     pub of_triangle: Vec<[u32; 3]>,
-    /// For each edge, its number of triangles; triangles with a repeated corner do not count.
+    /// For each edge, the number of its triangles; triangles with a repeated corner are not counted.
     pub triangle_count: Vec<u32>,
 }
 
 impl Edges {
-    /// Edges of these triangles, sorted by their ends.
+    /// Finds the edges of these triangles, sorted by their ends.
     pub fn new(triangles: &[[u32; 3]]) -> Self {
         let mut sides: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * triangles.len());
         for (i, &[a, b, c]) in triangles.iter().enumerate() {
@@ -45,7 +45,7 @@ pub fn has_three_corners(&[a, b, c]: &[u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// Distinct positions of vertices, and for each vertex the index of its position.
+/// Returns the distinct positions of vertices, and for each vertex the index of its position.
 pub fn weld_vertices(vertices: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
     // Adding 0 converts -0 to +0, which is the same position.
     let bits = |vertex: DVec3| (vertex + 0.0).to_array().map(f64::to_bits);

@@ -17,7 +17,7 @@ impl<E> From<SceneError> for BuildFailure<E> {
 }
 
 impl<E: From<SceneError>> BuildFailure<E> {
-    /// Converts to the error type of the file reader.
+    /// Converts the failure to the error type of the file reader.
     pub fn into_error(self) -> E {
         match self {
             Self::Scene(error) => error.into(),

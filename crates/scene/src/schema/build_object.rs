@@ -31,7 +31,7 @@ pub(super) const GEOMETRY: [&str; 7] =
 pub(super) const PLACEMENT: [&str; 6] = ["location", "roll", "pitch", "yaw", "scale", "matrix"];
 
 impl ObjectSpec {
-    /// Adds the described object to a world, with its mesh and materials, and returns its id. If that fails, the world
+    /// Adds the described object to a world, with its mesh and materials, and returns its id. If this fails, the world
     /// is unchanged.
     ///
     /// # Errors
@@ -132,7 +132,7 @@ impl ObjectSpec {
         Ok(add_materials(changed, textures, name, world)?)
     }
 
-    /// Returns world_from_mesh, and the part of this matrix without location and rotation.
+    /// Returns world_from_mesh, and the scale and shear of this matrix, without location and rotation.
     pub(super) fn object_transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3)> {
         if let Some(rows) = &self.matrix {
             let others = ["location", "roll", "pitch", "yaw", "scale"];
@@ -170,7 +170,7 @@ impl ObjectSpec {
         Ok((DAffine3::from_mat3_translation(rotation * shape, location), shape))
     }
 
-    /// Its name, or the word for its shape.
+    /// Returns the object's name, or a name derived from its shape.
     fn object_name(&self, kind: &str) -> Result<String> {
         match (&self.name, &self.mesh, &self.instance_of) {
             (Some(name), ..) if name.is_empty() => Err(SceneError::schema(

@@ -14,7 +14,7 @@ use crate::schema::spec::texture::{ImageSpec, TextureSpec, TextureTable};
 use crate::schema::texture_binding::TextureBinding;
 use crate::texture::{ColorUse, Image, TexelFilter, Texels, Texture, TextureSampler, TextureSlot};
 
-/// Textures that contain colours; 8-bit values are in sRGB.
+/// Keys of textures that contain colours, whose 8-bit values are in sRGB.
 const COLORS: [&str; 5] = ["texture", "emission", "specular_color", "sheen_color", "diffuse_transmission_color"];
 
 impl TextureSpec {
@@ -88,7 +88,8 @@ impl TextureSpec {
 }
 
 impl TextureTable {
-    /// The image in the form in which the material uses it: data is linear, and one channel may replace all.
+    /// Converts the image to the form in which the material uses it: data becomes linear, and if the description
+    /// selects one channel, it replaces all channels.
     fn as_used(&self, key: &str, image: Arc<Image>) -> Result<Arc<Image>> {
         let data = !COLORS.contains(&key) && matches!(image.texels, Texels::Srgb8(_));
         if !data && self.channel.is_none() {
@@ -106,15 +107,15 @@ impl TextureTable {
                 Texels::Srgb8(texels) | Texels::Linear8(texels) => splat_channel(texels, channel),
                 Texels::Linear16(texels) => splat_channel(texels, channel),
                 Texels::Float(texels) => splat_channel(texels, channel),
-                Texels::Paged(_) => {} // created as a different variant above
+                Texels::Paged(_) => {} // `Paged` does not occur: the texels are stored in memory above
             }
         }
         Ok(Arc::new(image))
     }
 }
 
-/// The image with values clamped to a key's range: heights have no limits, emission has no upper limit, all others are
-/// 0 to 1.
+/// Returns the image with its values clamped to the key's range: heights have no limits, emission has no upper limit,
+/// and all other values are 0 to 1.
 fn clamp_to_range(key: &str, image: Arc<Image>, notices: &mut Vec<Notice>) -> Arc<Image> {
     let Texels::Float(texels) = &image.texels else { return image };
     if key == "height" {
@@ -141,7 +142,7 @@ fn splat_channel<T: Copy>(texels: &mut [[T; 4]], channel: usize) {
     }
 }
 
-/// Images, their slots, and notices.
+/// Textures, their slots in the material, and notices.
 type BoundTextures = (Vec<Texture>, Vec<TextureBinding>, Vec<Notice>);
 
 impl ObjectSpec {

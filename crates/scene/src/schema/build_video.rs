@@ -94,7 +94,7 @@ struct Mover {
     /// Time of the last keyframe so far.
     time: Option<f64>,
     motion: KeyframedMotion,
-    /// True if its keyframes have matrices; `None` before the first keyframe.
+    /// True if the keyframes so far have matrices; `None` before the first keyframe.
     has_matrices: Option<bool>,
 }
 
@@ -214,7 +214,7 @@ impl Mover {
     }
 }
 
-/// Returns the mover with an id; creates the mover if necessary.
+/// Returns the keyframes of the part with this id; adds an empty entry for a new id.
 fn mover_mut(movers: &mut Vec<(usize, Mover)>, id: usize) -> &mut Mover {
     let found = movers.iter().position(|(known, _)| *known == id);
     let found = found.unwrap_or_else(|| {

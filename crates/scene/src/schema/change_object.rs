@@ -43,16 +43,17 @@ struct ChangedMaterials {
 }
 
 impl ObjectSpec {
-    /// Changes the object with this index as described. If that fails, the world is unchanged except for images that
-    /// `files` keeps.
+    /// Changes the object with this index as described. If this fails, the world is unchanged, except that `files` may
+    /// keep images that it has read.
     ///
     /// Placement is replaced as a whole: angles without a location place the object at the origin. If other objects
-    /// show the same mesh, their mesh does not change. A mesh file brings its materials; other meshes keep the object's
-    /// materials.
+    /// show the same mesh, their mesh does not change. A new mesh file replaces the materials by its own; with any
+    /// other new mesh, the object keeps its materials.
     ///
     /// # Errors
-    /// Errors of [`ObjectSpec::build`]; [`SceneError::World`] if the object does not exist, and if only vertices are
-    /// given whose number differs from before or whose shading normals would become invalid.
+    /// Errors of [`ObjectSpec::build`]; [`SceneError::World`] if the object does not exist, and if `vertices` are given
+    /// without `triangles` although their number differs from the mesh's, or although the mesh's shading normals would
+    /// become invalid.
     pub fn change<F: AssetLoader>(self, world: &mut World, id: usize, files: &mut F) -> Result<(), F::Error> {
         world.check_object(id).map_err(F::Error::from)?;
         match self.change_placement(world, id) {
@@ -108,7 +109,7 @@ impl ObjectSpec {
             let world_from_mesh = place.map_or(world.objects[id].world_from_mesh, |(transform, _)| transform);
             self.displace_changed(world, id, &mut mesh, &mut materials, world_from_mesh.matrix3)?;
         }
-        // Nothing fails after this point.
+        // All steps that can fail are done before this point.
         let before = world.parts_in_use();
         let changes_medium = self.medium.is_some() || !matches!(mesh, ChangedMesh::Same);
         let name = self.name.take();
@@ -258,7 +259,7 @@ impl ObjectSpec {
         Ok((ChangedMesh::New(mesh), kept))
     }
 
-    /// Returns a mesh with other vertices, normals, coordinates or colours.
+    /// Returns a copy of a mesh with the vertices, normals, texture coordinates or colours of this description.
     fn reshaped(&mut self, old: &Arc<Mesh>, name: &str) -> Result<Mesh> {
         let mut mesh = Mesh::clone(old);
         if let Some(vertices) = self.vertices.take() {
@@ -285,7 +286,8 @@ impl ObjectSpec {
         Ok(Arc::unwrap_or_clone(additions.mesh))
     }
 
-    /// Materials of the object with the changes of the description; `None` if no such key is present.
+    /// Materials of the object with the changes of the description; `None` if the description contains no key of a
+    /// material.
     fn changed_materials<F: AssetLoader>(
         &self,
         world: &World,

@@ -18,15 +18,15 @@ use crate::texture::Texture;
 pub(super) struct ObjectParts<'a> {
     pub mesh: &'a mut Arc<Mesh>,
     pub materials: &'a mut [Material],
-    /// Textures of the world.
+    /// Textures that the world already contains.
     pub known_textures: &'a [Arc<Texture>],
     /// Textures to be added; their indices follow the existing indices.
     pub new_textures: &'a mut Vec<Texture>,
 }
 
 impl ObjectSpec {
-    /// Displaces a mesh if the description has the key `displace`. The materials then have no height maps, because the surface has
-    /// their relief, and textures that only these used are omitted.
+    /// Displaces a mesh if the description has the key `displace`. The materials then lose their height maps, because
+    /// the surface itself has the relief, and textures that only the height maps used are removed.
     ///
     /// # Errors
     /// [`SceneError::Schema`] for invalid settings, for materials without heights, and the errors of

@@ -26,7 +26,7 @@ pub type LoadedMeshes = HashMap<(String, Option<Up>), LoadedMesh>;
 /// Contents of a mesh file.
 #[derive(Clone)]
 pub struct LoadedMesh {
-    /// All its parts joined.
+    /// All parts of the file, joined into one mesh.
     pub mesh: Arc<Mesh>,
     /// Index of the mesh in the world, if the world contains it unchanged.
     pub index: Option<usize>,
@@ -34,7 +34,7 @@ pub struct LoadedMesh {
     pub materials: Vec<Material>,
 }
 
-/// Parts that an object adds to the world in addition to itself.
+/// Mesh, materials and textures that an object adds to the world.
 #[derive(Default)]
 pub(super) struct Additions {
     pub(super) mesh: Arc<Mesh>,
@@ -62,8 +62,8 @@ impl FileAxes {
         self.upright.unwrap_or(!self.has_matrix).then_some(self.world_up)
     }
 
-    /// Notice for a file whose up axis `from` differs from the world's, `to`; `None` if the description explicitly
-    /// keeps the axes.
+    /// Notice for a file whose up axis `from` differs from the world's up axis `to`; `None` if the description
+    /// explicitly keeps the axes.
     fn notice(self, file: &str, from: &str, to: &str) -> Option<Notice> {
         let message = match (self.target(), self.upright) {
             (Some(_), _) => format!("{file}: its up axis, {from}, is rotated to {to}; set upright = false to keep it"),
@@ -83,9 +83,9 @@ impl ObjectSpec {
         FileAxes { world_up, upright: self.upright, has_matrix: self.matrix.is_some() }
     }
 
-    /// Returns the object's refined and checked mesh, with its materials and their textures, of which the first becomes
-    /// `next_texture` of the world. If the object has a file, also returns the file's contents, rotated according to
-    /// `axes`. `plain` is true for an unmodified mesh of a file.
+    /// Returns the object's refined and checked mesh, with its materials and their textures. The first of these
+    /// textures will have the index `next_texture` in the world. If the object has a file, also returns the file's
+    /// contents, rotated according to `axes`. `plain` is true for an unmodified mesh of a file.
     pub(super) fn additions<F: AssetLoader>(
         &mut self,
         keys: &Keys<KEYS>,
@@ -160,7 +160,8 @@ impl ObjectSpec {
             (mesh.face_colors, self.face_colors) = (None, None);
         }
         if self.face_colors.is_some() || self.vertex_colors.is_some() {
-            // Colours specified here are shown unchanged, whatever the file's materials are.
+            // Colours specified in the description are shown unchanged, so the colours of the file's materials are
+            // reset to white.
             additions.materials.iter_mut().for_each(|material| material.color = [1.0; 3]);
         }
         mesh.face_colors = self.face_colors.take().or(mesh.face_colors.take());

@@ -3,7 +3,8 @@
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 
-/// Implements a method that returns fields of a struct with their keys: the fields' names, or the string before them.
+/// Lists pairs of a field's key and the result of a method call on the field. The key is the field's name, or the
+/// string before the field.
 macro_rules! by_key {
     ($table:ident, $method:ident: $($($key:literal)? $field:ident),+ $(,)?) => {
         [$((by_key!(@key $($key)? $field), $table.$field.$method())),+]
@@ -17,7 +18,7 @@ macro_rules! by_key {
 }
 pub(crate) use by_key;
 
-/// Optional keys of a table, each with true if present.
+/// Optional keys of a table, each with true if the table contains it.
 pub struct Keys<const N: usize>(pub [(&'static str, bool); N]);
 
 impl<const N: usize> Keys<N> {
@@ -31,17 +32,18 @@ impl<const N: usize> Keys<N> {
         self.0.iter().filter(|(_, given)| *given).count()
     }
 
-    /// Rejects keys that cannot be combined with another key, for a reason.
+    /// Rejects those of `keys` that are present, because they cannot be combined with another key; `reason` completes
+    /// the message.
     pub fn refuse(&self, keys: &[&str], reason: &str) -> Result<()> {
         self.refuse_as(ErrorCode::ConflictingValues, keys, reason)
     }
 
-    /// Rejects keys that require another key, which is missing.
+    /// Rejects those of `keys` that are present, because they require the key `required`, which is missing.
     pub fn refuse_without(&self, required: &str, keys: &[&str]) -> Result<()> {
         self.refuse_as(ErrorCode::MissingValue, keys, &format!("requires {required}, which is missing"))
     }
 
-    /// Rejects the given keys with an error of this kind.
+    /// Rejects those of `keys` that are present with an error of the kind `code`.
     pub fn refuse_as(&self, code: ErrorCode, keys: &[&str], reason: &str) -> Result<()> {
         match self.given(keys).first() {
             Some(key) => Err(SceneError::schema(code, *key, reason)),
@@ -49,7 +51,7 @@ impl<const N: usize> Keys<N> {
         }
     }
 
-    /// Returns the only present key of several alternative keys.
+    /// Returns the key that is present among alternative `keys`; an error if none or several are present.
     pub fn exactly_one(&self, what: &str, keys: &[&str]) -> Result<&'static str> {
         match self.given(keys)[..] {
             [key] => Ok(key),

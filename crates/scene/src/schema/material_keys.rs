@@ -27,7 +27,8 @@ const COMMON_KEYS: [&str; 11] = [
     "alpha",
     "roughness",
 ];
-/// Keys of the lecture's material only, and keys of metal, glass and principled.
+/// Keys that are valid only for some material types: the lecture's material, metals, glass, media and the principled
+/// material.
 const PHONG_KEYS: [&str; 2] = ["diffuse", "shininess"];
 const METAL_KEYS: [&str; 1] = ["metal"];
 const GLASS_KEYS: [&str; 6] = ["ior", "thin", "dispersion", "attenuation_color", "attenuation_distance", "priority"];
@@ -63,7 +64,8 @@ impl ObjectSpec {
             keys.refuse(&["opacity"], "alpha = \"opaque\" is given too, which excludes opacity; use one of them")?;
         }
         let needs = |named: &str| format!("requires type = {named}");
-        // The material of a file or of another object may be changed; see `apply_material_all`.
+        // A material of a file or of another object accepts keys according to its own type, which `apply_material_all`
+        // checks.
         let known = self.type_.is_none() && has_material;
         match self.type_ {
             Some(MaterialType::Unlit) => {
@@ -204,7 +206,7 @@ impl ObjectSpec {
             let message = "requires textures.height, which this object does not have";
             return Err(SceneError::schema(ErrorCode::MissingValue, "height_scale", message));
         }
-        // If there is a type, `check_material` has already checked this.
+        // If the description contains a type, `check_material` has already checked its keys.
         let takes = |material: &Material, key: &str| match &material.model {
             MaterialModel::Principled(_) => !METAL_KEYS.contains(&key),
             MaterialModel::Glass(_) => GLASS_KEYS.contains(&key) || MEDIUM_KEYS.contains(&key) || key == "roughness",
@@ -227,9 +229,10 @@ impl ObjectSpec {
         }
     }
 
-    /// Changes a material as described, and returns which of the textures it has a slot for.
+    /// Changes a material as described; returns, for each texture, true if the material has a slot for it.
     fn apply_material(&self, material: &mut Material, textures: &[TextureBinding]) -> Vec<bool> {
-        // An image specified here is shown unchanged, unless a colour that multiplies it is specified too.
+        // A texture of the description is shown unchanged, unless the description also contains a colour that
+        // multiplies it.
         let textured = textures.iter().any(|put| put.key == "texture");
         match self.color {
             Some(Color(color)) => material.color = color,
@@ -251,10 +254,10 @@ impl ObjectSpec {
             }
             None => {}
         }
-        // With a type, the material starts from its defaults.
+        // If the description contains a type, the priority starts from its default.
         let known = if self.type_.is_some() { 0 } else { material.priority };
         material.priority = self.priority.unwrap_or(known);
-        // `check_material` has already refused descriptions that cannot be built.
+        // `check_material` has already rejected media that cannot be built.
         match &self.medium {
             Some(medium) => material.medium = medium.build().ok(),
             None if self.type_.is_some() || self.attenuation_distance.is_some() => material.medium = None,
@@ -379,13 +382,13 @@ impl ObjectSpec {
         self.diffuse.is_some() || self.shininess.is_some()
     }
 
-    /// True if a given key requires light.
+    /// True if the description contains a key that has no effect without light.
     fn needs_lighting(&self) -> bool {
         self.diffuse.is_some() || self.specular.is_some() || self.shininess.is_some()
     }
 }
 
-/// The given colour, or this default without a given colour.
+/// The given colour, or `otherwise` if no colour is given.
 fn rgb(given: Option<Color>, otherwise: Rgb) -> Rgb {
     given.map_or(otherwise, |Color(rgb)| rgb)
 }

@@ -104,7 +104,7 @@ impl Texels {
         }
     }
 
-    /// Linear values where two columns meet two rows, row by row, in an image of this width.
+    /// Linear values of the four texels in two columns and two rows of an image with this width, row by row.
     #[inline]
     pub(super) fn fetch_quad(&self, width: usize, [x0, x1]: [usize; 2], rows: [usize; 2]) -> TexelQuad {
         fn fetch<T: Copy>(texels: &[T], all: [[usize; 2]; 2], linear: impl Fn(T) -> [f32; 4]) -> TexelQuad {
@@ -185,7 +185,7 @@ pub struct Image {
     pub encoded: Option<Arc<EncodedImage>>,
 }
 
-/// Images are equal if texels and file are equal; their encoding does not count.
+/// Images are equal if texels and file are equal; `encoded` is not compared.
 impl PartialEq for Image {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name && self.size == other.size && self.texels == other.texels

@@ -95,7 +95,8 @@ fn halved(size: [u32; 2]) -> [u32; 2] {
     size.map(|n| (n / 2).max(1))
 }
 
-/// Texels of an axis that texel `i` of a shorter axis covers, and the fraction of it that each occupies.
+/// The texels along an axis of `long` texels that texel `i` of an axis of `short` texels covers; each with the fraction
+/// of texel `i` that it occupies.
 fn covered_texels(i: u32, long: u32, short: u32) -> impl Iterator<Item = (u32, f32)> {
     let ratio = f64::from(long) / f64::from(short);
     let (start, end) = (f64::from(i) * ratio, f64::from(i + 1) * ratio);

@@ -122,7 +122,7 @@ impl Texture {
         }
     }
 
-    /// Checks its image.
+    /// Checks the texture's image.
     ///
     /// # Errors
     /// The errors of [`Image::validate`].
@@ -173,7 +173,7 @@ impl Texture {
     }
 }
 
-/// Texels of a lookup.
+/// The texels that a lookup requires.
 enum Fetched {
     Texel([f32; 4]),
     /// Four texels, row by row, and the fractions along u and v.
@@ -192,8 +192,8 @@ impl Axis {
         Self { texels: [first, first + 1].map(|i| wrap.index(i, i64::from(size))), fraction: fraction as f32 }
     }
 
-    /// The texels on both sides of a coordinate, and 1 / their distance in texels: at a texel's centre, its two
-    /// neighbours.
+    /// The texels on both sides of a coordinate, and the reciprocal of their distance in texels. At a texel's centre,
+    /// these are the texel's two neighbours.
     fn around(coordinate: f32, size: u32, wrap: Wrap) -> ([usize; 2], f32) {
         let (first, fraction) = Self::locate(coordinate, size);
         let (sides, per_texel) =
@@ -209,8 +209,8 @@ impl Axis {
         // Float32 coordinates of a texel's centre have rounding errors, which a large image magnifies to a visible
         // fraction of the neighbour. Positions this close to a centre count as the centre.
         let rounding = (4.0 * f64::from(f32::EPSILON) * length * f64::from(coordinate.abs())).min(1.0 / 256.0);
-        // Beyond 2^52 there are no fractions; NaN counts as 0. Uses casts, because rounding to whole numbers may be a
-        // function call.
+        // Beyond 2^52 there are no fractions; NaN counts as 0. Casts are used, because rounding to whole numbers may be
+        // a function call.
         let position = position.clamp(-4.5e15, 4.5e15);
         let whole = position as i64;
         let mut first = whole - i64::from(position < whole as f64);
@@ -229,7 +229,7 @@ impl Axis {
 }
 
 impl Wrap {
-    /// Texel at position `i` of an axis of `size` texels.
+    /// Index of the texel at position `i` along an axis of `size` texels; `i` may be outside the image.
     #[inline]
     fn index(self, i: i64, size: i64) -> usize {
         // This is the usual case; a division would take longer than the rest of the function.

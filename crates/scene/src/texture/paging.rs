@@ -1,4 +1,4 @@
-//! Moves images into the texture cache, and from memory into its file.
+//! Inserts images into the texture cache, and moves them from memory to the cache's file.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -10,7 +10,8 @@ use crate::texture::image::{Image, Texels};
 use crate::texture::texel_weight::TexelWeight;
 
 impl TextureCache {
-    /// Counts an image and returns it, paged if it does not fit next to the images stored so far.
+    /// Adds an image to the cache and returns it; it is moved to the temporary file if it and the images inserted so
+    /// far exceed the limit.
     ///
     /// # Errors
     /// The errors of [`Image::validate`] and [`TextureCache::page_out`].
@@ -20,7 +21,7 @@ impl TextureCache {
         if self.is_exceeded() { self.page_out(&image).map(Arc::new) } else { Ok(image) }
     }
 
-    /// Counts an image.
+    /// Adds the size of an image to the requested memory.
     pub(crate) fn count(&self, image: &Image) {
         self.requested_bytes.fetch_add(image.bytes(), Ordering::Relaxed);
     }

@@ -23,7 +23,7 @@ impl TexelKind {
         }
     }
 
-    /// Format of the mip map.
+    /// Format of the mip levels of an image in this format.
     pub fn halved(self) -> Self {
         match self {
             Self::Float => Self::Float,
@@ -31,7 +31,7 @@ impl TexelKind {
         }
     }
 
-    /// Texels from the bytes written by [`ResidentTexels::write_bytes`].
+    /// Decodes texels from the bytes written by [`ResidentTexels::write_bytes`].
     pub fn decode(self, bytes: &[u8]) -> ResidentTexels {
         let small = || bytes.as_chunks().0.to_vec();
         match self {
@@ -72,7 +72,7 @@ impl ResidentTexels {
     }
 }
 
-/// Two rows of two texels.
+/// Linear values of two rows of two texels.
 pub(crate) type TexelQuad = [[[f32; 4]; 2]; 2];
 
 #[inline]

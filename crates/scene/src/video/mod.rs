@@ -56,7 +56,7 @@ pub(crate) struct KeyframedMotion {
     pub(crate) location: Track<DVec3>,
     /// Roll, pitch and yaw in degrees. They are interpolated as numbers, so that 0 to 720 is two turns.
     pub(crate) angles: Track<DVec3>,
-    /// Rotations of matrices, which follow the shorter arc.
+    /// Rotations of keyframes with matrices; they are interpolated along the shorter arc.
     pub(crate) rotation: Track<DQuat>,
     pub(crate) target: Track<DVec3>,
     /// Diagonal and off-diagonal elements (yz, xz, xy) of an object's stretch, which replaces its scale and shear.
@@ -83,10 +83,10 @@ impl KeyframedMotion {
 }
 
 impl Video {
-    /// Checks that it moves only objects, rigs and cameras with indices below these counts.
+    /// Checks that the video moves only objects, rigs and cameras with indices below these counts.
     ///
     /// # Errors
-    /// [`SceneError`] if it moves unknown parts, or if its length is zero or infinite.
+    /// [`SceneError`] if the video moves unknown parts, or if its length is zero or infinite.
     pub(crate) fn validate(&self, objects: usize, rigs: usize, cameras: usize) -> Result<()> {
         if let Some((id, _)) = self.cameras.iter().find(|(id, _)| *id >= cameras) {
             return Err(SceneError::World(
@@ -129,12 +129,13 @@ impl Video {
         frame as f64 / self.fps
     }
 
-    /// Returns `base` (one of the world's cameras, or another one) as moved by the video, at a time in seconds: by the
-    /// keyframes of the camera with this index in the world, otherwise by those of all cameras. A camera without its
-    /// own motion continues to move with the video while its shutter is open; the time is the middle of its motion.
+    /// Returns the camera `base`, moved by the video to its pose at a time in seconds. The camera is moved by the
+    /// keyframes of the world's camera `index` if it has its own; otherwise by the orbit or the keyframes of all
+    /// cameras. A camera without its own motion continues to move with the video while its shutter is open; the time is
+    /// the middle of its motion.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] if it would have to look straight up or down at its target.
+    /// [`SceneError::Camera`] if the camera would have to look straight up or down at its target.
     pub fn camera_at(&self, base: &Camera, index: Option<usize>, time: f64) -> Result<Camera> {
         let own = self.cameras.iter().find(|(id, _)| Some(*id) == index).map(|(_, motion)| motion);
         let moved = self.camera_pose(base, own, time)?;
@@ -149,7 +150,7 @@ impl Video {
         moved.with_motion(motion)
     }
 
-    /// `base` moved by its own keyframes, or else by the orbit or the keyframes of all cameras.
+    /// `base` moved by its own keyframes or, without these, by the orbit or the keyframes of all cameras.
     fn camera_pose(&self, base: &Camera, own: Option<&KeyframedMotion>, time: f64) -> Result<Camera> {
         if let Some(orbit) = self.orbit.as_ref().filter(|_| own.is_none()) {
             let angle = orbit.degrees * (time / self.seconds);

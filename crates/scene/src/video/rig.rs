@@ -8,11 +8,11 @@ use crate::error::{Result, SceneError};
 use crate::math::rotation;
 
 impl Video {
-    /// Returns a rig as moved by the video, at a time in seconds: by the keyframes of the rig with this index in the
-    /// world, otherwise by those of the camera.
+    /// Returns a rig, moved by the video to its pose at a time in seconds. The rig is moved by the keyframes of the
+    /// world's rig `index` if it has its own; otherwise like a camera.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] if it would have to look straight up or down at its target.
+    /// [`SceneError::Camera`] if the rig would have to look straight up or down at its target.
     pub fn rig_at(&self, rig: &Rig, index: Option<usize>, time: f64) -> Result<Rig> {
         let moved = self.rig_pose(rig, index, time)?;
         let Some(shutter) = rig.motion().filter(|shutter| shutter.is_static()) else { return Ok(moved) };

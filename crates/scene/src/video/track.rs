@@ -18,7 +18,7 @@ pub enum KeyframeInterpolation {
     Smooth,
 }
 
-/// Keys in order of time.
+/// Keyframes of a value, in order of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track<T> {
     keys: Vec<Keyframe<T>>,
@@ -66,8 +66,8 @@ impl<T: Interpolate> Track<T> {
         })
     }
 
-    /// Catmull-Rom: the velocity at a key is that of the parabola through the key and its neighbours. At both ends, the
-    /// velocity is 0.
+    /// Catmull-Rom: the velocity at a key is the velocity of the parabola through the key and its neighbours. At both
+    /// ends, the velocity is 0.
     fn velocity(&self, i: usize) -> DVec3 {
         if i == 0 || i + 1 == self.keys.len() {
             return DVec3::ZERO;
@@ -83,7 +83,8 @@ impl<T: Interpolate> Track<T> {
 impl Track<DVec3> {
     /// Returns an upper bound of the speed along each axis between two times.
     ///
-    /// The derivative of a Hermite curve is at most 1.5 times its rise plus the velocities at both ends.
+    /// The derivative of a Hermite curve is at most 1.5 times the difference of its end values plus the velocities at
+    /// both ends.
     pub fn max_speed(&self, [start, end]: [f64; 2]) -> DVec3 {
         let mut most = DVec3::ZERO;
         let first = self.keys.partition_point(|key| key.time <= start).saturating_sub(1);

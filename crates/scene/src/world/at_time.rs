@@ -18,7 +18,7 @@ use crate::world::{Object, World, WorldTime};
 
 impl World {
     /// Returns the world at a time: moved by one of its animations, if it has any, and by its video. Parts that do not
-    /// move are shared. Of the cameras, only those with their own keyframes move; see [`Video::camera_at`].
+    /// move are shared. Of the cameras, only cameras with their own keyframes move; see [`Video::camera_at`].
     ///
     /// # Errors
     /// The errors of [`World::animated_at`] and of [`World::at_video_time`].
@@ -119,7 +119,8 @@ impl World {
         }
     }
 
-    /// Returns the world in its rig's rest pose; each deformed mesh is kept there for comparison.
+    /// Returns the world with its nodes at rest. The node tree keeps each mesh at rest, so that meshes that do not
+    /// change are not computed again.
     ///
     /// # Errors
     /// [`SceneError::World`] if a camera cannot be placed.
@@ -139,7 +140,7 @@ impl World {
         let rest = rig.evaluate(None);
         for mount in &rig.objects {
             let object = &mut world.objects[mount.object];
-            // Joints place a skinned mesh, independently of its node.
+            // The joints place a skinned mesh; the transform of its node is not applied.
             let placed = match mount.skin {
                 Some(_) => DAffine3::IDENTITY,
                 None => pose.world_from_node[mount.node] * mount.node_from_mesh,
@@ -181,7 +182,7 @@ impl World {
     }
 }
 
-/// The motion of an object by keyframes.
+/// The motion of an object by the video's keyframes.
 #[derive(Clone, Copy, Debug)]
 pub struct ObjectMotion<'a> {
     /// Index of the object.
@@ -205,12 +206,12 @@ impl ObjectMotion<'_> {
         self.motion.target.is_empty() && self.motion.stretch.iter().all(Track::is_empty)
     }
 
-    /// True if the object keeps its orientation, too.
+    /// True if the object keeps its size, its shape and its orientation.
     pub fn is_translation(&self) -> bool {
         self.is_rigid() && self.motion.angles.is_empty() && self.motion.rotation.is_empty()
     }
 
-    /// The linear part of world_from_mesh, up to a rotation, of a rigid object.
+    /// For a rigid object, the linear part of world_from_mesh up to a rotation.
     pub fn shape(&self) -> DMat3 {
         if self.is_translation() { self.object.world_from_mesh.matrix3 } else { self.object.scale_shear }
     }

@@ -6,7 +6,8 @@ use crate::mesh::oriented_box::OrientedBox;
 use crate::world::World;
 
 impl World {
-    /// Smallest and largest corner of all visible objects, computed from their vertices; `None` if there are none.
+    /// Smallest and largest corner of all visible objects, computed from their vertices; `None` without visible
+    /// objects.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         self.objects
             .iter()

@@ -8,13 +8,14 @@ use crate::error_code::ErrorCode;
 use crate::up::Up;
 use crate::world::World;
 
-/// Direction from the middle to the eye: to the right, to the front and up. The direction is at least 1.1 degrees off
-/// every plane whose normal has whole components up to 3, so that common slanted planes are not viewed edge-on.
+/// Direction from the middle of the world to the camera: components to the right, to the front and up. The direction is
+/// at least 1.1 degrees off every plane whose normal has whole components up to 3, so that common slanted planes are
+/// not viewed edge-on.
 const AWAY: [f64; 3] = [1.0, 2.463, 1.085];
 
 impl World {
     /// Returns the first camera, or a camera with a field of view of 45 degrees that frames everything from the front,
-    /// right and above. `size` applies to the latter.
+    /// right and above. `size` is the image size of this second camera.
     ///
     /// # Errors
     /// [`SceneError`] if there is neither a camera nor an object, or if the size is out of range.

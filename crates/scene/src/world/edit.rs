@@ -122,7 +122,7 @@ impl World {
         self.update_lamp_body(number)
     }
 
-    /// Removes default traits at the end, which lights without traits have.
+    /// Removes default traits at the end of the list, because lights without an entry have these traits anyway.
     fn trim_light_traits(&mut self) {
         while self.light_traits.last().is_some_and(|last| *last == LightTraits::default()) {
             self.light_traits.pop();

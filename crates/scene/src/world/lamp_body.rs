@@ -13,12 +13,12 @@ use crate::material::{Material, MaterialModel};
 use crate::mesh::{Mesh, primitive};
 use crate::world::{Object, RayVisibility, World};
 
-/// Level of the icosphere: 5,120 triangles.
+/// Subdivision level of a sphere's icosphere, which has 5,120 triangles.
 const SPHERE_LEVEL: u32 = 4;
 /// Number of triangles of a disk.
 const DISK_SEGMENTS: u32 = 256;
 
-/// Shape of a lamp at the origin, of unit size.
+/// Shape of a light with a size; its mesh is at the origin and has unit size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum LampShape {
     Rectangle,
@@ -50,7 +50,7 @@ impl LampShape {
         }
     }
 
-    /// The mesh, which faces +z if it is flat.
+    /// Creates the shape's mesh; a flat mesh faces +z.
     fn mesh(self) -> Result<Mesh> {
         match self {
             Self::Rectangle => primitive::plane([1.0; 2]),
@@ -82,7 +82,7 @@ fn ray_visibility(visible: LightVisibility) -> RayVisibility {
 }
 
 impl World {
-    /// Object that is the body of a light.
+    /// Index of the object that is the body of a light; `None` if the light has no body.
     pub fn lamp_body(&self, light: usize) -> Option<usize> {
         self.objects.iter().position(|object| object.lamp == Some(light))
     }
@@ -137,7 +137,7 @@ impl World {
         Ok(())
     }
 
-    /// Mesh of a shape: shared with the bodies of other lamps.
+    /// Returns the index of a shape's mesh, which is shared with the bodies of other lights.
     fn lamp_mesh(&mut self, shape: LampShape) -> Result<usize> {
         let is_of_shape = |light: usize| {
             self.lights.get(light).and_then(LampShape::of_light).is_some_and(|(other, _)| other == shape)
@@ -150,7 +150,7 @@ impl World {
         Ok(self.add_mesh(mesh))
     }
 
-    /// Material of bodies: shared with the bodies of other lamps.
+    /// Returns the index of the bodies' material, which is shared with the bodies of other lights.
     fn lamp_material(&mut self) -> Result<usize> {
         let material = body_material();
         let materials = self.objects.iter().filter(|object| object.lamp.is_some()).flat_map(|body| &body.materials);

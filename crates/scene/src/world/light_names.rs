@@ -3,11 +3,11 @@
 use crate::light::{Light, LightTraits};
 use crate::world::names::Names;
 
-/// Name of the light of all emissive surfaces.
+/// Name by which channels refer to the light of all emissive surfaces.
 pub const SURFACES: &str = "surfaces";
 
-/// Names of lights, in order: those of their traits, otherwise their types; repeated names get a number: `point`,
-/// `point-2`. Lights without an entry in `traits` have the default traits.
+/// Names of lights, in order: the name in a light's traits, otherwise the light's type. Repeated names get a number:
+/// `point`, `point-2`. Lights without an entry in `traits` have the default traits.
 pub fn light_names(lights: &[Light], traits: &[LightTraits]) -> Vec<String> {
     let given = |index: usize| traits.get(index).and_then(|traits| traits.name.as_deref());
     let mut known = Names::from_used([SURFACES].into_iter());

@@ -142,7 +142,7 @@ pub struct World {
     pub names: Names,
     /// All lights.
     pub lights: Vec<Light>,
-    /// Names and visibilities of the lights, by index; lights beyond its end have the defaults.
+    /// Names and visibilities of the lights, by index; lights beyond the end of this list have the defaults.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_traits: Vec<LightTraits>,
     /// Fog outside of objects.
@@ -166,7 +166,8 @@ pub struct World {
     pub node_tree: Option<Arc<NodeTree>>,
     /// Material variants.
     pub variants: Vec<Variant>,
-    /// Time of the world, if it was moved to a time; a camera's shutter shows motion from there on.
+    /// Time of the world, if the world was moved to a time; the motion that a camera's shutter records starts at this
+    /// time.
     pub time: Option<WorldTime>,
     /// Notices of the readers about everything that was skipped, repaired or counted.
     pub notices: Vec<Notice>,
@@ -175,7 +176,7 @@ pub struct World {
 /// A variant, which assigns other materials to some objects.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Variant {
-    /// Its name.
+    /// The variant's name.
     pub name: String,
     /// Object, material slot and the new material.
     pub materials: Vec<(usize, usize, usize)>,
@@ -184,8 +185,8 @@ pub struct Variant {
 /// Time of a world, in seconds: of its video, and of one of its animations.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct WorldTime {
-    /// In seconds.
+    /// Time in seconds.
     pub time: f64,
-    /// Index of the animation; default: the first, if there is one.
+    /// Index of the animation; default: the first animation, if the world has any.
     pub animation: Option<usize>,
 }

@@ -29,7 +29,7 @@ impl World {
     /// Checks that all textures fit into their memory.
     ///
     /// # Errors
-    /// [`SceneError::World`] if they do not.
+    /// [`SceneError::World`] if they do not fit.
     pub fn check_textures_in_memory(&self) -> Result<()> {
         match &self.texture_cache {
             Some(memory) if memory.is_exceeded() => Err(SceneError::world(format!(
@@ -42,7 +42,7 @@ impl World {
         }
     }
 
-    /// If the images exceed the texture memory: moves all of them to its file, and adds a notice.
+    /// If the images exceed the texture memory, moves all of them to the temporary file and adds a notice.
     ///
     /// # Errors
     /// [`SceneError::Storage`] if the file cannot be written.

@@ -17,7 +17,7 @@ impl World {
         for texture in &self.textures {
             texture.validate()?;
         }
-        // Notices were reported when the world was first built.
+        // The notices of this second build are discarded, because they were reported when the world was first built.
         let notices = self.notices.clone();
         for material in std::mem::take(&mut self.materials) {
             self.add_material(material)?;
@@ -44,7 +44,7 @@ impl World {
         if let Some(rig) = &self.node_tree {
             rig.validate(&self)?;
         }
-        self.names = names; // The value may contain additional numbers.
+        self.names = names; // The original value is restored, because it may contain additional numbers.
         self.notices = notices;
         Ok(self)
     }

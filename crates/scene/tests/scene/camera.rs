@@ -48,7 +48,7 @@ fn ill_conditioned_camera_matrices_keep_their_digits() {
         let given = [0, 1, 2].map(|i| [m.row(i).x, m.row(i).y, m.row(i).z, column[i]]);
         let camera = Camera::from_matrix(given, SIZE, PixelCenter::Half).unwrap();
         let p = camera.p();
-        // Compared as directions in twelve dimensions, independent of scale and sign.
+        // The matrices are compared as directions in twelve dimensions, so that scale and sign do not matter.
         let dot = |a: &[[f64; 4]; 3], b: &[[f64; 4]; 3]| -> f64 {
             a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
         };

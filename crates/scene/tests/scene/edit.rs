@@ -31,7 +31,7 @@ fn indices_are_updated_after_removing_an_object() {
     // The mesh of b is removed, but its material stays because the variant uses it. Parts that were never used stay.
     assert_eq!((world.meshes.len(), world.materials.len(), world.textures.len()), (2, 3, 3));
     assert_eq!(world.objects[1].materials, [2]);
-    // The name is free again.
+    // After the removal, the name can be used again.
     let again = Object::new("b", 0, vec![0], DAffine3::IDENTITY);
     world.add_object(again).unwrap();
     assert_eq!(world.objects[2].name, "b");

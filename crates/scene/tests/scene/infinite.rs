@@ -11,7 +11,7 @@ fn matrix(random: &mut Random) -> [[f64; 4]; 3] {
     [0, 1, 2].map(|_| [0, 1, 2, 3].map(|_| random.between(-5.0, 5.0)))
 }
 
-/// Pixel computed from P.
+/// Pixel of a point, computed from P.
 fn through(p: [[f64; 4]; 3], point: DVec3) -> DVec2 {
     let x = p.map(|row| DVec4::from_array(row).dot(point.extend(1.0)));
     DVec2::new(x[0] / x[2], x[1] / x[2])
@@ -32,7 +32,7 @@ fn check(p: [[f64; 4]; 3], random: &mut Random) -> Camera {
         let (pixel, seen) = camera.project(point);
         let scale = 1.0 + expected.length();
         assert!(seen);
-        // Near the plane that maps to infinity, both lose precision.
+        // Near the plane that maps to infinity, both the pixel and the expected value lose precision.
         assert!((pixel - expected).length() < 1e-9 * scale * scale, "{pixel} {expected}");
         let (origin, direction) = camera.ray(pixel);
         assert!((direction - forward).length() < 1e-14);

@@ -4,7 +4,8 @@ use crate::common::Random;
 use glam::{DMat3, DVec2, DVec3};
 use raycam_scene::{Camera, Lens, LensModel, PixelCenter};
 
-/// Every valid number of coefficients: calibrations of real cameras and some with stronger distortion.
+/// Lenses with every valid number of coefficients: calibrations of real cameras, and some lenses with stronger
+/// distortion.
 const LENSES: [(LensModel, &[f64]); 27] = [
     (LensModel::OpenCv, &[-0.28, 0.07, 2e-4, 2e-5]),
     (LensModel::OpenCv, &[-0.26637, -0.038589, 1.7832e-3, -2.8122e-4, 0.23839]),

@@ -11,7 +11,7 @@ fn bits(v: DVec3) -> [u64; 3] {
     v.to_array().map(|x| (x + 0.0).to_bits())
 }
 
-/// Edges between coordinates, and the number of triangles of each.
+/// Edges by the coordinates of their ends, with the number of triangles of each edge.
 fn edges(mesh: &Mesh) -> HashMap<[[u64; 3]; 2], usize> {
     let mut edges = HashMap::new();
     for &[a, b, c] in &mesh.triangles {
@@ -48,7 +48,7 @@ fn grid(n: u32) -> Mesh {
 
 #[test]
 fn loop_step_of_an_octahedron_matches_the_paper() {
-    // Valence 4: beta = 1/4 (5/8 - (3/8 + 1/4 cos 90°)^2) = 31/256; the neighbours of a corner sum to 0.
+    // Valence 4: beta = 1/4 (5/8 - (3/8 + 1/4 cos 90°)^2) = 31/256; the vectors of a corner's neighbours sum to 0.
     let corners = [DVec3::X, DVec3::Y, -DVec3::X, -DVec3::Y, DVec3::Z, -DVec3::Z];
     let mut mesh = Mesh { vertices: corners.to_vec(), ..Mesh::default() };
     for i in 0..4 {
@@ -59,7 +59,7 @@ fn loop_step_of_an_octahedron_matches_the_paper() {
     for (found, corner) in refined.vertices.iter().zip(corners) {
         assert!((*found - corner * (1.0 - 4.0 * 31.0 / 256.0)).length() < 1e-15);
     }
-    // 3/8 of both ends; the contributions of the opposite corners cancel.
+    // A new point is 3/8 of both ends of its edge; the contributions of the opposite corners cancel.
     for vertex in &refined.vertices[6..] {
         let mut sorted = vertex.abs().to_array();
         sorted.sort_by(f64::total_cmp);
@@ -106,7 +106,7 @@ fn refined_flat_grids_change_only_at_their_corners() {
 
 #[test]
 fn boundaries_follow_the_spline_of_boundary_points() {
-    // Weights 1/8, 3/4, 1/8 at the corner of a triangle.
+    // Weights at a boundary corner: 1/8 for the previous corner, 3/4 for the corner itself, 1/8 for the next corner.
     let mesh = Mesh { vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y], triangles: vec![[0, 1, 2]], ..Mesh::default() };
     let refined = loop_subdivide(&mesh, 1).unwrap();
     assert_eq!(refined.vertices[0], DVec3::new(0.125, 0.125, 0.0));
@@ -164,7 +164,7 @@ fn subdivided_triangles_inherit_colours_and_materials() {
         assert_eq!(refined.face_colors.as_ref().unwrap()[i], [(i / 16) as f32 / 12.0; 3]);
         assert_eq!(usize::from(refined.material_slots.as_ref().unwrap()[i]), i / 16);
         for &v in triangle {
-            // Colours and texture coordinates were linear over each face, and still are.
+            // Before the subdivision, colours and texture coordinates were linear over each face; they must still be.
             let position = (refined.vertices[v as usize] + 0.5).as_vec3().to_array();
             assert_eq!(refined.vertex_colors.as_ref().unwrap()[v as usize], position);
         }

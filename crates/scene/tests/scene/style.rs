@@ -63,7 +63,7 @@ fn every_material_value_accepts_a_texture() {
     assert_eq!(material.emission.value, [1.0; 3]);
     assert_eq!(
         (p.sheen_color.value, &texture(p.sheen_color.texture).image.texels),
-        ([1.0; 3], &Texels::Float(vec![[0.5, 0.25, 1.0, 1.0]])) // 2 is clamped
+        ([1.0; 3], &Texels::Float(vec![[0.5, 0.25, 1.0, 1.0]])) // the value 2 is clamped
     );
     assert_eq!(p.iridescence_thickness, [0.0, 400.0]);
 }

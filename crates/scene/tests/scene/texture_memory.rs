@@ -52,7 +52,7 @@ fn memory_limit_does_not_change_lookups() {
     for size in [[1, 1], [63, 65], [64, 64], [130, 67], [3, 200], [257, 129]] {
         let points = points(size);
         for image in images(size) {
-            // Room for no tile, for one or a few, and for all.
+            // The memory limits leave room for no tile, for one or a few tiles, and for all.
             for limit in [1, 20_000, 140_000, 1 << 30] {
                 let memory = Arc::new(TextureCache::new(limit));
                 let paged = paged(&memory, &image);
@@ -116,7 +116,7 @@ fn textures_are_paged_only_above_the_limit() {
         let texels = vec![[seed as u8; 4]; 64 * 64];
         Arc::new(Image::new(format!("{seed}"), [64, 64], Texels::Linear8(texels)))
     };
-    // 64 x 64 texels of 4 bytes, and 32 x 32 + ... + 1 of 8.
+    // An image has 64 x 64 texels of 4 bytes; its mip levels have 32 x 32 + ... + 1 texels of 8 bytes.
     let each = 64 * 64 * 4 + 1365 * 8;
     let memory = Arc::new(TextureCache::new(3 * each));
     let mut world = World { texture_cache: Some(memory.clone()), ..World::default() };
@@ -183,7 +183,7 @@ fn missing_temporary_folders_are_reported_with_a_remedy() {
     assert_eq!(*path, folder);
     assert!(number.is_some());
     assert!(message.contains("TMPDIR") && message.contains("texture_memory"), "{message}");
-    // Adding a key prefix does not change the error's variant.
+    // A storage error is unchanged by `in_context`, because it is not a fault in the description.
     assert_eq!(error.clone().in_context("object[0].texture"), error);
 }
 

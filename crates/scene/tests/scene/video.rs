@@ -99,7 +99,7 @@ fn smooth_keyframes_have_continuous_speed() {
             assert!(after.length() > 0.1);
         }
     }
-    // The velocity at an inner key is that of the parabola through three keys: (v- dt+ + v+ dt-) / (dt- + dt+).
+    // The velocity at an inner key is the velocity of the parabola through three keys: (v- dt+ + v+ dt-) / (dt- + dt+).
     let expected = (DVec3::new(1.0, 1.0, 0.0) * 2.0 + DVec3::new(1.5, -0.5, 1.0)) / 3.0;
     let found = (position(1.0 + h) - position(1.0 - h)) / (2.0 * h);
     assert!((found - expected).length() < 1e-5, "{found} {expected}");
@@ -189,7 +189,7 @@ fn objects_move_and_keep_their_scale() {
     let moved = world.at_video_time(0.5).unwrap();
     let now = moved.objects[0].world_from_mesh;
     assert!(close(now.translation, DVec3::X));
-    // A single key of angles applies at all times; the scale of the description is kept.
+    // A single keyframe with angles applies at all times; the scale in the object's description is kept.
     let expected =
         DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2) * DMat3::from_diagonal(DVec3::new(1.0, -2.0, 3.0));
     assert!((now.matrix3 - expected).to_cols_array().iter().all(|v| v.abs() < 1e-12));
@@ -218,7 +218,8 @@ fn objects_keep_their_angles_unless_a_target_is_given() {
 
 #[test]
 fn named_cameras_move_by_their_own_keyframes_only() {
-    // From (0, 0, 1), facing down with x right, to (2, 0, 1), turned by 90 degrees about the optical axis.
+    // The camera moves from (0, 0, 1), where it faces down with x to the right, to (2, 0, 1), where it is turned by 90
+    // degrees about the optical axis.
     let keys = r#"{ "camera": "camera", "time": 0, "matrix": [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 1]] },
         { "camera": "camera", "time": 1, "matrix": [[0, 1, 0, 2], [1, 0, 0, 0], [0, 0, -1, 1]] },
         { "time": 0, "location": [9, 9, 9] }"#;

@@ -1,6 +1,6 @@
-//! Distortion of the image plane: radial as a polynomial or a ratio of two, tangential (Brown, "Close-range camera
-//! calibration", 1971) and thin prism (Weng, Cohen and Herniou, "Camera calibration with distortion models", 1992). The
-//! models differ in the plane that is distorted.
+//! Distortion of the image plane: radial (a polynomial, or a ratio of two polynomials), tangential (Brown, "Close-range
+//! camera calibration", 1971) and thin prism (Weng, Cohen and Herniou, "Camera calibration with distortion models",
+//! 1992). The models differ in the plane that is distorted.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +10,7 @@ use glam::{DMat2, DVec2};
 const RADIUS_STEPS: u32 = 2048;
 /// Number of directions around the axis that are searched if the distortion differs between directions.
 const DIRECTIONS: u32 = 32;
-/// Tolerance of an inverse in focal lengths, relative to 1 + the distance from the axis.
+/// Tolerance of the inverse in focal lengths, as a fraction of 1 plus the distance from the axis.
 const TOLERANCE: f64 = 1e-13;
 
 /// Distortion coefficients; coefficients that a model does not have are 0.
@@ -26,9 +26,9 @@ pub struct BrownTerms {
     pub tangential_after_radial: bool,
 }
 
-/// Distortion on a disc around the principal point. The disc is the largest one, up to a maximum radius, on which the
-/// symmetric part of the Jacobian is positive definite. A map with this property on a convex set is one-to-one there;
-/// for radial distortion the disc ends exactly where the distorted radius stops growing.
+/// Distortion on a disc around the principal point. The disc is as large as possible, up to a maximum radius, such that
+/// the symmetric part of the Jacobian is positive definite on it. A map with this property on a convex set is
+/// one-to-one there; for radial distortion the disc ends exactly where the distorted radius stops growing.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct BrownConrady {
     terms: BrownTerms,
@@ -39,7 +39,8 @@ pub struct BrownConrady {
 }
 
 impl BrownConrady {
-    /// The disc is searched for up to `radius(1)`; `radius` increases from `radius(0)` = 0.
+    /// Finds the disc on which the model is used, up to the maximum radius `radius(1)`. `radius` is an increasing
+    /// function with `radius(0)` = 0.
     pub fn new(terms: BrownTerms, radius: impl Fn(f64) -> f64) -> Self {
         let round = terms.tangential == [0.0; 2] && terms.prism == [0.0; 4];
         let directions = if round { 1 } else { DIRECTIONS };
@@ -48,13 +49,14 @@ impl BrownConrady {
         for i in 0..directions {
             lens.radius = lens.first_fold_radius(around(i), &radius);
         }
-        // One per cent more, to cover the angles between the searched directions.
+        // The factor 1.01 covers the angles between the searched directions.
         lens.max_image_radius = (0..directions)
             .fold(0.0, |reach: f64, i| reach.max(1.01 * lens.distort_plane(lens.radius * around(i)).0.length()));
         lens
     }
 
-    /// First radius in a direction beyond which the model is no longer one-to-one, or the disc's radius found so far.
+    /// The radius in a direction beyond which the model is no longer one-to-one; at most the disc's radius found so
+    /// far.
     fn first_fold_radius(&self, direction: DVec2, radius: impl Fn(f64) -> f64) -> f64 {
         let radius = |step: u32| radius(f64::from(step) / f64::from(RADIUS_STEPS));
         let folds = |radius: f64| self.regular(radius * direction).is_none();
@@ -135,7 +137,8 @@ impl BrownConrady {
         Some(self.regular(at)?.0)
     }
 
-    /// Point whose image is `target`, by Newton's method from an initial guess or from an arbitrary start.
+    /// Point whose image is `target`, by Newton's method. It starts from the guess `near`, if given; otherwise, or if
+    /// that fails, a slower method starts without a guess.
     pub fn undistort(&self, target: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         let distance = target.length();
         if distance.is_nan() || distance > self.max_image_radius {
@@ -144,13 +147,14 @@ impl BrownConrady {
         near.and_then(|near| self.newton_from(target, near)).or_else(|| self.solve_inverse(target, distance))
     }
 
-    /// Newton's method with a few steps, from a good initial guess.
+    /// Finds the inverse with a few steps of Newton's method, from a good initial guess; `None` if the method does not
+    /// converge.
     fn newton_from(&self, target: DVec2, mut at: DVec2) -> Option<DVec2> {
         for _ in 0..4 {
             let (found, jacobian) = self.regular(at)?;
             let step = jacobian.inverse() * (found - target);
             at -= step;
-            // The next error has the order of this error's square.
+            // The remaining error is about the square of this step.
             if step.length_squared() <= 1e-16 {
                 return (at.length_squared() < self.radius * self.radius).then_some(at);
             }
@@ -158,7 +162,8 @@ impl BrownConrady {
         None
     }
 
-    /// From any start: steps are shortened until they stay within the disc and reduce the error.
+    /// Finds the inverse without a guess: the steps of Newton's method are shortened until they stay within the disc
+    /// and reduce the error.
     fn solve_inverse(&self, target: DVec2, distance: f64) -> Option<DVec2> {
         let scale = 1.0 + distance;
         let mut at = target * (0.9 * self.radius / distance).min(1.0);

@@ -54,9 +54,9 @@ pub enum Lens {
     Eucm(Eucm),
     /// See [`DoubleSphere`].
     DoubleSphere(DoubleSphere),
-    /// All around: x is `atan2(X, Z)` and y is `atan2(Y, sqrt(X² + Z²))`, in radians.
+    /// Equirectangular panorama: x is `atan2(X, Z)` and y is `atan2(Y, sqrt(X² + Z²))`, in radians.
     Equirectangular,
-    /// All around: x is `atan2(X, Z)` in radians, y is `Y / sqrt(X² + Z²)`.
+    /// Cylindrical panorama: x is `atan2(X, Z)` in radians, y is `Y / sqrt(X² + Z²)`.
     Cylindrical,
 }
 
@@ -156,8 +156,9 @@ impl Lens {
     }
 
     /// K of a panorama that fills an image: it covers 360 degrees, and its height follows from the width. The left and
-    /// right edges are straight behind; the top and bottom edges of an equirectangular panorama are straight up and
-    /// down. A cylindrical panorama has square pixels and its horizon in the middle.
+    /// right edges show the direction straight behind the camera; the top and bottom edges of an equirectangular
+    /// panorama show straight up and straight down. A cylindrical panorama has square pixels and its horizon in the
+    /// middle.
     pub fn full_panorama(&self, size: [u32; 2], center: PixelCenter) -> Option<DMat3> {
         let [width, height] = size.map(f64::from);
         let mut k = intrinsics_from_focal(width / TAU, size, center);
@@ -174,7 +175,8 @@ impl Lens {
         matches!(self, Lens::Pinhole | Lens::OpenCv(_) | Lens::Fov(_))
     }
 
-    /// True if the inverse is iterative, by [`Lens::undistort_plane`] and [`Lens::plane_direction`].
+    /// True if the inverse is iterative. It is then computed by [`Lens::undistort_plane`] and
+    /// [`Lens::plane_direction`].
     pub(super) fn has_iterative_inverse(&self) -> bool {
         matches!(self, Lens::OpenCv(_) | Lens::ThinPrismFisheye(_) | Lens::RadTanThinPrismFisheye(_) | Lens::Omni(_))
     }

@@ -11,7 +11,7 @@ use super::brown::{BrownConrady, BrownTerms};
 use super::model::{LensModel, wrong_count};
 use crate::error::{Result, SceneError};
 
-/// Maximum used angle of an unbounded plane, as a fraction of its limit.
+/// Maximum angle for models whose image plane is unbounded, as a fraction of the angle whose image is at infinity.
 const MAX_ANGLE_FRACTION: f64 = 2047.0 / 2048.0;
 
 /// Projects a direction of length d to `(x, y) / (a d + b z)`, b >= 0.
@@ -22,7 +22,8 @@ struct UnifiedSphere {
 }
 
 impl UnifiedSphere {
-    /// The radius increases while the divisor and `a z + b d` (its derivative up to positive factors) are positive.
+    /// The radius increases with the angle while the divisor and `a z + b d` (the radius's derivative up to positive
+    /// factors) are positive.
     fn distort(self, direction: DVec3) -> Option<DVec2> {
         let d = direction.length();
         let below = self.a * d + self.b * direction.z;
@@ -41,7 +42,7 @@ impl UnifiedSphere {
         Some((image * (a + b * z)).extend(z))
     }
 
-    /// Radius at a fraction of the maximum angle.
+    /// Radius at the fraction `part` of the maximum angle.
     fn radius(self, part: f64) -> f64 {
         let Self { a, b } = self;
         let angle = if a > b { -b / a } else { -a / b }.acos() * part;
@@ -178,7 +179,8 @@ impl DoubleSphere {
 
     pub(super) fn undistort(&self, image: DVec2) -> Option<DVec3> {
         let moved = self.second.undistort(image)?;
-        // Back from the second sphere: |shifted - (0, 0, ξ d)| = d has one solution d > 0 on this side.
+        // The inverse of the second sphere's shift: |shifted - (0, 0, ξ d)| = d has one solution d > 0 in the valid
+        // region.
         let (xi, z) = (self.first.a, moved.z);
         let square = 1.0 - (1.0 - z * z) * xi * xi;
         if square <= 0.0 {

@@ -18,7 +18,7 @@ use crate::schema::spec::light::split_light_keys;
 /// Key that names the variant of an enum with fields.
 const TAG: &str = "type";
 
-/// Node to read.
+/// Deserialiser of one node of a description.
 #[derive(Clone, Copy)]
 pub struct ValueDeserializer<'a>(pub &'a SpannedValue);
 
@@ -147,7 +147,7 @@ impl<'de> Deserializer<'de> for ValueDeserializer<'_> {
     }
 }
 
-/// Parts of a table whose keys belong to several structs.
+/// A table whose keys belong to several structs, split into one part per struct.
 struct SplitTable<'a> {
     parts: &'a [SpannedValue],
     next: usize,
@@ -163,7 +163,7 @@ impl<'de> SeqAccess<'de> for SplitTable<'_> {
     }
 }
 
-/// Visitor that rejects every value, because something else was expected.
+/// Visitor that rejects every value with an error that contains this expectation.
 struct Reject(String);
 
 impl Visitor<'_> for Reject {
@@ -211,7 +211,7 @@ impl<'de> MapAccess<'de> for TableAccess<'_> {
     }
 }
 
-/// Table whose `type` selects the variant of an enum.
+/// Access to a table whose `type` selects the variant of an enum.
 pub struct TaggedAccess<'a> {
     pub entries: &'a [Entry],
     pub variants: &'static [&'static str],

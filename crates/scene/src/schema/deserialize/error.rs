@@ -9,11 +9,11 @@ use crate::error::suggestion;
 use crate::error_code::{ErrorCode, Message};
 use crate::foreign_terms::foreign_hint;
 
-/// A boxed error: it is kept small because results of millions of numbers are passed up.
+/// Error of reading. It is boxed to keep results small, because millions of numbers return a result.
 #[derive(Debug)]
 pub struct DeError(pub Box<DeErrorDetails>);
 
-/// Message and position of an error, collected from the inside out.
+/// Message and position of an error. The path is collected from the innermost value outwards.
 #[derive(Debug)]
 pub struct DeErrorDetails {
     /// `.key` and `[index]`, the innermost first.
@@ -90,7 +90,8 @@ impl Error for DeError {
     }
 }
 
-/// The name that corresponds to a term of another program or to a misspelling, and all expected names.
+/// Returns a hint for a wrong name: the name that corresponds to a term of another program or to a misspelling, and all
+/// expected names.
 fn hint(given: &str, expected: &[&'static str]) -> String {
     let near = foreign_hint(given, expected).unwrap_or_else(|| suggestion(given, expected.iter().copied()));
     if expected.is_empty() || near.contains("expected one of") {
@@ -99,7 +100,7 @@ fn hint(given: &str, expected: &[&'static str]) -> String {
     format!("{near} (available: {})", expected.join(", "))
 }
 
-/// The given value, in plain words.
+/// Describes the given value in plain words.
 fn found_text(given: Unexpected) -> String {
     match given {
         Unexpected::Bool(v) => v.to_string(),
@@ -114,7 +115,7 @@ fn found_text(given: Unexpected) -> String {
     }
 }
 
-/// Serde's expectation, in plain words.
+/// Rewrites serde's expectation in plain words.
 fn expected_text(expected: &dyn Expected) -> String {
     let expected = expected.to_string();
     match expected.as_str() {
@@ -131,7 +132,7 @@ fn expected_text(expected: &dyn Expected) -> String {
     }
 }
 
-/// Names in quotes.
+/// Joins names in quotes, separated by commas.
 pub fn quoted(names: &[&'static str]) -> String {
     names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ")
 }

@@ -72,11 +72,11 @@ impl<'de> Deserializer<'de> for Number {
     }
 }
 
-/// Array of numbers to read as lists of lists, with one or more dimensions.
+/// Deserialiser of an array of numbers with one or more dimensions, which reads it as lists of lists.
 #[derive(Clone, Copy)]
 pub struct ArrayDeserializer<'a, T> {
     length: usize,
-    /// Shape of its items.
+    /// Shape of the array's items.
     item: &'a [usize],
     data: &'a [T],
 }

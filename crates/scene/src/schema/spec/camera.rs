@@ -101,7 +101,7 @@ with_pose! {
 const INTRINSICS: [&str; 7] = ["focal", "fov", "K", "height", "matrix", "skew", "principal_point"];
 
 impl CameraSpec {
-    /// The exact description of a camera, with R and C, or with the matrix that it was created from.
+    /// Describes a camera exactly, with R and C, or with the matrix that it was created from.
     pub fn from_camera(camera: &Camera) -> Self {
         let lens = camera.lens().coefficients();
         let mut spec = Self {
@@ -150,7 +150,7 @@ impl CameraSpec {
             let motion = shutter.build(start, |pose| pose.build(up));
             let mut motion = motion.map_err(|error| error.in_context("shutter"))?;
             if let Some(mount) = &shutter.mount {
-                // In the axes of a body: x forward and z up.
+                // The mount is in the axes of a body: x forward and z up.
                 let mount = mount.build(Up::Z);
                 motion = motion.with_camera_from_body(mount.map_err(|error| error.in_context("shutter.mount"))?);
             }
@@ -160,7 +160,7 @@ impl CameraSpec {
         Ok(camera.with_background(background.map_err(|error| error.in_context("background"))?))
     }
 
-    /// Finds the file of its background image.
+    /// Replaces the name of the background image by the file's full path.
     ///
     /// # Errors
     /// Errors of `files`.
@@ -171,7 +171,7 @@ impl CameraSpec {
         Ok(())
     }
 
-    /// The camera at rest, before its motion is added.
+    /// Builds the camera without its motion.
     fn build_static(&self, up: Up) -> Result<Camera> {
         let size = self.size.unwrap_or([640, 480]);
         let keys = self.keys();
@@ -298,7 +298,7 @@ pub struct BackgroundTable {
 }
 
 impl BackgroundSpec {
-    /// Description of a background.
+    /// Describes a background.
     pub fn from_background(background: &Background) -> Self {
         Self(BackgroundTable {
             image: background.image.clone(),

@@ -16,7 +16,7 @@ enum TexelNumber {
     Linear(f32),
 }
 
-/// Grey, grey and alpha, red green blue, or these and alpha.
+/// A texel of one to four numbers: grey; grey and alpha; red, green and blue; or red, green, blue and alpha.
 struct Texel {
     numbers: [TexelNumber; 4],
     count: usize,
@@ -84,7 +84,7 @@ fn image<E: Error>(rows: Vec<TexelRow>) -> Result<Image, E> {
 }
 
 impl Texel {
-    /// Returns red, green, blue, alpha.
+    /// Returns red, green, blue and alpha; missing alpha becomes `opaque`.
     fn spread<T: Copy>(&self, opaque: T, of: impl Fn(TexelNumber) -> T) -> [T; 4] {
         let [a, b, c, d] = self.numbers.map(of);
         match self.count {

@@ -1,4 +1,4 @@
-//! Keys of lights: those of the light's type, those of every light, and photometric units.
+//! Keys of lights: keys of the light's type, keys that every light has, and photometric units.
 
 use std::borrow::Cow;
 
@@ -16,12 +16,12 @@ use crate::up::Up;
 /// A light of a description.
 #[derive(Clone, Debug)]
 pub struct LightSpec {
-    /// Values of its type.
+    /// The values of the light's type.
     pub light: Light,
     common: CommonKeys,
 }
 
-/// Keys of every light.
+/// Keys that every light has.
 #[derive(Clone, Debug, Default, serde::Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct CommonKeys {
@@ -35,8 +35,8 @@ struct CommonKeys {
     /// Only `area`, `disk`, and `point` and `spot` with a `radius`: true if the light is an object too. The object has
     /// the light's name, occludes other lights and what is behind it, and appears in ids and all other ground truth.
     body: Option<bool>,
-    /// Colour temperature in kelvin, 1000 to 40000: its strength is multiplied by the colour of a black body whose
-    /// luminance is 1, so that the luminance does not change. 2700 is an incandescent lamp, 6500 daylight.
+    /// Colour temperature in kelvin, 1000 to 40000: the light's strength is multiplied by the colour of a black body
+    /// with luminance 1, so that the light's luminance does not change. 2700 is an incandescent lamp, 6500 daylight.
     temperature: Option<f64>,
     /// Only `sun` and `projector`: illuminance of a surface that faces the light, in lx, instead of `irradiance`. White
     /// light of 683 lm/W, unless `temperature` gives its colour.
@@ -53,7 +53,7 @@ struct CommonKeys {
     nit: Option<f64>,
 }
 
-/// Photometric unit: its key, and for each type of light the key that it replaces.
+/// Photometric unit: its key, and pairs of a light's type and the key that the unit replaces there.
 struct PhotometricUnit {
     key: &'static str,
     replaces: &'static [(&'static str, &'static str)],
@@ -83,11 +83,12 @@ const UNITS: [PhotometricUnit; 4] = [
 /// Keys of [`CommonKeys`].
 const COMMON_KEYS: [&str; 9] = ["name", "visible", "body", "temperature", "lux", "candela", "lumen", "nit", "camera"];
 
-/// Splits a light's table into the keys of every light and those of its type, with a strength of 1 in place of a
-/// photometric unit.
+/// Splits a light's table into the keys that every light has and the keys of its type; a photometric unit is replaced
+/// by a strength of 1.
 ///
 /// # Errors
-/// A message for a unit that the type does not have, or next to the key that it replaces, or next to another unit.
+/// A message if the light's type does not support the photometric unit, or if the table also contains the key that the
+/// unit replaces, or a second unit.
 pub(crate) fn split_light_keys(entries: &[Entry]) -> std::result::Result<[SpannedValue; 2], String> {
     let is_given = |key: &str| entries.iter().any(|entry| entry.key == key && entry.value.value != Value::Null);
     let is_common = |entry: &&Entry| COMMON_KEYS.contains(&entry.key.as_str());
@@ -242,7 +243,7 @@ impl Light {
     /// Multiplies the strength of every colour.
     ///
     /// # Errors
-    /// [`SceneError::World`] for a light whose colour is that of an image, a model or a file.
+    /// [`SceneError::World`] for a light whose colour comes from an image, a model or a file.
     fn scale_strength(&mut self, factor: Rgb) -> Result<()> {
         let scale = |rgb: &mut Rgb| *rgb = [0, 1, 2].map(|i| rgb[i] * factor[i]);
         match self {

@@ -119,19 +119,20 @@ pub struct ObjectSpec {
     /// here has alpha; otherwise the mesh file's setting.
     pub alpha: Option<AlphaMode>,
 
-    /// With type = "metal": its name ("gold", "silver", "copper", "aluminium", "iron", ...) instead of a color.
+    /// With type = "metal": the metal's name ("gold", "silver", "copper", "aluminium", "iron", ...) instead of a color.
     pub metal: Option<String>,
     /// With type = "metal", "glass" or "principled": perceptual roughness, 0 to 1; 0 for mirrors and clear glass.
     pub roughness: Option<f32>,
     /// With type = "glass" or "principled": the index of refraction, >= 1; default 1.5.
     pub ior: Option<f32>,
-    /// With type = "glass" or "principled": true if its surfaces are thin walls, false if they enclose a solid.
+    /// With type = "glass" or "principled": true if the mesh's surfaces are thin walls, false if they enclose a solid.
     pub thin: Option<bool>,
     /// With type = "glass" or "principled": strength of the dispersion, 20 / Abbe number.
     pub dispersion: Option<f32>,
     /// With type = "glass" or "principled": colour of white light after `attenuation_distance` in the medium.
     pub attenuation_color: Option<Color>,
-    /// With type = "glass" or "principled": distance in metres; default: no absorption.
+    /// With type = "glass" or "principled": distance in metres after which white light has the `attenuation_color`;
+    /// default: no absorption.
     pub attenuation_distance: Option<f32>,
     /// With type = "glass" or "principled": a whole number, default 0. Where closed meshes of clear media overlap, the
     /// medium with the highest priority fills the space; among equal priorities, the inner medium.

@@ -29,8 +29,8 @@ pub struct ApertureSpec {
     pub rotation: f64,
 }
 
-/// Exposure of an image's lines, and the camera's motion during it: `end`, a pose to which it moves from its own pose,
-/// or a complete `track`.
+/// Exposure of an image's lines, and the camera's motion during the exposure: `end`, a pose to which the camera moves
+/// from its own pose, or a complete `track`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ShutterSpec {
@@ -40,8 +40,8 @@ pub struct ShutterSpec {
     pub readout: f64,
     /// Readout order of the lines: "down" (rows, from the top), "up", "right" (columns, from the left) or "left".
     pub direction: ReadoutDirection,
-    /// Pose when the last line closes, after `readout + exposure`. Without `end` and `track` the camera does not move;
-    /// moving objects are blurred nevertheless.
+    /// Pose of the camera when the last line closes, after `readout + exposure`. Without `end` and `track` the camera
+    /// does not move; moving objects are blurred nevertheless.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<PoseSpec>,
     /// Poses at times, in seconds from the opening of the first line. They replace the camera's own pose.
@@ -63,7 +63,7 @@ pub struct TrackSpec {
 }
 
 impl ApertureSpec {
-    /// Returns the description of an aperture.
+    /// Describes an aperture.
     pub fn from_aperture(aperture: &Aperture) -> Self {
         Self {
             radius: Some(aperture.radius()),
@@ -77,7 +77,7 @@ impl ApertureSpec {
     /// Returns the described aperture.
     ///
     /// # Errors
-    /// [`SceneError`] if its size or focus is missing or given twice, and the errors of [`Aperture::new`].
+    /// [`SceneError`] if the opening's size or focus is missing or given twice, and the errors of [`Aperture::new`].
     pub fn build(&self) -> Result<Aperture> {
         let fail = |code, message: &str| Err(SceneError::schema(code, "", message));
         let radius = match (self.radius, self.f_number, self.focal_length) {
@@ -98,7 +98,7 @@ impl ApertureSpec {
 }
 
 impl ShutterSpec {
-    /// Returns the description of a motion.
+    /// Describes a motion.
     pub fn from_motion(motion: &ShutterMotion) -> Self {
         let track =
             motion.poses().iter().map(|(time, pose)| TrackSpec { time: *time, pose: PoseSpec::from_pose(pose) });

@@ -9,8 +9,9 @@ use crate::math::rotation::CAMERA_FROM_BODY;
 use crate::schema::keys::{Keys, by_key};
 use crate::up::Up;
 
-/// A table that contains the nine keys of a pose: the position and the orientation. The meaning of some keys depends on
-/// what is placed. The keys are written out instead of flattened, so that errors list all names and lines.
+/// Defines a table that contains the nine keys of a pose: the position and the orientation. The documentation of some
+/// keys depends on the placed part. The keys are written out instead of flattened, so that errors list all names and
+/// lines.
 macro_rules! with_pose {
     (
         $(#[$about:meta])*
@@ -78,7 +79,7 @@ macro_rules! with_pose {
 }
 pub(crate) use with_pose;
 
-/// Returns the [`PoseSpec`] of such a table.
+/// Returns the [`PoseSpec`] of a table defined by [`with_pose`].
 macro_rules! pose_of {
     ($table:expr) => {
         $crate::schema::spec::pose::PoseSpec {
@@ -108,7 +109,7 @@ with_pose! {
 pub const POSE: [&str; 9] = ["location", "roll", "pitch", "yaw", "target", "up", "R", "C", "t"];
 
 impl PoseSpec {
-    /// Exact R and C of a pose.
+    /// Describes a pose exactly, by R and C.
     pub fn from_pose(pose: &Pose) -> Self {
         Self { r: Some(pose.r.transpose().to_cols_array_2d()), c: Some(pose.c.to_array()), ..Self::default() }
     }
@@ -116,7 +117,7 @@ impl PoseSpec {
     /// Returns the described pose.
     ///
     /// # Errors
-    /// [`SceneError`] if it is missing or given twice, and the errors of [`Camera`]'s constructors.
+    /// [`SceneError`] if the pose is missing or given twice, and the errors of [`Camera`]'s constructors.
     pub fn build(&self, up: Up) -> Result<Pose> {
         // A pose does not depend on the camera's intrinsics.
         let (k, size, center) = (DMat3::IDENTITY, [1, 1], PixelCenter::default());

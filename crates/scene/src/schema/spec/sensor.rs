@@ -84,7 +84,7 @@ with_pose! {
         /// The standard deviation of a column's azimuth, in degrees.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub azimuth_noise: Option<f64>,
-        /// Distances are multiples of this many metres; 0: not rounded.
+        /// Step to whose multiples distances are rounded, in metres; 0 for no rounding.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub step: Option<f64>,
         /// The full width at half maximum of the pulse, in seconds.
@@ -103,22 +103,22 @@ with_pose! {
         /// the receiver, by ascending distance; linear between the distances.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub overlap: Option<Vec<[f64; 2]>>,
-        /// Counts of the field `signal` for a white target at normal incidence at 1 m.
+        /// Value of the field `signal`, in counts, for a white target at normal incidence at 1 m.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub signal_gain: Option<f64>,
-        /// True for the field `waveform`.
+        /// True to add the field `waveform` to the points.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub waveform: Option<bool>,
-        /// Light paths per point for the field `near_ir`; 0: without this field.
+        /// Number of light paths per point that compute the field `near_ir`; 0 omits this field.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub near_ir_samples: Option<u32>,
-        /// Counts of near infrared light in packets for a radiance of 1 W/(m² sr).
+        /// Near infrared counts in packets that correspond to a radiance of 1 W/(m² sr).
         #[serde(skip_serializing_if = "Option::is_none")]
         pub near_ir_gain: Option<f64>,
-        /// Maximum number of mirror and glass surfaces that a ray follows.
+        /// Maximum number of mirror and glass surfaces at which a ray is reflected or refracted.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub max_bounces: Option<u32>,
-        /// False for distances without noise and rounding.
+        /// False for exact distances, without noise and rounding.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub noise: Option<bool>,
         /// The seed of the noise.

@@ -80,31 +80,32 @@ pub struct TexturesSpec {
     pub occlusion: Option<TextureSpec>,
     /// Emission: red, green, blue.
     pub emission: Option<TextureSpec>,
-    /// Metalness: blue. For this and all following textures of type "principled", the channel follows glTF.
+    /// Metalness: blue. This and all following textures belong to type = "principled"; their channels are those of
+    /// glTF.
     pub metallic: Option<TextureSpec>,
-    /// Green.
+    /// Roughness: green.
     pub roughness: Option<TextureSpec>,
-    /// Alpha.
+    /// Strength of the dielectric's reflection: alpha.
     pub specular: Option<TextureSpec>,
-    /// Red, green, blue.
+    /// Colour of the dielectric's reflection: red, green, blue.
     pub specular_color: Option<TextureSpec>,
-    /// Red.
+    /// Fraction of light that is transmitted: red.
     pub transmission: Option<TextureSpec>,
-    /// Red.
+    /// Strength of the clear coat: red.
     pub clearcoat: Option<TextureSpec>,
-    /// Green.
+    /// Roughness of the clear coat: green.
     pub clearcoat_roughness: Option<TextureSpec>,
-    /// Red, green, blue for x, y, z; `strength` multiplies x and y.
+    /// Normals of the clear coat: red, green, blue for x, y, z; `strength` multiplies x and y.
     pub clearcoat_normal: Option<TextureSpec>,
-    /// Red, green, blue.
+    /// Colour of the sheen: red, green, blue.
     pub sheen_color: Option<TextureSpec>,
-    /// Alpha.
+    /// Roughness of the sheen: alpha.
     pub sheen_roughness: Option<TextureSpec>,
-    /// Red.
+    /// Strength of the thin film: red.
     pub iridescence: Option<TextureSpec>,
-    /// Green.
+    /// Thickness of the thin film: green.
     pub iridescence_thickness: Option<TextureSpec>,
-    /// Blue; red and green are the direction, 0 to 1 for -1 to 1.
+    /// Strength of the anisotropy: blue; red and green are its direction, 0 to 1 for -1 to 1.
     pub anisotropy: Option<TextureSpec>,
     /// Alpha.
     pub diffuse_transmission: Option<TextureSpec>,

@@ -36,7 +36,7 @@ pub struct TextureCache {
     failure: OnceLock<SceneError>,
 }
 
-/// Reads from the temporary file.
+/// Statistics of reads from the temporary file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PageInStats {
     /// Number of tiles read, counting repeated reads.
@@ -105,7 +105,7 @@ impl TextureCache {
         }))
     }
 
-    /// Returns the tile of `count` texels at an offset of the file. A tile that cannot be read is black, and
+    /// Returns the tile of `count` texels at an offset of the file. If a tile cannot be read, it is black, and
     /// [`TextureCache::check`] returns the error.
     pub(crate) fn tile(&self, start: u64, kind: TexelKind, count: usize) -> Arc<ResidentTexels> {
         if let Some(tile) = self.cache.get(start) {
@@ -129,7 +129,7 @@ impl TextureCache {
         file.read(bytes, start).map_err(|error| storage_error(&file.folder, &error, "cannot be read", file.len()))
     }
 
-    /// All reads from the temporary file so far.
+    /// Returns the statistics of all reads from the temporary file so far.
     pub fn page_in_stats(&self) -> PageInStats {
         PageInStats { tiles: self.tiles_read.load(Ordering::Relaxed), bytes: self.bytes_read.load(Ordering::Relaxed) }
     }
@@ -142,7 +142,7 @@ impl TextureCache {
         self.failure.get().map_or(Ok(()), |error| Err(error.clone()))
     }
 
-    /// Notice for the user who set the limit, if it is exceeded.
+    /// Notice that the textures exceed the limit and are in a temporary file; `None` if they do not exceed it.
     pub(crate) fn notice(&self) -> Option<Notice> {
         let file = self.file.get()?;
         let message = format!(
@@ -155,7 +155,7 @@ impl TextureCache {
 }
 
 impl PageInStats {
-    /// Notice of tiles read since `before`; `None` if no tiles were read back.
+    /// Notice about tiles read from the file since `before`; `None` if no tiles were read.
     pub fn notice_since(&self, before: &Self) -> Option<Notice> {
         let (tiles, bytes) = (self.tiles - before.tiles, self.bytes - before.bytes);
         (tiles > 0).then(|| {

@@ -11,7 +11,7 @@ use crate::texture::texel_weight::TexelWeight;
 /// Texels per side of a tile; tiles at the right and bottom edges are smaller.
 pub(crate) const TILE_SIZE: usize = 64;
 
-/// Texels of an image, or of a level of its mip map, in a file.
+/// Texels of an image, or of one level of the image's mip map, in a file.
 #[derive(Clone, Debug)]
 pub struct PagedTexels {
     cache: Arc<TextureCache>,
@@ -22,7 +22,7 @@ pub struct PagedTexels {
     level: usize,
 }
 
-/// Level: its offset in the file, and its texel format.
+/// One level of a mip map: its offset in the file, its size and its texel format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Level {
     pub kind: TexelKind,
@@ -30,7 +30,7 @@ pub(crate) struct Level {
     pub offset: u64,
 }
 
-/// Tile: its offset in the file, its texels per row, and its number of texels.
+/// Location of a tile: its offset in the file, its number of texels per row, and its number of texels.
 struct TileLocation {
     start: u64,
     width: usize,
@@ -101,7 +101,7 @@ impl PagedTexels {
         THREAD_TILES.with_borrow_mut(|recent| recent.texel(self, x, y))
     }
 
-    /// Linear values where two columns meet two rows.
+    /// Linear values of the four texels in two columns and two rows.
     pub(crate) fn fetch_quad(&self, columns: [usize; 2], rows: [usize; 2]) -> TexelQuad {
         THREAD_TILES.with_borrow_mut(|recent| rows.map(|y| columns.map(|x| recent.texel(self, x, y))))
     }
@@ -142,7 +142,7 @@ thread_local! {
     static THREAD_TILES: RefCell<ThreadTiles> = const { RefCell::new(ThreadTiles([const { None }; THREAD_TILE_SLOTS])) };
 }
 
-/// Tiles recently used by a thread: most lookups are served from here, without a lock.
+/// Tiles recently used by a thread. Most lookups find their tile here and need no lock.
 struct ThreadTiles([Option<ThreadTile>; THREAD_TILE_SLOTS]);
 
 struct ThreadTile {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::texture::texel::ResidentTexels;
 
-/// Tiles by their offset in the file.
+/// Cache of tiles by their offset in the file.
 #[derive(Debug)]
 pub(crate) struct TileCache {
     shards: Vec<Mutex<Shard>>,
@@ -37,7 +37,7 @@ const TILE_OVERHEAD_BYTES: u64 = 160;
 impl TileCache {
     /// Creates a cache of at most `limit` bytes.
     pub fn new(limit: u64) -> Self {
-        // Each shard holds at least about sixteen tiles of the largest size.
+        // Each shard has room for about sixteen tiles of the largest size, or more.
         let parts = (limit >> 20).clamp(1, 64);
         Self { shards: (0..parts).map(|_| Mutex::default()).collect(), limit: limit / parts }
     }
@@ -55,7 +55,7 @@ impl TileCache {
     pub fn insert(&self, start: u64, tile: Arc<ResidentTexels>, bytes: u64) {
         let bytes = bytes + TILE_OVERHEAD_BYTES;
         let mut part = self.shard(start).lock().unwrap_or_else(PoisonError::into_inner);
-        // Another thread may have read the tile at the same time.
+        // Another thread may have read and inserted the tile at the same time.
         if part.index.contains_key(&start) || bytes > self.limit {
             return;
         }

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// File that grows at its end and is read at any offset.
+/// File to which data is appended, and which is read at any offset.
 #[derive(Debug)]
 pub(crate) struct UnlinkedFile {
     /// Folder of the file.
@@ -36,7 +36,8 @@ impl UnlinkedFile {
             let name = format!("raycam-textures-{}-{attempt}", std::process::id());
             let path = folder.join(name);
             match open(&path) {
-                // A file of this process that is about to be unlinked, or a file left over from another process.
+                // The name is in use: by a file of this process that is about to be unlinked, or by a file left over
+                // from another process.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => attempt += 1,
                 opened => break (opened?, path),
             }
@@ -84,13 +85,13 @@ fn unlink(path: &Path) -> io::Result<()> {
     if cfg!(unix) { fs::remove_file(path) } else { Ok(()) }
 }
 
-/// Never called, because there are no files.
+/// Never called, because this platform has no files.
 #[cfg(not(any(unix, windows)))]
 fn write_all_at(_: &File, _: &[u8], _: u64) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// Never called, because there are no files.
+/// Never called, because this platform has no files.
 #[cfg(not(any(unix, windows)))]
 fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())

@@ -5,7 +5,7 @@ use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::schema::{Entry, SpannedValue, Value};
 use raycam_scene::{AssetLoader, ColorUse, IesProfile, MeshFile, SceneError, Texture, Wrap};
 
-/// A description from JSON text, the shortest notation.
+/// Parses a description from JSON text, which is the shortest notation.
 pub fn node(json: &str) -> SpannedValue {
     from_json(&serde_json::from_str(json).expect("valid JSON"))
 }
@@ -27,7 +27,7 @@ fn from_json(json: &serde_json::Value) -> SpannedValue {
     })
 }
 
-/// Constant files: a model, and an image of one red texel.
+/// Loader with constant files: every mesh file is this model, and every image is one red texel.
 pub struct FakeFiles(pub MeshFile);
 
 impl AssetLoader for FakeFiles {
