@@ -279,7 +279,7 @@ impl<'a> LineReader<'a> {
 /// Colours whose range is known only after all colours have been read.
 #[derive(Default)]
 struct OffColors {
-    /// NaN for a missing colour.
+    /// Colour values as in the file; NaN for a missing colour.
     values: Vec<[f64; 3]>,
     missing: usize,
     /// Number of colours that are given as indices into a colour map.

@@ -245,7 +245,7 @@ fn facet_colors(
     Ok(Some(attributes.iter().map(of).collect()))
 }
 
-/// Next statement of a text file.
+/// State of the parser: the statement that it expects next.
 #[derive(Clone, Copy, PartialEq)]
 enum ParserState {
     Solid,

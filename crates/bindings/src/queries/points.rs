@@ -24,7 +24,7 @@ use crate::world::state::World;
 /// One flag per object of the world; true selects the object.
 type Mask<'py> = PyReadonlyArrayDyn<'py, bool>;
 
-/// Points from a dict: points [n, 3], their maximum distances [1] or [n], and the selected objects.
+/// Points from a dict: points [n, 3], their maximum distances [1] or [n], and one flag per object that selects it.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct PointArguments<'py> {

@@ -48,7 +48,7 @@ pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>
             corners.iter().fold((u32::MAX, 0), widen)
         };
         match hole.map(columns) {
-            // Cut through the hole, which is then open on both sides.
+            // The part is cut through the hole, so that the hole is open on one side in each piece.
             Some((from, to)) => {
                 let cut = (from + ((to - from) / 2).max(1)) as usize;
                 parts.push((cut, right));

@@ -6,10 +6,11 @@ use raycam_scene::{Mesh, Notice, NoticeCode};
 
 const WHITE: Rgb = [1.0; 3];
 
-/// Keeps either the vertex colours or the face colours of a mesh that has both; returns the kept colours.
+/// Keeps either the vertex colours or the face colours of a mesh that has both; returns a notice about the choice.
 pub(crate) fn choose(mesh: &mut Mesh) -> Option<Notice> {
     let (vertices, faces) = (mesh.vertex_colors.as_deref()?, mesh.face_colors.as_deref()?);
-    // Colours that are all equal contain less information.
+    // Only the face colours are kept if the vertex colours are all equal and the face colours are not, because equal
+    // colours contain less information.
     let one = |colors: &[Rgb]| colors.windows(2).all(|pair| pair[0] == pair[1]);
     if one(vertices) && !one(faces) {
         mesh.vertex_colors = None;

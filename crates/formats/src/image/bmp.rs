@@ -41,7 +41,7 @@ impl BmpHeader {
             Self {
                 start,
                 columns: four(18)? as usize,
-                // Negative if rows are stored from the top down.
+                // The height is negative if rows are stored from the top down.
                 rows: four(22)?.cast_signed().unsigned_abs() as usize,
                 bits: two(28)?.into(),
                 runs: matches!(four(30)?, 1 | 2),

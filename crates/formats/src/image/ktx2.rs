@@ -252,7 +252,8 @@ fn block_compression(vk_format: u32, model: u8) -> Option<&'static str> {
     })
 }
 
-/// Vulkan's uncompressed formats with equal channels.
+/// Storage format for the number of an uncompressed Vulkan format; `None` if its channels have different sizes or it is
+/// unknown.
 fn plain_format(vk_format: u32) -> Option<LevelFormat> {
     let (sample, channels, blue_first) = match vk_format {
         9 | 15 => (SampleType::U8, 1, false),

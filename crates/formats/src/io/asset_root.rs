@@ -323,8 +323,8 @@ impl AssetRoot {
         }
         let io = |source| FormatError::Io { path: shown.into(), source };
         let kind = |kind, message| io(io::Error::new(kind, message));
-        // Checked before opening, because opening a pipe would wait for a writer. Reading a folder is an error by
-        // itself.
+        // The type is checked before the file is opened, because opening a pipe would wait for a writer. A folder needs
+        // no check: reading it is an error.
         let status = fs::metadata(path).map_err(io)?;
         if !status.is_file() && !status.is_dir() {
             return Err(kind(io::ErrorKind::InvalidInput, "a device, pipe or socket; expected a regular file"));

@@ -211,7 +211,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Res
     Ok(materials)
 }
 
-/// Reads a line of a material.
+/// A statement of a material: number and text of the line, its key and the rest of the line.
 struct Statement<'a> {
     line: usize,
     text: &'a [u8],
@@ -219,11 +219,11 @@ struct Statement<'a> {
     rest: &'a [u8],
 }
 
-/// Setter of a colour, or of a number in 0..=1.
+/// Function that sets a colour, or a number in 0..=1.
 type SetColor = fn(&mut MtlMaterial, Rgb);
 type SetNumber = fn(&mut MtlMaterial, f32);
 
-/// Colours by key, and true if they may be brighter than 1.
+/// Setters of colours by key, and true if the colour may be brighter than 1.
 const COLORS: &[(&[u8], bool, SetColor)] = &[
     (b"kd", false, |m, value| m.diffuse = Some(value)),
     (b"ks", false, |m, value| m.specular = value),
@@ -231,7 +231,7 @@ const COLORS: &[(&[u8], bool, SetColor)] = &[
     (b"tf", false, |m, value| m.filter = value),
 ];
 
-/// Numbers in 0..=1 by key.
+/// Setters of numbers in 0..=1, by key.
 const NUMBERS: &[(&[u8], SetNumber)] = &[
     (b"d", |m, value| m.opacity = value),
     (b"tr", |m, value| m.opacity = 1.0 - value),

@@ -97,7 +97,7 @@ fn polygons_become_triangles_with_their_colours() {
     let mesh = mesh("a.ply", text);
     assert_eq!(mesh.triangles.len(), 4);
     assert_eq!(mesh.face_colors.as_ref().unwrap()[2..], [[0.25, 0.5, 1.0], [0.0; 3]]);
-    // The arrow's area, counted once, and the triangle's.
+    // The area of the arrow, counted once, plus the area of the triangle.
     assert!((area(&mesh) - (2.5 + 2.0)).abs() < 1e-12, "{}", area(&mesh));
 }
 

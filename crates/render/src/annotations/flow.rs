@@ -131,7 +131,7 @@ enum Visibility {
     OutOfFrame,
 }
 
-/// Surface point in the second viewpoint.
+/// Surface point of the first viewpoint, as it appears in the second viewpoint.
 struct FlowSample {
     flow: [f32; 2],
     scene_flow: [f32; 3],

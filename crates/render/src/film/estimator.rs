@@ -19,9 +19,9 @@ pub(crate) struct PixelEstimator {
     color: Vec<DVec3>,
     /// Instances hit by the centre rays, if coverage is requested.
     centers: Vec<u32>,
-    /// Samples that hit the same instance as the centre ray.
+    /// Number of samples of each pixel that hit the same instance as the centre ray.
     same_instance: Vec<u32>,
-    /// Samples that escape to the environment.
+    /// Number of samples of each pixel that escape to the environment.
     misses: Vec<u32>,
     count: Vec<u32>,
     /// Number of samples whose radiance is not finite, and number of samples that are brighter than the settings allow.

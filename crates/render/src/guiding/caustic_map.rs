@@ -290,7 +290,7 @@ pub(crate) mod tests {
             let (sin, cos) = (f64::from(i as u32) * 0.1).sin_cos();
             DVec3::new(0.6 + 0.1 * cos, 0.1 * sin, -0.5)
         };
-        // Strong photons count more.
+        // Photons of high power count more than many photons of low power.
         let weak = (0..50).map(|i| deposits(-left(i), at, 1e-9));
         let strong = (0..63).map(|i| deposits(left(i), at, 1.0));
         let map = CausticMap::new(&CASTER, weak.chain(strong));
@@ -329,7 +329,7 @@ pub(crate) mod tests {
         let photons = (0..64).map(|i| deposits(at(i) + direction * (0.2 + 0.1 * (i % 3) as f64), at(i), 1.0));
         let [target, _] = CausticMap::new(&CASTER, photons).lookup(at(20).as_vec3());
         let seen = Vec3::from(target.center) - at(20).as_vec3();
-        // The exit points are 0.2 to 0.4 away.
+        // The target must be farther away than the exit points, which are at distances of 0.2 to 0.4.
         assert!(seen.length() > 1.9 && seen.normalize().distance(direction.as_vec3()) < 1e-2, "{target:?}");
         assert!(target.radius < 0.045 * seen.length(), "{target:?}");
     }

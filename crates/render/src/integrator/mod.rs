@@ -187,7 +187,7 @@ fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Li
 pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent_background => Some(Vec3::ZERO),
-        // Fog below a height depends on the ray.
+        // With fog that ends at a height, the radiance depends on the ray.
         Integrator::Flat if world.geometry.has_media() => None,
         Integrator::Flat => effective_lights(Integrator::Flat, world).view(LightView::Camera).constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),

@@ -104,7 +104,8 @@ pub(crate) enum LightSource {
     },
     /// A sun without a size, by its index among the infinite lights.
     Sun(usize),
-    /// All infinite lights with an extent, from a direction; constant skies only if `has_ambient`.
+    /// All infinite lights with an extent, as received from one direction. Constant skies are included only if
+    /// `has_ambient` is true.
     Infinite {
         direction: Vec3,
         has_ambient: bool,

@@ -17,13 +17,13 @@ impl BoundingSphere {
     pub fn enclosing(bounds: &LightBounds) -> Self {
         let [lower, upper] = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3());
         let center = (lower + upper) / 2.0;
-        // The corners have been rounded to float32.
+        // The radius includes the rounding errors of the corners, which are float32.
         let rounding = f64::from(f32::EPSILON) * (lower.abs() + upper.abs()).length();
         let radius = (upper - lower).length() / 2.0 + rounding;
         Self { center, radius2: (radius * radius * 1.01) as f32 }
     }
 
-    /// False only if a ray misses the sphere.
+    /// False only if the ray misses the sphere.
     #[inline(always)]
     pub fn may_intersect(&self, from: DVec3, direction: Vec3) -> bool {
         let to_center = (self.center - from).as_vec3();

@@ -21,7 +21,7 @@ pub(crate) struct SpotLight {
 }
 
 impl SpotLight {
-    /// Creates a spot light without intensity; `inner` and `outer` are half angles in degrees.
+    /// Creates a spot light with the intensity 1; `inner` and `outer` are half angles in degrees.
     pub fn new(position: DVec3, direction: DVec3, inner: f64, outer: f64, radius: f64) -> Self {
         Self {
             position,

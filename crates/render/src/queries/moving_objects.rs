@@ -185,7 +185,7 @@ pub(super) struct Bundle {
 }
 
 impl Bundle {
-    /// Bundle around a range of rays.
+    /// Creates the bundle that contains a range of rays.
     pub fn around(rays: &RayArrays, range: Range<usize>) -> Self {
         let first = if rays.t_min.len() == 1 { &rays.t_min[..1] } else { &rays.t_min[range.clone()] };
         let around = |points: &[[f64; 3]]| {

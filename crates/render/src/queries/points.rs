@@ -114,7 +114,7 @@ pub fn is_brief(points: usize) -> bool {
     tasks::is_brief(points, NS_PER_POINT)
 }
 
-/// One value per closest point.
+/// Collects one value per closest point.
 fn column<T: Send>(
     workers: &Workers,
     found: &[ClosestPoint],

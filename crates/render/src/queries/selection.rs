@@ -22,7 +22,7 @@ pub enum Facing {
     Material,
 }
 
-/// Surfaces that count for a query.
+/// Surfaces that a query includes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Selection<'a> {
     /// For each object, true if the query includes the object. `None`: all objects.

@@ -10,9 +10,9 @@ use crate::settings::Settings;
 /// Counters of a render, updated by all threads.
 #[derive(Default)]
 pub(crate) struct RenderStats {
-    /// Samples whose radiance is not finite.
+    /// Number of samples whose radiance is not finite.
     rejected: AtomicU64,
-    /// Samples brighter than the settings allow.
+    /// Number of samples that are brighter than the settings allow.
     clamped: AtomicU64,
     /// Total number of samples, and number of pixels above the noise threshold.
     samples: AtomicU64,

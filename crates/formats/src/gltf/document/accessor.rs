@@ -90,7 +90,8 @@ impl<'a> Document<'a> {
         let count = count as usize;
         if let Some(sparse) = &accessor.sparse {
             self.charge(&place, count as u64, size as u64)?;
-            // Stored without gaps, so that writing through overlapping strides is impossible.
+            // The elements are copied without gaps, because writing through overlapping strides would change several
+            // elements.
             let mut dense = Vec::with_capacity(count * size);
             let copy = |_, bytes: &[u8]| {
                 bytes.chunks(stride).for_each(|element| dense.extend_from_slice(&element[..size]));

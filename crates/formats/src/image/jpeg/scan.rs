@@ -251,7 +251,7 @@ impl Scan<'_> {
             ScanKind::Sequential => (0..64, 0, 0),
             ScanKind::Dc { high, low } => (0..1, high, low),
             ScanKind::Ac { first, last, high, low } => {
-                // Zero pages of the system, which take no memory until they are written.
+                // The memory consists of zero pages, which the system provides only when they are written.
                 if component.nonzero.is_empty() {
                     component.nonzero = vec![0; blocks];
                 }

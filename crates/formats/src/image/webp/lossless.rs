@@ -24,7 +24,7 @@ struct HuffmanCode {
 /// The five codes of a part of an image: green, lengths and cached colours; red; blue; alpha; distances.
 type CodeGroup = [HuffmanCode; 5];
 
-/// Codes of an image, and the index of the code that each block uses.
+/// Groups of codes of an image, and the index of the group that each block uses.
 struct CodeGroups {
     groups: Vec<CodeGroup>,
     /// Base-2 logarithm of a block's side in pixels; unused in an image with a single group.

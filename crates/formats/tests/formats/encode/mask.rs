@@ -26,7 +26,8 @@ fn fill(polygons: &[Vec<[u32; 2]>], width: usize, height: usize) -> Vec<u32> {
 
 #[test]
 fn run_lengths_go_down_the_columns() {
-    // Runs 0: none, 1: 2, 0: 4, 1: 1, 0: 2 as five-bit characters from '0'; the last two as differences.
+    // The run lengths are 0, 2, 4, 1 and 2, starting with a run of 0. They are encoded as characters from '0' on; the
+    // last two are differences from the run two before.
     let (pixels, width, height) = mask(&["#..", "#..", "..#"]);
     assert_eq!(coco_rle(&pixels, width, height), "026O");
     assert_eq!(coco_rle(&[false; 6], 3, 2), "6");

@@ -56,7 +56,7 @@ fn ignored_image_properties_cause_notices() {
     let (texture, notices) = read("a.png", linear);
     assert_eq!(rgb(&texture), [[9; 3]]);
     assert!(notices[0].to_string().contains("PNG gamma chunk (1) is ignored"), "{notices:?}");
-    // White point and primaries of Adobe RGB, and those of sRGB.
+    // White point and primaries of Adobe RGB, and of sRGB.
     for (green, count) in [([21000_u32, 71000], 1), ([30000, 60000], 0)] {
         let points = [[31270, 32900], [64000, 33000], green, [15000, 6000]];
         let numbers = points.into_iter().flatten().flat_map(u32::to_be_bytes);

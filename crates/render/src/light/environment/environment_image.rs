@@ -85,7 +85,8 @@ impl<const N: usize> WithSimd for ComputeTaps<'_, N> {
         let ends = size.map(|size| size as i32 - 1);
         for lane in 0..N {
             let [(x, right), (y, down)] = [0, 1].map(|axis: usize| {
-                // From half a texel before the first centre to half a texel behind the last.
+                // The position is measured from the centre of the texel before the first texel, so that its whole part
+                // is the index of the second of two neighbouring texels.
                 let position = taps.uv[axis][lane] * size[axis] as f32 + 0.5;
                 let next = (position as i32).clamp(0, ends[axis] + 1);
                 (next, position - next as f32)

@@ -88,7 +88,7 @@ fn check_probabilities(lights: &[LightBounds], from: &LightSampleContext) {
     const DRAWS: u32 = 1 << 16;
     let (tree, count) = (LightTree::new(lights), lights.len());
     let stated: Vec<f64> = (0..count).map(|i| tree.pmf(&from.into(), i)).collect();
-    // Few draws end at a node without a selectable child.
+    // The sum is below 1 because a few draws end at a node without a selectable child.
     let sum: f64 = stated.iter().sum();
     assert!(sum > 0.8 && sum < 1.0 + 1e-5, "{sum}");
     assert_eq!(stated[7], 0.0, "a light of power 0 must never be chosen");
