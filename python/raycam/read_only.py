@@ -1,6 +1,6 @@
 """Read-only arrays, lists and dicts.
 
-Their errors contain the name of the method that changes the object that they describe.
+An attempt to change them raises an error that names the method with which the described object can be changed.
 """
 
 from __future__ import annotations

@@ -124,9 +124,9 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
 
         Textures of `ao`, `roughness`, `metallic` and `tangent_normal` are PNG files with 16 bits; ids are PNG files
         with 16 bits that contain id + 1, and 0 without a surface, or EXR files with int32 values for ids above 65,534;
-        others are EXR files with float32 values. Light and emission are the channels R, G and B; light has its standard
-        error in the layer `error`. Maps of vertices are glTF files, NAME.glb, with vertex colours; values outside 0..1
-        are scaled to the map's range.
+        all other maps are EXR files with float32 values. Light and emission are the channels R, G and B; light has its
+        standard error in the layer `error`. Maps of vertices are glTF files, NAME.glb, with vertex colours; values
+        outside 0..1 are scaled to the map's range.
         """
         target = Path(folder)
         target.mkdir(parents=True, exist_ok=True)

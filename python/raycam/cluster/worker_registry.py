@@ -1,8 +1,8 @@
 """Registry of the workers of a Dask cluster that can render the frames of a job.
 
-Every new worker is probed. It may lack raycam, have another version, or have no access to the job's folder; in the last
-case the package is sent through the scheduler. The probe for raycam comes first, because a task that a worker cannot
-unpickle looks to Dask like a broken connection and ends the worker.
+Every new worker is probed. A worker may lack raycam, have another version, or have no access to the job's folder; in
+the last case the package is sent through the scheduler. The probe for raycam comes first, because a task that a worker
+cannot unpickle looks to Dask like a broken connection and ends the worker.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ MODELS = {
 def check(plan: Plan) -> None:
     """Raises `CameraError` for cameras that nerfstudio does not support.
 
-    All cameras must also have the same lens model, because `transforms.json` contains only one.
+    All cameras must also have the same lens model, because `transforms.json` contains only one lens model.
     """
     check_depth_scale(plan.options["depth_scale"])
     for number, view in enumerate(plan.shots):

@@ -80,7 +80,7 @@ def views(
     cameras, or one for its default camera. `times`, one for each camera, are seconds of the world's video. A `Rig`
     among the cameras has one time, and adds one view for each of its cameras. A single rig moves with the world's
     video, if any. Sensors of a rig that are not cameras are sampled once for each pose of the rig. Lidars move during
-    their frame, from each pose of the rig to the next one, if the poses have times. Without `cameras`, the world's
+    their frame, from each pose of the rig to the next pose, if the poses have times. Without `cameras`, the world's
     sensors (`World.sensors`) are sampled once for each time, with its first view.
     """
     own_sensors = False
@@ -171,8 +171,8 @@ def write(
       represent its depth), `model_ids` ({category or object name: obj_id}). Objects with equal meshes share one model,
       unless different ids are assigned to them. Without `model_ids`, the obj_id is the category if that is a whole
       number, or else an unused number in the order of the categories' names
-    * "kitti": `baseline` in metres adds a right camera with its images (image_3) and disparity; so does a rig of two
-      cameras, which must be a rectified pair; `flow` (False) adds optical flow to the next view
+    * "kitti": `baseline` in metres adds a right camera with its images (image_3) and disparity; a rig of two cameras,
+      which must be a rectified pair, has the same effect; `flow` (False) adds optical flow to the next view
     * "semantickitti": scans of a rig's lidar, with labels of points, calibration, poses and times; the first camera's
       images. `lidar` (default: the only one), `sequence` ("00"), `labels` ({category: id}, default: the ids of the
       categories), `fps` (10) for views without a time. Points are relative to the rig's pose at the start of the frame

@@ -34,9 +34,10 @@ MAX_LINKS = 40
 def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yields the path of a temporary file that replaces `path` when the block ends.
 
-    The temporary file is in the same folder and has the same ending; its name begins with a dot. It is synced, renamed
-    to `path`, and the folder is synced, so that `path` is complete even after a crash. If the block raises, the
-    temporary file is removed and an existing `path` is kept. Temporary files of killed processes are removed.
+    The temporary file is in the same folder and has the same ending; its name begins with a dot. It is synced and
+    renamed to `path`, and then the folder is synced, so that `path` is complete even after a crash. If the block
+    raises, the temporary file is removed and an existing `path` is kept. Temporary files of killed processes are
+    removed.
 
     Symbolic links are followed. Files that cannot be replaced are overwritten instead, which is not atomic. Such files
     are pipes, devices, files mounted into a container, and files in a folder without write permission.

@@ -9,9 +9,10 @@ a job may be killed at any instant, resumed, and split over processes and machin
         job.run(pool)                  # raises JobError at the end if frames failed
     for number, files in job.finished(): ...
 
-A kind of job is a function `factory(world, settings, threads)`, given to `jobs.kinds.register`. It returns a function
-`make(number, progress)`, which returns the files of a frame as `{name: bytes}`, and notices. Names are relative to the
-folder, with `/` between folders. An index of all frames is created by the caller of `run`, from `finished()`.
+A kind of job is a function `factory(world, settings, threads)`, given to `jobs.kinds.register`. The factory returns a
+function `make(number, progress)`, which returns the files of a frame as `{name: bytes}`, and notices. Names are
+relative to the folder, with `/` between folders. An index of all frames is created by the caller of `run`, from
+`finished()`.
 
 In the folder, `.raycam/` contains `job.json` (a readable description), `package` (the complete package),
 `journal.jsonl` (the journal: finished frames with the hashes of their files; each shard has a journal of its own), and

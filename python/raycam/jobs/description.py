@@ -66,8 +66,8 @@ def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: J
 def world_differences(there: World, asked: World) -> list[str]:
     """Returns the differences of two worlds by object, light, camera and setting.
 
-    At most `MAX_REPORTED` differences are listed; a final line counts the others. Meshes and materials, which
-    have no short text, are only reported as different.
+    At most `MAX_REPORTED` differences are listed; a final line counts the remaining differences. Meshes and materials,
+    which have no short text, are only reported as different.
     """
     found = list(differences(_parts(there), _parts(asked)))
     if [one.triangles for one in there.objects] == [one.triangles for one in asked.objects]:

@@ -232,7 +232,7 @@ class _Scheduler:
     def _retry_or_fail(
         self, task: FrameTask, fault: Exception, alone: bool, another: bool
     ) -> FailedFrame | None:
-        """Schedules a retry after a fault, or returns the failure after too many."""
+        """Schedules a retry after a fault, or returns the failure after too many faults."""
         story = self._histories.setdefault(task.frame, _FrameHistory())
         story.tries += 1
         story.logs.append(f"attempt {story.tries}:\n" + "".join(traceback.format_exception(fault)))

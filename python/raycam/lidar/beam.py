@@ -17,7 +17,7 @@ def hexagonal_set(samples: int) -> tuple[Floats, Floats]:
 
     The first point is the centre. The unit is the beam's radius at 1/e². All weights are 1 / k. The points have the
     angles of a hexagonal lattice. The points at one radius represent an annulus, which contains their share of the
-    energy of the Gaussian exp(-2 r²). Their radius is chosen so that the mean of r² over all points equals the
+    energy of the Gaussian exp(-2 r²). The radius is chosen so that the mean of r² over all points equals the
     Gaussian's mean, 1/2.
     """
     rings = {1: 0, 7: 1, 19: 2, 37: 3}[samples]

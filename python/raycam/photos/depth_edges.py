@@ -41,7 +41,7 @@ def find_depth_edges(world: World, camera: Camera, reach: float, threads: int | 
     """Finds the distances in pixels to the nearest jump of depth, up to `reach`.
 
     A jump is between neighbouring pixels if one of them shows no surface, or a surface point outside the tangent plane
-    of the other.
+    of the other pixel.
     """
     width, height = camera.size
     cells = min(1.0, np.sqrt(MAX_CELLS / (width * height)))
@@ -68,7 +68,7 @@ def find_depth_edges(world: World, camera: Camera, reach: float, threads: int | 
 def jumps(t: Floats, points: Floats, normals: Floats) -> Bools:
     """Mask [rows, columns] of the cells at a jump of depth.
 
-    One of two neighbouring cells misses the world, or its surface point is not in the tangent plane of the other.
+    One of two neighbouring cells misses the world, or its surface point is not in the tangent plane of the other cell.
     """
     hit = np.isfinite(t)
     edges = np.zeros(hit.shape, bool)

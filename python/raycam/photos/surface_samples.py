@@ -122,8 +122,8 @@ def _sights(
 ) -> list[Callable[[npt.NDArray[np.int64], Floats, Floats, Floats], Bools]]:
     """Returns for each camera and lidar the function that finds the visible points [n].
 
-    Its arguments are the points' faces [n], the faces' corners [n, 3, 3], the weights of the corners [n, 3] and the
-    positions [n, 3].
+    The function's arguments are the points' faces [n], the faces' corners [n, 3, 3], the weights of the corners [n, 3]
+    and the positions [n, 3].
     """
     cameras = {name: one for name, one in viewpoints.items() if isinstance(one, Camera)}
     lidars = [

@@ -97,8 +97,8 @@ def texture_from_photos(
     into `memory`.
 
     Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation, and a texture that is
-    too small for the photographs. They also report photographs that are shifted relative to the others, and a world
-    that fewer than half of the cameras show.
+    too small for the photographs. They also report photographs that are shifted relative to the other photographs, and
+    a world that fewer than half of the cameras show.
 
     With `orientation` "auto", a photograph is turned by its EXIF orientation if only the turned photograph has the
     camera's size. "apply" turns all photographs, as `cv2.imread` does, and "ignore" none.

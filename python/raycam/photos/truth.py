@@ -40,7 +40,7 @@ def photo_truth(
     ========== ===================================================================================================
     depth      along the principal axis; uint16 PNG in steps of `depth_scale` millimetres (1), 0 without a surface
                and beyond the range; `depth_format` "exr" or "npy": float32 metres, 0 without a surface
-    distance   along the ray; the files are those of depth
+    distance   along the ray; the same file formats as for depth
     normal     unit normal in camera axes, PNG of `normal_bits` (8 or 16): 0..max is -1..1, 0 without a surface;
                `normal_axes` "opencv" (x right, y down, z forward) or "opengl" (x right, y up, z backward)
     mask       255 for pixels with a surface

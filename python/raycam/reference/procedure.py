@@ -68,8 +68,8 @@ def points_on_lines(P: Floats, pixels: Floats) -> Floats:
 def third_row_of_r(P: Floats) -> Floats:
     """The third row of R, [3], a unit vector on the principal ray that points forward.
 
-    In P = s K R [I | -C] the third row of K is (0, 0, 1), so the third row of M = s K R is s times that of R.
-    The sign of s is that of det(M) = s³ det(K), because det(K) > 0 and det(R) = 1.
+    In P = s K R [I | -C] the third row of K is (0, 0, 1), so the third row of M = s K R is s times the third row of R.
+    The signs of s and det(M) = s³ det(K) are equal, because det(K) > 0 and det(R) = 1.
     """
     M = P[:, :3]
     sign = np.sign(np.linalg.det(M / np.linalg.norm(M, axis=1, keepdims=True)))

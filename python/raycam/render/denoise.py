@@ -1,7 +1,7 @@
 """Denoising with Open Image Denoise: the `raycam[denoise]` extra.
 
-A neural network estimates a smooth image, which is biased. Its guides, the base colour and normal of the pixel-centre
-ray, are free of noise. They are still filtered first, because their edges are not anti-aliased.
+A neural network estimates a smooth image, which is biased. The network's guides, the base colour and normal of the
+pixel-centre ray, are free of noise. The guides are still filtered first, because their edges are not anti-aliased.
 """
 
 from __future__ import annotations

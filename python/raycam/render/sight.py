@@ -46,8 +46,8 @@ def blank_notices(
 
     Objects show no shading if 98 % of their pixels are displayed as white, or all of them in one or two colours.
 
-    `truth()` renders the channel `instance`; it is called if the image lacks it and rays that probe the image hit
-    nothing.
+    `truth()` renders the channel `instance`; `truth` is called if the image lacks this channel and rays that
+    probe the image hit nothing.
     """
     seen = _seen(world, camera, planes, truth)
     if not seen.any():

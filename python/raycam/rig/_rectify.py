@@ -41,7 +41,7 @@ def rectified(
 def rotation(left: Camera, right: Camera) -> Floats:
     """Returns the rotation camera_from_world of both rectified cameras.
 
-    It is halfway between the two cameras, and then turned until x is parallel to the baseline.
+    It is halfway between the rotations of the two cameras, and then turned until x is parallel to the baseline.
     """
     looking = [camera.at_pose(camera.R, np.zeros(3)) for camera in (left, right)]
     halfway = looking[0].moving(looking[1], exposure=1.0).R

@@ -43,7 +43,7 @@ def collada_to_glb(
 ) -> tuple[bytes, list[Notice]]:
     """Returns a Collada file as GLB with one node, and notices.
 
-    The file's unit is applied. Its up axis is ignored, as in RViz, or with `up_axis="apply"` turned to z.
+    The file's unit is applied. The file's up axis is ignored, as in RViz, or with `up_axis="apply"` turned to z.
     `find_image` returns the path of an image, or raises `OSError`. `scale` multiplies the coordinates; the orientation
     of mirrored triangles is reversed. Raises `OSError`, `FormatError` for malformed files, entities and files beyond
     the budget, and `SettingsError` without the extra.

@@ -114,7 +114,7 @@ def read_light(
 
 
 def ambient_light(world: Element, fail: Fail) -> SdfLight | None:
-    """Returns the ambient light of a `<world>` as a uniform sky, or None if it is black."""
+    """Returns the ambient light of a `<world>` as a uniform sky, or None for black light."""
     scene = world.find("scene")
     ambient = None if scene is None else scene.find("ambient")
     color = (

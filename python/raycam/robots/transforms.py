@@ -55,7 +55,7 @@ def quaternion_matrices(quaternions: npt.ArrayLike) -> Floats:
 def quaternions_of(rotations: Floats) -> Floats:
     """Returns unit quaternions [n, 4], x y z w, of rotation matrices [n, 3, 3].
 
-    They come from the largest column of q qᵀ.
+    Each quaternion q is computed from the largest column of q qᵀ.
     """
     r = np.moveaxis(np.asarray(rotations, np.float64), 0, -1)
     outer = np.array(

@@ -61,7 +61,7 @@ def parse_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> Elemen
 def check_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> None:
     """Raises the errors of `parse_xml` without building a tree.
 
-    It is used for documents that another library parses.
+    This function is used for documents that another library parses.
     """
     _Builder(name, limits or XmlLimits(), keep=False).parse(data)
 

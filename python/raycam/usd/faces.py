@@ -45,7 +45,7 @@ def find_unusable_faces(faces: Faces) -> Any:
 
 
 def order_corners(counts: Any, faces: Any, left_handed: bool, mirrored: bool) -> Any:
-    """The corners of these faces in order, each face counterclockwise as seen from outside."""
+    """The corners of the faces in order, each face counterclockwise as seen from outside."""
     ends = np.cumsum(counts)
     sizes = counts[faces]
     starts = ends[faces] - sizes

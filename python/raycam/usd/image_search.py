@@ -1,6 +1,6 @@
-"""Search for an image under names that differ from the given one.
+"""Search for an image under names that differ from the given name.
 
-The order is that of raycam's other readers.
+The order is the same as in raycam's other readers.
 
 A path is searched with other upper and lower case, then by its last parts (`textures/wood.png`, `wood.png` for
 `C:/me/textures/wood.png`) from the folder of the stage, then in the folders that exporters use.

@@ -26,7 +26,7 @@ USED_CHANNEL = {"roughness": 1, "metallic": 2}
 class ValueChange:
     """A conversion of image values: channels times `scale` plus `bias`.
 
-    It is applied in linear light if the image is sRGB.
+    The conversion is applied in linear light if the image is sRGB.
     """
 
     channels: tuple[int, ...]

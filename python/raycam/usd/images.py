@@ -1,6 +1,6 @@
 """Images of a stage, copied from its folder or package.
 
-They are converted if an MTL file requires it.
+Images are converted if an MTL file requires it.
 """
 
 from __future__ import annotations

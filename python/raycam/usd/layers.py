@@ -23,8 +23,8 @@ MAX_LINE = 300
 def find_layer_problems(stage: Usd.Stage, folder: Path) -> list[StageNotice]:
     """Notices about composition errors, and about layers with another unit or up axis.
 
-    The unit and the up axis are compared with those of the stage; classes that prims inherit from but no layer contains
-    are reported, too.
+    The unit and the up axis are compared with the stage's unit and up axis; classes that prims inherit from but no
+    layer contains are reported, too.
     """
     return [*_composition_errors(stage, folder), *_missing_classes(stage), *_other_metrics(stage, folder)]
 

@@ -10,7 +10,7 @@ __all__ = ["PrimVisibility"]
 
 
 class PrimVisibility:
-    """The visibility and purpose of prims, with those of their parents computed once."""
+    """The visibility and purpose of prims; the values of parents are computed only once."""
 
     def __init__(self, time: Usd.TimeCode) -> None:
         self._time = time

@@ -82,7 +82,7 @@ def has_av() -> bool:
 def require_av(name: str) -> None:
     """Raises `SettingsError` if PyAV, which encodes video files, is missing or too old.
 
-    It is called before anything is rendered.
+    This function is called before anything is rendered.
     """
     try:
         import av

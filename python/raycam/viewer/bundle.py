@@ -1,6 +1,6 @@
 """The client's modules as one script, which pages and the server send to the browser.
 
-The bundled modules share one scope. That is safe because `bundle` accepts only a restricted syntax: imports of names
+The bundled modules share one scope. This is safe because `bundle` accepts only a restricted syntax: imports of names
 from relative paths, named exports of declarations, and no duplicate top-level names.
 """
 

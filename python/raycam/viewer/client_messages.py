@@ -130,7 +130,7 @@ class Message:
 
 @dataclass(frozen=True)
 class Hello(Message):
-    """Starts a session, or resumes the one with this id."""
+    """Starts a session, or resumes the session with this id."""
 
     KIND = "hello"
     width: Side

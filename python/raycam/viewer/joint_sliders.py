@@ -23,9 +23,9 @@ UNLIMITED_RANGE = 1.0
 class JointSliders:
     """One slider for each joint with one value.
 
-    Moving a slider moves the robot; undo restores the joint. Sliders are in the folder `Joints of ROBOT`. They range
-    from the lower to the upper limit, and from -π to π for continuous joints. They are updated after undo, after a
-    script's changes, and when the file is loaded again. A read-only view has no sliders.
+    Moving a slider moves the robot; undo restores the joint. Sliders are in the folder `Joints of ROBOT`. Sliders
+    range from the lower to the upper limit, and from -π to π for continuous joints. They are updated after undo,
+    after a script's changes, and when the file is loaded again. A read-only view has no sliders.
     """
 
     def __init__(self, controls: Controls, edits: Edits) -> None:

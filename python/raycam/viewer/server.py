@@ -301,7 +301,7 @@ class Server:
     def _session(self, resumed: str, may_lead: bool) -> Session | None:
         """The resumed session, or a new session; None if too many sessions exist.
 
-        With followers, a client that may lead takes the leader's session if nobody leads; others follow.
+        With followers, a client that may lead takes the leader's session if nobody leads; other clients follow.
         """
         following = self.following
         waiting = {id: left for id, left in self._left.items() if not self.sessions[id].connection.is_open}

@@ -44,19 +44,19 @@ def view(
 
     `what` is a world or a frame, or the path of a world or a frame. It may also be a folder or a .zip archive with a
     world, or a list of models. Models are shown in one world, each at its own coordinates. A frame (.npz, .exr) is
-    shown as by `Frame.show`, with its options. `camera` is the initial camera (default: the world's first), `size`
-    (width, height) the size of the images (default: that of the client's window). `integrator` ("direct" or "path") and
-    `samples` apply to the image at rest. `title` is the page's title; `host` ("127.0.0.1"), `port` (7421 or the next
-    free one) and `allow_hosts` are the server's addresses; `threads` is the number of threads. With `edit=False`, the
-    world cannot be changed. With `follow=True`, up to 40 followers show the leader's view, for example in teaching.
-    `Viewer.url` is the leader's address, and `Viewer.followers_urls` are the followers' addresses. With
-    `allow_open=True`, worlds that are dropped on the page are copied to a private folder and opened. `source` is the
-    world's file, next to which a changed world file can be saved. `start` contains initial values, for example {"time":
-    1.5, "animation": "Run", "variant": "red", "channel": "depth", "exposure": 1, "view": "agx"}.
+    shown as by `Frame.show`, with its options. `camera` is the initial camera (default: the world's first camera),
+    `size` (width, height) the size of the images (default: the size of the client's window). `integrator` ("direct" or
+    "path") and `samples` apply to the image at rest. `title` is the page's title; `host` ("127.0.0.1"), `port` (7421 or
+    the next free one) and `allow_hosts` are the server's addresses; `threads` is the number of threads. With
+    `edit=False`, the world cannot be changed. With `follow=True`, up to 40 followers show the leader's view, for
+    example in teaching. `Viewer.url` is the leader's address, and `Viewer.followers_urls` are the followers' addresses.
+    With `allow_open=True`, worlds that are dropped on the page are copied to a private folder and opened. `source` is
+    the world's file, next to which a changed world file can be saved. `start` contains initial values, for example
+    {"time": 1.5, "animation": "Run", "variant": "red", "channel": "depth", "exposure": 1, "view": "agx"}.
 
-    `cameras`, such as those of `raycam.load_cameras`, are listed in addition to the world's. `photos` are their
-    photographs: a folder, or a mapping from the photographs' names to paths or arrays [h, w, 3]. The view begins with
-    the first of them, and a slider shows the photograph over the image of the model.
+    `cameras`, such as those of `raycam.load_cameras`, are listed in addition to the world's cameras. `photos` are the
+    photographs of `cameras`: a folder, or a mapping from the photographs' names to paths or arrays [h, w, 3]. The
+    view begins with the first of `cameras`, and a slider shows the photograph over the image of the model.
 
     With `watch=True`, the world is loaded again after each change of its file and of the files that it uses; the camera
     does not change. If the changed file is invalid, the error is shown and the previous world is kept.

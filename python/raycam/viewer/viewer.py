@@ -276,7 +276,7 @@ class Viewer:
         return render(view.lit, camera, **{**own, **view.render_options, **view.look.behind, **options})
 
     def record(self, *, fps: float = 10.0, seconds: float = 60.0) -> Recording:
-        """Records what the client that was used last shows, up to `fps` times per second.
+        """Records the view of the client that was used last, up to `fps` times per second.
 
         The recording ends at `Recording.stop` or `Recording.save`, after `seconds` (at most 600), or when the view is
         closed. Camera, world, time, look, channel and exposure are recorded; `Recording.save` renders the images.

@@ -2,7 +2,8 @@
 
 The client is in a frame; its messages use the kernel's own connection.
 
-The widget forwards messages without interpreting them. Each output that shows it is a view with its own session.
+The widget forwards messages without interpreting them. Each output that shows the widget is a view with its own
+session.
 """
 
 from __future__ import annotations

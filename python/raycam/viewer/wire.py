@@ -2,8 +2,8 @@
 
 A packed plane is filtered as integers, then compressed with raw deflate. Filters store component after component, and
 of each component the lowest bytes of all values, then the next bytes. "left" stores differences from the value on the
-left; "left_up" stores the differences of these differences from the row above. Both wrap around, so every bit of every
-value is restored.
+left; "left_up" stores the differences of these differences from the row above. Both filters wrap around, so every bit
+of every value is restored.
 """
 
 from __future__ import annotations

@@ -158,8 +158,8 @@ class WorldBuilding(WorldContents):
         that can read only these folders.
 
         An .xml file is MJCF, URDF or SDF. MJCF is compiled by MuJoCo (`raycam[mujoco]`): bodies become links, visible
-        are the geoms of the groups 0 to 2, and `geometry="collision"` shows those that collide. Joints start as in the
-        file (`qpos0`); those that an equality constraint couples linearly mimic each other. A ball joint has four
+        are the geoms of the groups 0 to 2, and `geometry="collision"` shows the geoms that collide. Joints start as in
+        the file (`qpos0`); joints that an equality constraint couples linearly mimic each other. A ball joint has four
         values (a quaternion x y z w).
 
         Raises `FormatError` with the line for a malformed file, and with a list of all meshes that are missing;
@@ -243,9 +243,9 @@ class WorldBuilding(WorldContents):
         Accepts a dict, keywords, or both; without any, the fog is removed. `visibility` is the distance in metres after
         which 5 % of the contrast remains: `set_fog(visibility=80)`. `extinction` is the fraction of light that is
         absorbed or scattered, per metre (ln 20 / `visibility`). `albedo` (default: 1) is the fraction of this light
-        that is scattered. Both are a number or linear red, green and blue. `g` (default: 0) is the mean cosine of the
-        scattering angle, between -1 and 1. `height` is the coordinate along the up axis at which the fog ends; the fog
-        is below it (default: everywhere).
+        that is scattered. Both values are a number or linear red, green and blue. `g` (default: 0) is the mean cosine
+        of the scattering angle, between -1 and 1. `height` is the coordinate along the up axis at which the fog ends;
+        the fog is below it (default: everywhere).
 
         Raises `WorldError` for an invalid value; the fog is then unchanged.
         """
@@ -359,7 +359,7 @@ class WorldBuilding(WorldContents):
     def set_camera(self, name: str, camera: Camera) -> None:
         """Replaces the camera of this name.
 
-        Raises `WorldError` for an unknown name, with the nearest one, and for a rig's camera, which moves with its
+        Raises `WorldError` for an unknown name, with the nearest name, and for a rig's camera, which moves with its
         rig.
         """
         if not isinstance(camera, Camera):

@@ -107,7 +107,7 @@ class WorldContents:
 
     @property
     def cameras(self) -> dict[str, Camera]:
-        """The cameras by name, as a read-only dict; `default_camera` returns the first one."""
+        """The cameras by name, as a read-only dict; `default_camera` returns the first camera."""
         found = {name: Camera._of(camera, self.up) for name, camera in self._core.cameras}
         return ReadOnlyDict(
             found, "cameras are read-only; world.add_camera, set_camera or remove_camera changes them"
@@ -117,8 +117,8 @@ class WorldContents:
     def _first_camera(self) -> str | None:
         """The name of the default camera; None if the default camera frames the world.
 
-        It is the first camera. Cameras that a robot's file has on links are omitted, because they often show what the
-        robot sees instead of the robot; cameras on the root link, such as MuJoCo's world, are not.
+        It is the first camera. Cameras that a robot's file has on links are omitted, because they often show the
+        robot's surroundings instead of the robot; cameras on the root link, such as MuJoCo's world, are not.
         """
         inner = {name for robot in self._robots.values() for name in robot._inner_cameras}
         return next((name for name, _ in self._core.cameras if name not in inner), None)
@@ -206,9 +206,9 @@ class WorldContents:
 
     @property
     def notices(self) -> list[Notice]:
-        """Notices about what was omitted, repaired or assumed when the world was read and built.
+        """Notices about parts that were omitted, repaired or assumed when the world was built.
 
-        Each is also issued as a warning, a `raycam.Notice`, when it arises.
+        Each notice is also issued as a warning, a `raycam.Notice`, when it arises.
         """
         return self._core.notices
 
@@ -293,9 +293,9 @@ class WorldContents:
     def at(self, time: float, animation: str | int | None = None) -> Self:
         """Returns the world at a time of its video and of an animation.
 
-        `time` is in seconds, `animation` is a name or number (default: that of an earlier call of `at`, or the first).
-        Parts that do not move are shared with this world; meshes that deform keep their triangle ids. For a camera with
-        a shutter, `time` is the middle of the exposure. Raises `WorldError` for an unknown animation and a
+        `time` is in seconds, `animation` is a name or number (default: the animation of an earlier call of `at`, or the
+        first). Parts that do not move are shared with this world; meshes that deform keep their triangle ids. For a
+        camera with a shutter, `time` is the middle of the exposure. Raises `WorldError` for an unknown animation and a
         time that is not finite.
         """
         if isinstance(animation, str):
@@ -319,7 +319,7 @@ class WorldContents:
     def with_variant(self, name: str) -> Self:
         """Returns the world with another glTF material variant.
 
-        Raises `WorldError` for an unknown name, with the nearest one. USD variants also change the geometry; select
+        Raises `WorldError` for an unknown name, with the nearest name. USD variants also change the geometry; select
         them with `load(path, variant=...)`.
         """
         if self._stage_variants:
@@ -359,7 +359,7 @@ class WorldContents:
     def triangles(self, object: int | None = None) -> Floats:
         """Returns the corners of all visible triangles in the world, float64 [n, 3, 3].
 
-        The order is that of (instance, triangle).
+        The triangles are ordered by (instance, triangle).
 
         With `object`, returns only the triangles of the object with this id, visible or not; raises `SettingsError`
         for an unknown id.

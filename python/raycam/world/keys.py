@@ -115,7 +115,7 @@ class FogKeys(TypedDict, total=False):
 
 
 class LightKeys(TypedDict, total=False):
-    """The keys of `[[light]]`; the world file reference lists those of each type."""
+    """The keys of `[[light]]`; the world file reference lists the keys of each type."""
 
     type: str
     name: str

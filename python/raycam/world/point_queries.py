@@ -30,9 +30,9 @@ class Topology:
     Vertices with equal positions count as one vertex; triangles with two equal corners are ignored. `closed`: every
     edge belongs to an even number of triangles. `oriented`: neighbouring triangles traverse their common edge in
     opposite directions. `boundary_edges` int32 [k, 2] are the edges of an odd number of triangles, as vertex indices;
-    equal vertices have the first one's index. `volume` is the placed object's volume in cubic metres, positive if
-    triangles are counter-clockwise seen from outside; it is only meaningful for closed, oriented meshes. `components`
-    is the number of parts that edges connect.
+    vertices with equal positions have the index of the first of these vertices. `volume` is the placed object's
+    volume in cubic metres, positive if triangles are counter-clockwise seen from outside; it is only meaningful for
+    closed, oriented meshes. `components` is the number of parts that edges connect.
     """
 
     closed: bool
@@ -179,8 +179,8 @@ class PointQueries:
         points. Triangles within `margin` of either point are ignored, because the point may lie on them. The default
         margin is eight units in the last place of the points' dtype (float32 or float64) at the largest coordinate, the
         rounding error of a point on a surface. As in `cast_rays`, triangles include their edges, and `objects` and
-        `surface` select what blocks the view. The result is False for points that are not finite. Raises
-        `SettingsError` for a wrong shape and a negative margin.
+        `surface` select the triangles that block the view. The result is False for points that are not finite.
+        Raises `SettingsError` for a wrong shape and a negative margin.
         """
         left, right = triples("a", a), triples("b", b)
         pair = paired(("a", left), ("b", right))

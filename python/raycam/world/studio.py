@@ -2,7 +2,7 @@
 
 The studio has a soft key light, a grey room that metals reflect, and a floor without a visible edge.
 
-The room's radiance below the horizon is that of the lit floor, so the floor's edge is invisible.
+The room's radiance below the horizon equals the lit floor's radiance, so the floor's edge is invisible.
 """
 
 from __future__ import annotations

@@ -107,7 +107,7 @@ class Scene(Bounded):
             self._attach(child, node)
 
     def remove_node(self, node: Node) -> None:
-        """Removes a node with its children; raises `ValueError` if it is not in the scene."""
+        """Removes a node with its children; raises `ValueError` if the node is not in the scene."""
         self._check(node)
         parent = self._parents[node]
         if parent is not None:

@@ -20,9 +20,9 @@ def textured_primitive(kind: int, size: Floats) -> TexturedMesh:
     """Returns the mesh of a primitive geom with `mjModel.geom_size` [3].
 
     The texture's first row is at v = 0. Boxes and planes show the texture once on each face; spheres and
-    ellipsoids show the texture by longitude and latitude. The side of a cylinder shows the texture once, and
-    so do the side and each half sphere of a capsule. The ends of a cylinder show the texture projected along
-    the axis.
+    ellipsoids show the texture by longitude and latitude. The sides of cylinders and capsules show the
+    texture once, and so does each half sphere of a capsule. The ends of a cylinder show the texture
+    projected along the axis.
     """
     if kind == PLANE:
         return _quad(np.array([size[0], size[1], 0.0]), 0, 1, 1.0)

@@ -175,7 +175,7 @@ def texel_density(corners: Floats, uvs: Floats, size: tuple[int, int]) -> Floats
 def _halved(levels: Single, axis: int) -> Single:
     """Averages pairs of rows or columns.
 
-    If the number of rows or columns is odd, the last one is omitted. A single row or column is returned
+    If the number of rows or columns is odd, the last row or column is omitted. A single row or column is returned
     unchanged.
     """
     count = levels.shape[axis]

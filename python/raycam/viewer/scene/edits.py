@@ -1,6 +1,6 @@
 """Edits of objects and lights in a view, with undo and redo.
 
-Each edit creates a world that shares acceleration structures with the previous one, which undo restores. Worlds kept
+Each edit creates a world that shares acceleration structures with the previous world, which undo restores. Worlds kept
 for undo are copies without their own acceleration structures.
 """
 
@@ -191,7 +191,7 @@ class Edits:
     def about(self) -> dict[str, Any]:
         """The editable contents for the message `contents`.
 
-        They are the first objects and lights, and the numbers of objects and lights.
+        These are the first objects and lights, and the total numbers of objects and lights.
         """
         shown = list(zip(names_of_objects(self.world), visibilities(self.world), strict=True))
         lights = self.world.lights

@@ -1,4 +1,4 @@
-"""A client's session: its connection, what it views, and the images that it receives."""
+"""A client's session: the client's connection, view and images."""
 
 from .connection import Connection
 from .following import MOST_FOLLOWERS, MOST_FREE, Following

@@ -150,7 +150,7 @@ class Connection:
     def send_image(self, message: dict[str, Any], buffers: Sequence[bytes]) -> None:
         """Sends an image to the client and its followers.
 
-        Each of them receives the image with a number, which it will acknowledge.
+        Each client receives the image with a number, and later acknowledges this number.
 
         A client that is not ready receives the image later, unless a newer image replaces it. Followers skip images in
         motion that exceed `MAX_FOLLOWERS_RATE`.

@@ -32,7 +32,8 @@ REFUSALS = {
 class Following:
     """The leader and its followers.
 
-    Attached followers show the leader's view and share its images. Others look around: they have a view of their own.
+    Attached followers show the leader's view and share its images. Detached followers look around: they have a view of
+    their own.
     """
 
     def __init__(self, leader: Session, token: str = "") -> None:

@@ -27,7 +27,7 @@ class Pane:
     def show(self, view: View) -> None:
         """Shows another view of the camera.
 
-        Its image is rendered or sent again only if necessary.
+        The camera's image is rendered or sent again only if necessary.
         """
         before, self.view = self.view, view
         if not view.renders_like(before):

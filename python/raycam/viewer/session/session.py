@@ -177,7 +177,7 @@ class Session:
             self.connection.send({"type": "display", **shown})
 
     def _send_changes(self, before: View) -> None:
-        """Sends what has changed in the view; keeps the selection and the history of the same world."""
+        """Sends the changes of the view; keeps the selection and the history of the same world."""
         view = self.view
         if view.opened.edits is not before.opened.edits:
             before.opened.edits.forget(self)

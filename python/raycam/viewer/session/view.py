@@ -68,7 +68,7 @@ class Opened:
 
     @property
     def first_shape(self) -> Literal["own", "home"]:
-        """The shape of the first camera: its own, or that of the window ("home")."""
+        """The shape of the first camera: its own shape, or the window's shape ("home")."""
         return "home" if self.fills_window and self.fixed_size is None else "own"
 
     def home(self, world: World, size: tuple[int, int] = FIRST_SPACE) -> tuple[Camera, str]:
