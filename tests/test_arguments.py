@@ -306,7 +306,10 @@ def moving(folder: Path) -> Path:
 def test_invalid_arguments_are_accepted_or_refused_by_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """For each argument of each call: only raycam's errors and notices, no errors of NumPy or missing attributes."""
+    """Invalid arguments cause only errors and notices of raycam.
+
+    Errors of NumPy and errors about missing attributes are not allowed. Each argument of each call is tested.
+    """
     monkeypatch.chdir(tmp_path)
     faults = []
     for call, (function, right) in calls(tmp_path).items():

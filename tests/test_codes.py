@@ -1,4 +1,7 @@
-"""Every code of notices and errors is in the table with cause and remedy, and every code in the table is used."""
+"""The table of codes contains exactly the codes that errors and notices use.
+
+Every code has a cause and a remedy.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Arrays and tables of cameras, rigs and worlds are read-only; errors name the method for changes."""
+"""Arrays and tables of cameras, rigs and worlds are read-only.
+
+Errors name the method that makes the change.
+"""
 
 from __future__ import annotations
 

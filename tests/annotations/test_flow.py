@@ -1,4 +1,4 @@
-"""Flow against reprojection by NumPy, closed forms and itself backwards."""
+"""Optical flow, compared with reprojection in NumPy, closed forms and the backward flow."""
 
 from __future__ import annotations
 
@@ -200,7 +200,10 @@ SPEED = np.array([0.9, -0.4, 0.6])
 
 
 def sliding() -> raycam.World:
-    """A moving box, a ball that hides a part of it, and a static wall; the given positions apply at 0.5 s."""
+    """A moving box, a ball that hides a part of it, and a static wall.
+
+    The given positions apply at 0.5 s.
+    """
     world = raycam.World()
     world.add_object(box={"size": 1}, name="box", location=[0, 0, 5])
     world.add_object(sphere={"radius": 0.3}, name="ball", location=[0.4, 0.1, 3.5])
@@ -219,7 +222,10 @@ EYE = raycam.Camera([[90, 0, 59.5], [0, 90, 39.5], [0, 0, 1]], np.eye(3), [0.3, 
 
 
 def seen_by(camera: raycam.Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Points, their velocities, rows and columns for a camera that reads its rows from 0.3 s to 0.7 s."""
+    """The visible points, their velocities, rows and columns.
+
+    The camera reads its rows from 0.3 s to 0.7 s.
+    """
     frame = raycam.render(sliding().at(0.5), camera, samples=1, channels=["position", "instance"])
     seen = frame["instance"] >= 0
     row, column = np.nonzero(seen)
@@ -227,7 +233,7 @@ def seen_by(camera: raycam.Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
 
 
 def test_flow_from_a_rolling_shutter_image_equals_the_formula_of_the_motion() -> None:
-    """Flow from the position at the time of each line to the later position, by the formula of the motion."""
+    """The motion's formula gives the shift of each point from its line's time to the later time."""
     world = sliding()
     rolling = EYE.exposing(0.05, readout=0.4)
     found = flow(world.at(0.5), rolling, world.at(0.9), EYE)
@@ -243,7 +249,10 @@ def test_flow_from_a_rolling_shutter_image_equals_the_formula_of_the_motion() ->
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 @pytest.mark.parametrize("moving", [False, True])
 def test_flow_to_rolling_shutter_equals_scipy(direction: raycam.camera._optics.Readout, moving: bool) -> None:
-    """The line that shows a point depends on its position at the line's time; SciPy solves this for each point."""
+    """SciPy finds the line that shows a point.
+
+    The point's position depends on the line's time, and the line on the position.
+    """
     world = sliding()
     rolling = EYE.exposing(0.05, readout=0.4, direction=direction)
     if moving:
@@ -289,7 +298,10 @@ def test_flow_to_rolling_shutter_equals_scipy(direction: raycam.camera._optics.R
 
 
 def shown_on(line: float, camera: raycam.Camera, point: np.ndarray) -> np.ndarray:
-    """The point's pixel in the middle of the exposure of the line at this fraction of the image."""
+    """The point's pixel at the time when the given line is half exposed.
+
+    `line` is a fraction of the image, from 0 for the first line to 1 for the last line.
+    """
     track = camera.shutter["track"] if camera.shutter is not None else []
     if len(track) < 2:
         return np.asarray(camera.still().project(point)[0])

@@ -1,4 +1,4 @@
-"""Keypoints compared with NumPy, closed forms of motion solved by SciPy, and rendered images."""
+"""Keypoints compared with NumPy, with SciPy's solutions for motion, and with images."""
 
 from __future__ import annotations
 
@@ -74,7 +74,10 @@ EXPOSURE, READOUT = 0.05, 0.4
 
 
 def turning() -> raycam.World:
-    """A box that slides and turns behind a ball moving in the opposite direction, in front of a static wall."""
+    """A sliding and turning box behind a ball that moves in the opposite direction.
+
+    A static wall is behind both.
+    """
     world = raycam.World()
     world.add_object(box={"size": EDGES.tolist()}, name="box", location=START.tolist())
     world.add_object(sphere={"radius": 0.3}, name="ball", location=[0.4, 0.1, 3.5])
@@ -96,9 +99,10 @@ def box_at(points: np.ndarray, time: float) -> np.ndarray:
 
 
 def shown_on(line: float, camera: raycam.Camera, still: raycam.Camera, point: np.ndarray) -> np.ndarray:
-    """The point's pixel in the middle of the exposure of the line at this fraction of the image.
+    """The point's pixel at the time when the given line is half exposed.
 
-    `still` is the camera at rest.
+    `line` is a fraction of the image, from 0 for the first line to 1 for the last line. `still` is the camera
+    at rest.
     """
     track = camera.shutter["track"] if camera.shutter is not None else []
     if len(track) < 2:
@@ -120,7 +124,10 @@ def share(pixel: np.ndarray, size: tuple[int, int], direction: Readout) -> float
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 @pytest.mark.parametrize("eye", ["stands", "moves", "lens"])
 def test_rolling_shutter_keypoints_of_a_moving_object_equal_scipy(direction: Readout, eye: str) -> None:
-    """The line that shows a point depends on its position at the line's time; SciPy solves this for each point."""
+    """SciPy finds the line that shows a point.
+
+    The point's position depends on the line's time, and the line on the position.
+    """
     camera = EYE.exposing(EXPOSURE, readout=READOUT, direction=direction)
     if eye == "moves":
         turn = Rotation.from_euler("yz", [3, -4], degrees=True).as_matrix()
@@ -188,7 +195,7 @@ def test_keypoints_of_a_deforming_mesh_follow_a_rolling_shutter(tmp_path: Path) 
 def test_keypoints_at_pixel_centres_of_a_rolling_shutter_image_are_visible(
     tmp_path: Path, direction: Readout
 ) -> None:
-    """Keypoints built from an image's own triangles and weights are visible at the pixel centres."""
+    """Keypoints made from an image's triangles and weights are visible at the pixel centres."""
     channels = ["instance", "triangle", "barycentric", "position"]
     plate = bending_plate(tmp_path).at(0.4)
     eye = raycam.Camera.look_at([1, 2, 6], [0.3, 1, 0], [0, 1, 0], size=SIZE, fov=30)

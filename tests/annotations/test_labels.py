@@ -136,7 +136,10 @@ def test_ground_truth_uses_the_first_surface_or_the_first_solid_surface(pane: di
 
 @pytest.mark.parametrize("direction", ["down", "up", "right", "left"])
 def test_labels_of_a_rolling_shutter_image_follow_each_line(direction: raycam.camera._optics.Readout) -> None:
-    """A bar turns and slides: each line of the mask equals a mask of the world at the line's time."""
+    """Each line of the mask equals that line in a mask of the world at the line's time.
+
+    The labelled bar turns and slides during the readout.
+    """
     world = raycam.World()
     world.add_object(box={"size": [2, 0.4, 0.2]}, name="bar", location=[0, 0, 5])
     keys = [{"time": 0, "object": "bar", "location": [-0.5, 0, 5], "yaw": 0}]

@@ -1,4 +1,4 @@
-"""Imports: no cycles of files, and folders that import only folders before them in the order of `layout.py`."""
+"""Imports have no cycles and follow the order of folders in `layout.py`."""
 
 from __future__ import annotations
 

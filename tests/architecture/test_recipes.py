@@ -1,4 +1,7 @@
-"""Recipes in CONTRIBUTING.md: their paths and names exist, and they list every file that an addition must change."""
+"""Recipes in CONTRIBUTING.md.
+
+The named paths and identifiers exist, and a recipe lists every file that must be changed for an addition.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maps of a detailed source on a simple object, compared with closed forms and raycam's own shading."""
+"""Maps of a detailed model on a simple object, compared with closed forms and shading."""
 
 from __future__ import annotations
 

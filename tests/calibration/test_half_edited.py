@@ -1,4 +1,7 @@
-"""Half-edited files (empty value, decimal comma, renamed key, truncated row) never lose a lens without an error."""
+"""Half-edited files: an empty value, decimal comma, renamed key or truncated row.
+
+A lens is never lost without an error.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cameras of benchmarks, NumPy files and folders, and files that are recognised but not supported."""
+"""Cameras of benchmarks, NumPy files and folders, and recognised unsupported files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trajectories with a header, whose column names determine the order of the numbers; compared with SciPy."""
+"""Trajectories whose header determines the order of the numbers, compared with SciPy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Calibrations as people write them: names of cameras in keys, poses as maps, intrinsics and poses in two files."""
+"""Unusual but common forms of calibrations.
+
+Examples: camera names in keys, poses as maps, and intrinsics and poses in two files.
+"""
 
 from __future__ import annotations
 

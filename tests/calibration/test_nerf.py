@@ -1,4 +1,7 @@
-"""The NeRF family's transforms.json: notices, file names, and lenses compared with OpenCV and pycolmap."""
+"""The transforms.json of the NeRF family.
+
+Notices and file names are checked, and lenses are compared with OpenCV and pycolmap.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""OpenCV calibrations with the keys that users choose, compared with OpenCV's own projection."""
+"""OpenCV calibrations with keys chosen by users, compared with OpenCV's projection."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reconstructions of photogrammetry programs, compared with the formulas in their documentation."""
+"""Reconstructions of photogrammetry programs, compared with the documented formulas."""
 
 from __future__ import annotations
 

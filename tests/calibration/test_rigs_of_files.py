@@ -1,4 +1,4 @@
-"""Mounts, KITTI's raw cameras, COLMAP's rigs, messages and folders, compared with pycolmap and closed forms."""
+"""Mounts, rigs, messages and folders, compared with pycolmap and closed forms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Rounded rotations are converted to the nearest rotation and reported once; compared with SciPy and OpenCV."""
+"""Rounded rotations become the nearest rotation, with one notice.
+
+The result is compared with SciPy and OpenCV.
+"""
 
 from __future__ import annotations
 

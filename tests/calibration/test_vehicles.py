@@ -27,13 +27,16 @@ def table(folder: Path, name: str, rows: list[dict[str, Any]]) -> Path:
 
 
 def quaternion(R: Array, sign: float = 1.0) -> list[float]:
-    """w x y z of a rotation, of either sign."""
+    """The quaternion w x y z of a rotation, multiplied by `sign` (1 or -1)."""
     x, y, z, w = sign * Rotation.from_matrix(R).as_quat()
     return [w, x, y, z]
 
 
 def nuscenes(folder: Path) -> list[tuple[Array, Array]]:
-    """Writes the tables of two images and a lidar, and returns R and C of the cameras in the world."""
+    """Writes the tables of two images and a lidar.
+
+    Returns R and C of the cameras in the world.
+    """
     mounts, egos = [pose(1), pose(2)], [pose(3), pose(4)]
     place = [{"rotation": quaternion(R.T, -1), "translation": C.tolist()} for R, C in mounts]
     lidar = {"token": "l", "sensor_token": "sl", "camera_intrinsic": [], **place[0]}

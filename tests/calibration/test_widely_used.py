@@ -1,4 +1,7 @@
-"""Formats of widely used data sets and programs, compared with each project's formulas by NumPy, SciPy and OpenCV."""
+"""Formats of widely used data sets and programs.
+
+The results are compared with each project's formulas in NumPy, SciPy and OpenCV.
+"""
 
 from __future__ import annotations
 

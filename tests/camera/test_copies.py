@@ -46,7 +46,10 @@ def test_cropped_camera_shifts_the_pixels() -> None:
 
 
 def border_rule(sides: list[np.ndarray], balance: float) -> np.ndarray:
-    """K [3, 3] by OpenCV's rule, from the points on the plane z = 1 along the four sides of the image."""
+    """K [3, 3] by OpenCV's rule, from the undistorted points of the image's four sides.
+
+    The points lie on the plane z = 1.
+    """
     made, everything = np.eye(3), np.concatenate(sides)
     for axis, last in ((0, 639.0), (1, 479.0)):
         first, second = (side[:, axis] for side in sides[2 * axis : 2 * axis + 2])

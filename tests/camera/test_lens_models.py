@@ -154,7 +154,7 @@ def test_project_equals_the_published_formulas(model, formula, coefficients) -> 
 
 
 def test_wide_lenses_show_points_behind_the_camera() -> None:
-    """In a room of six walls, a panorama and a fisheye of 360 degrees also show the wall behind the camera."""
+    """A panorama and a 360-degree fisheye in a room also show the wall behind the camera."""
     world = raycam.World()
     world.add_object({"name": "room", "box": {"size": [4, 4, 4]}, "color": [0.5, 0.5, 0.5]})
     for model in ("equirectangular", "cylindrical"):

@@ -1,4 +1,7 @@
-"""Motion blur against its closed form: the number of moments of an exposure follows the motion in the image."""
+"""Motion blur compared with its closed form.
+
+The number of moments of an exposure follows the motion in the image.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ SAMPLES = 2048
 
 
 def sweep(pixels: float, bar: float, objects: int = 1) -> tuple[raycam.World, raycam.Camera]:
-    """A white bar, `bar` pixels wide, that moves by some pixels during an exposure of a second, seen from above."""
+    """A white bar that moves during an exposure of one second, seen from above.
+
+    `bar` is its width in pixels.
+    """
     world = raycam.World()
     for i in range(objects):
         y = 0.0 if i == 0 else 1e5 + i

@@ -45,8 +45,10 @@ def moments(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(("blades", "spread"), [(0, 1 / 4), (6, 5 / 24), (4, 1 / 6)])
 def test_blur_of_a_point_has_the_variance_of_the_circle_of_confusion(blades: int, spread: float) -> None:
-    """A point at depth d is blurred to the shape of the aperture, with radius r = f R |1/d - 1/focus|: a uniform disc
-    has the variance r²/4 along an axis, a hexagon 5 r²/24, a square r²/6.
+    """A point at depth d is blurred to the aperture's shape.
+
+    Its radius is r = f R |1/d - 1/focus|. Along an axis, a uniform disc has the variance r²/4, a hexagon 5
+    r²/24, and a square r²/6.
     """
     world = world_of([0.02, 0.02, 1e-4], [0, 0, 4])
     sharp = camera_at()
@@ -77,7 +79,7 @@ def test_f_number_equals_the_aperture_radius() -> None:
 
 
 def test_motion_blur_of_a_moving_camera_has_the_closed_form_variance() -> None:
-    """During the exposure the image moves uniformly by s = f d / z pixels: the variance grows by s² / 12."""
+    """The image moves uniformly by s = f d / z pixels, which adds s² / 12 to the variance."""
     world = world_of([0.02, 0.02, 1e-4], [0, 0, 4])
     moving = camera_at(-0.1).moving(camera_at(0.1), exposure=0.01)
     length = F * 0.2 / 4
@@ -92,7 +94,7 @@ def test_motion_blur_of_a_moving_camera_has_the_closed_form_variance() -> None:
 def test_rolling_shutter_by_rows_skews_vertical_lines(
     direction: raycam.camera._optics.Readout, sign: int
 ) -> None:
-    """Rows are read one after another, so a vertical line at depth z leans by f d / z over the whole image."""
+    """A vertical line at depth z leans by f d / z over the image, because rows are read in turn."""
     world = world_of([0.05, 9.0, 1e-4], [0, 0, 4])
     rolling = camera_at(-0.1).moving(camera_at(0.1), readout=0.02, direction=direction)
     frame = raycam.render(world, rolling, integrator="flat", samples=1, channels=["instance", "position"])
@@ -108,7 +110,7 @@ def test_rolling_shutter_by_rows_skews_vertical_lines(
 def test_rolling_shutter_by_columns_skews_horizontal_lines(
     direction: raycam.camera._optics.Readout, sign: int
 ) -> None:
-    """Columns are read one after another, so a horizontal line leans."""
+    """A horizontal line leans, because columns are read in turn."""
     world = world_of([9.0, 0.05, 1e-4], [0, 0, 4])
     rolling = camera_at(0, -0.1).moving(camera_at(0, 0.1), readout=0.02, direction=direction)
     frame = raycam.render(world, rolling, integrator="flat", samples=1, channels=["instance", "position"])
@@ -169,7 +171,7 @@ def test_camera_with_parallel_rays_has_a_centre_at_infinity() -> None:
 
 @pytest.mark.parametrize("far", [0.0, 1e6])
 def test_positions_reproject_to_their_pixels_for_every_kind_of_camera(far: float) -> None:
-    """From pixel to ray to hit and back to the pixel, for every kind of camera."""
+    """The ray of a pixel hits a point that is projected back to the pixel."""
     shift = np.array([far, -far, far])
     world = raycam.World()
     world.add_object(sphere={"radius": 1}, location=np.add(shift, [0.2, 0.1, 4]).tolist())
@@ -203,7 +205,10 @@ def test_positions_reproject_to_their_pixels_for_every_kind_of_camera(far: float
 
 
 def sliding(seconds: float = 1.0, speed: float = 1.0, rows: int = 64) -> tuple[raycam.World, raycam.Camera]:
-    """A white vertical bar that slides to the right in front of a camera with 16 pixels per metre at its depth."""
+    """A white vertical bar that slides to the right.
+
+    At the bar's depth, the camera has 16 pixels per metre.
+    """
     world = raycam.World()
     bar = world.add_object(box={"size": [1.0, 9.0, 0.001]}, name="bar", type="unlit", color=[1, 1, 1])
     assert bar == 0
@@ -215,7 +220,7 @@ def sliding(seconds: float = 1.0, speed: float = 1.0, rows: int = 64) -> tuple[r
 
 
 def test_motion_blur_of_a_moving_bar_equals_a_trapezium() -> None:
-    """A uniform motion of s pixels blurs an edge to a ramp of s pixels, and a bar to a trapezium."""
+    """A motion by s pixels blurs an edge to a ramp of s pixels, and a bar to a trapezium."""
     world, camera = sliding(speed=2.0)
     still = raycam.render(
         world.at(0.5), camera, samples=64, integrator="flat", channels=["color", "instance"]

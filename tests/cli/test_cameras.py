@@ -31,7 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def run(command: str) -> int:
-    """The arguments that a shell would pass to `raycam cameras`."""
+    """Runs `raycam cameras` with these words and returns its exit status."""
     return main(["cameras", *shlex.split(command)])
 
 

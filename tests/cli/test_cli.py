@@ -45,7 +45,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def run(command: str) -> int:
-    """The arguments that a shell would pass to `raycam`."""
+    """Runs `raycam` with these words and returns its exit status."""
     return main(shlex.split(command))
 
 

@@ -1,4 +1,4 @@
-"""Look options of the command line (light, ground, background, sides, presets) and the printed messages."""
+"""Options for the look: light, ground, background, sides, presets; and printed messages."""
 
 from __future__ import annotations
 

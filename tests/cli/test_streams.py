@@ -1,4 +1,4 @@
-"""Standard streams: images to a pipe, closed streams, the short help, and pixels with a comma."""
+"""Standard streams: images to a pipe, closed streams, short help, pixels with a comma."""
 
 from __future__ import annotations
 

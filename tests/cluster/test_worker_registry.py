@@ -1,4 +1,4 @@
-"""Workers of a Dask cluster that cannot render frames, or need the job's package sent to them."""
+"""Dask workers that cannot render frames, or to which the job's package must be sent."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`raycam.compat.open3d`: calls from public code, run with raycam and, if installed, with Open3D."""
+"""Code for Open3D, run with `raycam.compat.open3d` and, if installed, with Open3D."""
 
 from __future__ import annotations
 

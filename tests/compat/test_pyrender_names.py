@@ -106,7 +106,7 @@ def examples() -> dict[str, Any]:
 
 
 def viewer() -> Any:
-    """A viewer after its constructor, without the page."""
+    """A constructed viewer that serves no page."""
     made = pyrender.Viewer.__new__(pyrender.Viewer)
     made.scene, made.viewport_size, made.run_in_thread = pyrender.Scene(), (640, 480), False
     made.render_flags, made.viewer_flags, made.registered_keys, made.render_lock = {}, {}, {}, None

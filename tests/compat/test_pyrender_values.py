@@ -1,4 +1,7 @@
-"""Values of the stand-in for pyrender: image bytes recorded from pyrender 0.1.45, conversions, and the viewer."""
+"""Values of the stand-in for pyrender.
+
+Image bytes are compared with recordings from pyrender 0.1.45; conversions and the viewer are checked, too.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +58,10 @@ def gamma(linear: float) -> int:
 
 
 def lambert(base: float, metallic: float, ambient: float = 0.0) -> float:
-    """The default shader's formula if light, view and normal directions are equal, for roughness 1 and a light of 3."""
+    """The default shader's value for a light of 3 and roughness 1.
+
+    The directions to the light and to the viewer equal the normal.
+    """
     f0 = 0.04 * (1 - metallic) + base * metallic
     diffuse = (1 - f0) * base * 0.96 * (1 - metallic) / np.pi
     return 3 * (diffuse + f0 / np.pi / 4.001) + base * ambient
@@ -343,7 +349,10 @@ def test_private_renderer_attribute_raises_with_the_channel_to_use() -> None:
 
 @pytest.mark.parametrize("mirror", [[-1, 1, 1], [1, -1, 1], [1, 1, -1], [-1, -1, -1]])
 def test_mirrored_pose_shows_front_faces(mirror: list[int]) -> None:
-    """glTF 2.0, 3.7.4: a negative determinant reverses the winding. A box mirrored by its own planes is itself."""
+    """A negative determinant reverses the winding (glTF 2.0, 3.7.4).
+
+    A box mirrored at its own symmetry planes is the same box.
+    """
     box = pyrender.Mesh.from_trimesh(trimesh.creation.box(), smooth=False)
     pictures = []
     for pose in (np.eye(4), np.diag([*mirror, 1.0])):
@@ -359,7 +368,6 @@ def test_mirrored_pose_shows_front_faces(mirror: list[int]) -> None:
 
 
 def test_second_image_looks_up_each_instance_of_a_mesh_only_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rendering a second image looks up each instance only once."""
     from raycam.compat.pyrender.picture import instances
 
     calls: list[int] = []

@@ -1,4 +1,4 @@
-"""`raycam.compat.trimesh`: calls from public code, run with raycam and, if installed, with trimesh."""
+"""Code for trimesh, run with `raycam.compat.trimesh` and, if installed, with trimesh."""
 
 from __future__ import annotations
 

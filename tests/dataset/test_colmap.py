@@ -72,7 +72,10 @@ def test_colmap_omits_points_behind_a_wide_lens(tmp_path: Path) -> None:
 
 
 def test_colmap_contains_the_requested_number_of_points(tmp_path: Path) -> None:
-    """The number does not depend on the views; each observation is listed with its image and its point."""
+    """The number of points does not depend on the views.
+
+    Each observation is listed both with its image and with its point.
+    """
     write(table(), tmp_path, "colmap", cameras=ring(7), points=1500, integrator="flat", samples=1)
     read = pycolmap.Reconstruction(str(tmp_path / "sparse" / "0"))
     assert read.num_points3D() == 1500

@@ -1,4 +1,7 @@
-"""Data sets of every format: equal calls write equal files, also in shards; invalid calls are refused early."""
+"""Data sets of every format.
+
+Equal calls write equal files, also in shards; invalid calls are refused before rendering.
+"""
 
 from __future__ import annotations
 

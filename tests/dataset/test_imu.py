@@ -24,7 +24,10 @@ def quaternions(yaws: np.ndarray) -> np.ndarray:
 
 
 def circle(times: np.ndarray, sign: np.ndarray | float = 1.0) -> BodyMotion:
-    """A body that drives forward on a circle, counterclockwise; `sign` of the quaternions does not matter."""
+    """A body that drives forward on a circle, counterclockwise.
+
+    `sign` multiplies the quaternions, which does not change the rotations.
+    """
     angle = SPIN * times
     places = RADIUS * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     return BodyMotion.of(times, quaternions(angle + np.pi / 2) * np.reshape(sign, (-1, 1)), places)

@@ -1,4 +1,7 @@
-"""The option keypoints="joints": COCO data sets, read back by pycocotools, and labels of Ultralytics."""
+"""The option keypoints="joints" of COCO and YOLO data sets.
+
+COCO files are read back by pycocotools.
+"""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from support.raises import check_mentions, has_notice
 
 
 def wall(depth: float) -> raycam.World:
-    """A wall across the left half of the image at `depth` metres, and a wall across the right half at 3 m."""
+    """A wall in the left half of the image at `depth` metres, and one in the right half at 3 m."""
     world = raycam.World()
     for x, z in ((-500.0, depth), (500.0, 3.0)):
         world.add_object(plane={"size": [1000, 2000]}, location=[x, 0, z], roll=180, category="wall")
@@ -196,7 +196,10 @@ def test_image_names_that_differ_only_in_case_or_ending_stay_distinct(tmp_path: 
 
 
 def test_kitti_flow_beyond_its_range_is_reported(tmp_path: Path) -> None:
-    """The near wall, on the left half, moves by f B / Z = 60 * 30 / 3 = 600 pixels, the far one by 60."""
+    """The near wall moves by f B / Z = 60 * 30 / 3 = 600 pixels, the far wall by 60 pixels.
+
+    The near wall fills the left half of the image.
+    """
     world = raycam.World()
     for x, z in ((-500.0, 3.0), (500.0, 30.0)):
         world.add_object(plane={"size": [1000, 2000]}, location=[x, 0, z], roll=180, category="wall")

@@ -134,7 +134,7 @@ def matrix_of(transform: Any) -> np.ndarray:
 
 @pytest.mark.parametrize("start", [0.0, 1_700_000_000.25])
 def test_transforms_place_the_cameras_of_a_rig(tmp_path: Path, start: float) -> None:
-    """world_from_base times base_from_camera equals world_from_camera, and the mounts are static."""
+    """world_from_base base_from_camera equals world_from_camera; base_from_camera is static."""
     rosbag2 = pytest.importorskip("rosbags.rosbag2")
     typesys = importlib.import_module("rosbags.typesys")
     mounts = {

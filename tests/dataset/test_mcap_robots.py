@@ -48,7 +48,7 @@ def view(world: raycam.World, **options: Any) -> list[raycam.Camera]:
 
 
 def pose_of(tree: dict[str, tuple[str, Any]], frame: str) -> Any:
-    """world_from_frame [4, 4]."""
+    """The pose world_from_frame [4, 4] of a frame."""
     found = np.eye(4)
     while frame != "world":
         frame, parent_from_frame = tree[frame]

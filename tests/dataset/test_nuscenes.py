@@ -1,4 +1,7 @@
-"""nuScenes's tables, read as in the devkit: every token resolves, and boxes contain their objects' points."""
+"""nuScenes's tables, read as in the devkit.
+
+Every token resolves, and boxes contain the points of their objects.
+"""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def test_points_lie_on_the_objects_that_their_labels_name(tmp_path: Path) -> Non
 
 
 def test_lidar_moves_between_the_poses_of_the_rig(tmp_path: Path) -> None:
-    """Without the motion, raw points of the turning lidar would be centimetres away from the post."""
+    """Without this motion, points of the turning lidar would be centimetres from the post."""
     rigs, times = drive()
     views = raycam.dataset.views(street(), rigs, times)
     for number, view in enumerate(views):

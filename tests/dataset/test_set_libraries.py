@@ -1,4 +1,7 @@
-"""Data sets read by their own libraries, if installed: panopticapi, motmetrics, Ultralytics' parser."""
+"""Data sets read by the formats' own libraries, if installed.
+
+The libraries are panopticapi, motmetrics and the parser of Ultralytics.
+"""
 
 from __future__ import annotations
 
@@ -104,7 +107,10 @@ def test_ultralytics_loads_every_label(tmp_path: Path, task: str) -> None:
 
 
 def inside(polygon: np.ndarray) -> np.ndarray:
-    """Mask of the pixels whose centres are inside the polygon by the even-odd rule; its vertices are pixel corners."""
+    """Mask of the pixels whose centres are inside a polygon (even-odd rule).
+
+    The polygon's vertices are pixel corners.
+    """
     x, y = np.meshgrid(np.arange(SIZE[0]) + 0.5, np.arange(SIZE[1]) + 0.5)
     found = np.zeros(x.shape, dtype=bool)
     for (x0, y0), (x1, y1) in zip(np.round(polygon), np.round(np.roll(polygon, -1, axis=0)), strict=True):

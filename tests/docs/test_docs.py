@@ -1,8 +1,9 @@
-"""Code in the documentation: every block of every page runs, in order, in the page's own folder.
+"""Code in the documentation.
 
-`pycon` and `console` blocks are compared with their printed output. `python` blocks are run. `toml` blocks whose
-first line names a file are written to it and loaded. `raycam` lines of `sh` blocks are run. To save time, renders
-without `samples` use one sample per pixel, and the demo's video has a few frames.
+Every block of every page runs, in order, in the page's own folder. `pycon` and `console` blocks are compared
+with their printed output. `python` blocks are run. `toml` blocks whose first line names a file are written to
+it and loaded. `raycam` lines of `sh` blocks are run. To save time, renders without `samples` use one sample
+per pixel, and the demo's video has a few frames.
 """
 
 from __future__ import annotations
@@ -126,7 +127,7 @@ def test_every_code_block_of_a_page_runs(
 
 
 def check_subjects(page: str, saved: SavedPictures) -> None:
-    """Asserts that the pictures that the page shows and its blocks have made show their subject."""
+    """Asserts that each image that the page shows and writes contains enough of its subject."""
     shown = re.findall(
         r"!\[[^]]*\]\((?:\.\./|docs/)?images/[\w-]+/([\w-]+)\.jpg\)", (ROOT / page).read_text("utf-8")
     )
@@ -154,7 +155,7 @@ def test_stored_image_is_not_almost_empty(picture: Path) -> None:
 
 
 def test_empty_image_of_a_page_is_reported(tmp_path: Path) -> None:
-    """The fault that this checks: a ground so large that cameras which show all of it show nothing of the model."""
+    """The ground is so large that a camera which shows all of it does not show the model."""
     world = raycam.data.spot()
     far = raycam.Camera.look_at([0, -400, 60], [0, 0, 0], size=(64, 48), fov=30)
     assert (

@@ -1,4 +1,7 @@
-"""Every numbered example runs in an empty folder, is short, and writes the files that its docstring names."""
+"""Numbered examples are short, run in an empty folder, and write the promised files.
+
+The files are named in the example's docstring.
+"""
 
 from __future__ import annotations
 

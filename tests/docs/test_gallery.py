@@ -1,4 +1,7 @@
-"""The gallery's recipes run, and its page shows the image of each with its recipe and the credits of its models."""
+"""The gallery's recipes run, and the gallery's page shows their results.
+
+The page shows the image of each recipe with the recipe and the credits of its models.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Each example of a scripted view runs, and a client of the view sees what its docstring promises."""
+"""Examples of scripted views run, and have the effects described in their docstrings.
+
+A client of the view observes the effects.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ EXAMPLES = {path.stem: path for path in sorted(FOLDER.glob("*.py"))}
 
 
 class Talk:
-    """A client of an example, the ids of its controls by label, and the folder that it runs in."""
+    """A client of an example, the view's controls by label, and the example's folder."""
 
     def __init__(self, client: Client, folder: Path) -> None:
         self.client, self.folder = client, folder

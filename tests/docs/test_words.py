@@ -1,4 +1,7 @@
-"""Words of the documentation: few about internal decisions, and technical terms are in the glossary."""
+"""Words of the documentation.
+
+Pages contain few words about internal decisions, and technical terms are in the glossary.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Triangles tested in blocks: the results do not depend on the block size and equal those of the renderer."""
+"""Triangles tested in blocks.
+
+The results do not depend on the block size and equal those of the renderer.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Explanations, compared with the images and with a calculation from the printed digits, and their figures."""
+"""Explanations and their figures.
+
+Values are compared with images and with a calculation from the printed digits.
+"""
 
 import base64
 import io
@@ -297,7 +300,10 @@ def test_failed_figure_leaves_no_file(tmp_path):
 
 
 def test_letters_are_drawn_over_their_outline() -> None:
-    """Programs without support for paint-order draw the fill first, so a white stroke would hide the letters."""
+    """Some programs ignore paint-order, so their white strokes would hide the letters.
+
+    They draw the fill first.
+    """
     import xml.etree.ElementTree as tree
 
     world = raycam.World()

@@ -1,4 +1,7 @@
-"""The light of a pixel: its terms compared with closed forms, and their sum with the renderer."""
+"""The light of a pixel.
+
+The terms are compared with closed forms, and their sum with the renderer.
+"""
 
 from __future__ import annotations
 

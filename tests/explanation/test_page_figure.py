@@ -84,7 +84,7 @@ def lit_world() -> raycam.World:
 
 
 def figure_of_lines(camera: raycam.Camera, subject: str) -> dict[str, Any]:
-    """The figure of a subject of pixel (24, 16)."""
+    """The figure of the given subject for pixel (24, 16)."""
     explanation = raycam.explain(lit_world(), camera, (24, 16))
     if subject == "tree":
         return lines_figure(explanation, tree_lines(explanation, explanation.tree()), [])

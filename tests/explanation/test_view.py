@@ -51,7 +51,10 @@ def pbr_neutral(rgb: Floats) -> Floats:
 
 
 def agx(rgb: Floats) -> Floats:
-    """B. Wrensch, "Minimal AgX Implementation", https://iolite-engine.com/blog_posts/minimal_agx_implementation."""
+    """B. Wrensch, "Minimal AgX Implementation".
+
+    https://iolite-engine.com/blog_posts/minimal_agx_implementation.
+    """
     inset = np.array(
         [
             [0.842479062253094, 0.0784335999999992, 0.0792237451477643],

@@ -56,7 +56,10 @@ def write_image(path: Path) -> None:
 
 
 def blob(link: Path, blobs: Path) -> None:
-    """Moves a file to another folder under a name without extension, and puts a symbolic link in its place."""
+    """Moves a file to another folder and puts a symbolic link in its place.
+
+    The moved file has no extension.
+    """
     blobs.mkdir(parents=True, exist_ok=True)
     target = blobs / f"{abs(hash(link.name)):x}"
     link.rename(target)

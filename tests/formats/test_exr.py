@@ -39,7 +39,10 @@ def test_colors_are_divided_by_alpha(tmp_path: Path) -> None:
 
 
 def test_transparent_image_of_raycam_keeps_its_colors_at_edges(tmp_path: Path) -> None:
-    """An unlit green ball on a transparent background: every pixel that shows it is green after reading it back."""
+    """Every pixel that shows the unlit green ball is green after reading the file back.
+
+    The background is transparent.
+    """
     world = raycam.World()
     world.add_object(sphere={"radius": 1}, type="unlit", color=[0.1, 0.7, 0.2])
     camera = raycam.Camera.look_at([0, -4, 0], [0, 0, 0], size=(COLUMNS, ROWS), fov=40)
@@ -70,7 +73,10 @@ def test_layer_with_colors_is_read(tmp_path: Path, layer: str) -> None:
 
 
 def test_combined_layer_of_blender_is_preferred(tmp_path: Path) -> None:
-    """Channels as in Blender's multilayer files, with alpha and with passes whose names come first."""
+    """The channels are those of Blender's multilayer files, which contain many passes.
+
+    The names of other passes come first, and an alpha channel is present.
+    """
     color, alpha = pixels(), 0.5 + 0.5 * pixels(1, 1)
     layers = {
         "ViewLayer.Combined": np.dstack([color * alpha, alpha]),
@@ -107,9 +113,10 @@ def test_luminance_chroma_image_is_refused_with_its_channels(tmp_path: Path) -> 
 
 
 def cube_direction(face: int, column: float, row: float, side: int) -> npt.NDArray[np.float64]:
-    """The direction of a texel of a face by OpenEXR's documentation (ImfEnvmap.h and ImfEnvmap.cpp).
+    """The direction of a cube map's texel, as documented in ImfEnvmap.h and ImfEnvmap.cpp.
 
-    This inverts `CubeMap::pixelPosition` to get the position in the face, and applies `CubeMap::direction`.
+    The function inverts `CubeMap::pixelPosition` to get the position in the face, and applies
+    `CubeMap::direction`.
     """
     last = side - 1
     in_face = {
@@ -125,7 +132,7 @@ def cube_direction(face: int, column: float, row: float, side: int) -> npt.NDArr
 
 
 def test_cube_map_shows_the_colors_of_its_directions(tmp_path: Path) -> None:
-    """The cube map's colours encode directions, so each texel of the panorama must contain its own direction."""
+    """Colours encode directions, so each texel of the panorama must contain its own direction."""
     side = 64
     faces = [
         [[cube_direction(face, column, row, side) for column in range(side)] for row in range(side)]

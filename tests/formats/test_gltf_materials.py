@@ -53,7 +53,10 @@ def test_textures_are_srgb_and_upright(tmp_path: Path) -> None:
 def test_texture_transforms_are_applied(
     tmp_path: Path, info: dict[str, Any], matrix: list[list[float]]
 ) -> None:
-    """(u, v) is transformed by translation * rotation * scale, as in the extension, and repeated."""
+    """(u, v) is transformed by translation * rotation * scale, as in the extension.
+
+    The transformed texture is repeated.
+    """
     pixels = np.random.default_rng(2).integers(0, 256, (8, 8, 3), np.uint8)
     document = Document()
     document.use("KHR_texture_transform")
@@ -135,7 +138,10 @@ def test_vertex_colors_are_linear(tmp_path: Path, kind: str, count: int) -> None
 
 
 def test_alpha_modes_mask_blend_and_opaque_are_applied(tmp_path: Path) -> None:
-    """MASK shows the background through holes, BLEND mixes, OPAQUE ignores alpha; the ground truth is consistent."""
+    """MASK cuts holes, BLEND mixes with the background, and OPAQUE ignores alpha.
+
+    The ground truth shows the same surfaces.
+    """
     pixels = np.zeros((2, 2, 4), np.uint8)
     pixels[..., 0], pixels[..., 3] = 255, [[0, 255], [100, 200]]
     shares = {"OPAQUE": [[1, 1], [1, 1]], "MASK": [[0, 1], [0, 1]], "BLEND": pixels[..., 3] / 255}
@@ -188,7 +194,10 @@ def test_material_variants_are_selected(tmp_path: Path) -> None:
 
 
 def test_emissive_model_without_lights_is_still_lit(tmp_path: Path) -> None:
-    """glTF viewers light models without lights, so an emissive part must not leave the rest of the model dark."""
+    """Emissive parts do not replace the default lights.
+
+    Other glTF viewers also light models without lights.
+    """
     document = Document()
     document.use("KHR_materials_emissive_strength")
     glow = {"KHR_materials_emissive_strength": {"emissiveStrength": 4}}

@@ -1,4 +1,7 @@
-"""Files that glTF-Validator reports, and how raycam handles them: the table in `docs/gltf.md`."""
+"""Files that glTF-Validator reports, and how raycam handles them.
+
+The cases equal the table in `docs/gltf.md`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Writing of glTF files: reading them back restores the world, or a notice reports the difference."""
+"""Writing of glTF files.
+
+Reading a written file restores the world, or a notice reports the difference.
+"""
 
 from __future__ import annotations
 
@@ -200,7 +203,10 @@ MATERIALS: dict[str, dict[str, Any]] = {
 
 
 def plainly(value: Any) -> Any:
-    """The material without texture indices, and with rounded numbers; an image may be used as colour and as data."""
+    """The material with rounded numbers and without texture indices.
+
+    Indices may differ, because one image may be used both as colour and as data.
+    """
     if isinstance(value, dict):
         return {key: plainly(item) for key, item in value.items() if key != "index"}
     if isinstance(value, list):
@@ -257,7 +263,10 @@ def test_images_are_restored(tmp_path: Path) -> None:
 
 
 def test_world_built_in_python_is_written_with_notices(tmp_path: Path) -> None:
-    """The world has z up, face colours, Phong materials, shear, and lights and cameras that glTF lacks."""
+    """The world has many properties that glTF does not support.
+
+    These are the z axis up, face colours, Phong materials, shear, and some lights and cameras.
+    """
     world = raycam.World()
     box = trimesh.creation.box()
     colors = np.linspace(0, 1, 36).reshape(12, 3)

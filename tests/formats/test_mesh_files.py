@@ -1,4 +1,7 @@
-"""Mesh files, compared with trimesh: the same triangles in the same order, and the same colours."""
+"""Mesh files, compared with trimesh.
+
+The triangles, their order and their colours must be equal.
+"""
 
 from __future__ import annotations
 

@@ -296,7 +296,10 @@ def test_sparse_accessor_without_a_base_is_read(tmp_path: Path, has_base: bool) 
 
 
 def test_mtl_image_without_kd_is_shown_unchanged(tmp_path: Path) -> None:
-    """mikedh/trimesh#1943: materials with only an image; an image times Kd 0 0 0 is black and gives a notice."""
+    """mikedh/trimesh#1943: materials with only an image.
+
+    If the file specifies Kd 0 0 0, the image is multiplied by it and black, and a notice is given.
+    """
     Image.fromarray(np.full((2, 2, 3), 188, np.uint8)).save(tmp_path / "a.png")
     (tmp_path / "a.obj").write_text(
         "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n"

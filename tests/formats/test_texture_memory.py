@@ -1,4 +1,7 @@
-"""Textures larger than the memory limit: equal images, memory within the limit, and errors with remedies."""
+"""Textures larger than the memory limit.
+
+The images are equal, the memory stays within the limit, and errors contain remedies.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ CAMERA = raycam.Camera.look_at([0.5, -5, 2], [0, 0, 0.4], up=[0, 0, 1], size=SIZ
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with images of odd sizes (8 bits, 16 bits, floats) in a world file, an OBJ file and a glTF file."""
+    """A folder with images of odd sizes in a world file, an OBJ file and a glTF file.
+
+    The images have 8 bits, 16 bits or floats.
+    """
     folder = tmp_path_factory.mktemp("textures")
     random = np.random.default_rng(1)
     Image.fromarray(random.integers(0, 256, (203, 310, 3), np.uint8)).save(folder / "noise.png")
@@ -154,7 +160,10 @@ except OSError as error:
 
 
 def test_process_memory_stays_near_the_limit(tmp_path: Path) -> None:
-    """Twelve images of 2048 x 2048 (320 MiB with mip maps) need 32 MiB plus the memory to decode one image."""
+    """Twelve large images need 32 MiB plus the memory to decode one of them.
+
+    They have 2048 x 2048 pixels each, 320 MiB with mip maps.
+    """
     random = np.random.default_rng(0)
     texels = np.repeat(np.repeat(random.integers(0, 256, (512, 512, 3), np.uint8), 4, 0), 4, 1)
     for i in range(12):

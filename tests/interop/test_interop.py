@@ -64,7 +64,7 @@ def test_from_trimesh_converts_textures_and_materials() -> None:
 
 
 def test_vertex_colors_multiply_the_texture() -> None:
-    """trimesh stores both for a glTF file that contains both."""
+    """trimesh stores both vertex colours and texture for a glTF file that contains both."""
     image = Image.fromarray(np.full((2, 2, 3), 188, np.uint8))
     visual = trimesh.visual.TextureVisuals(uv=np.full((8, 2), 0.5), image=image)
     visual.vertex_attributes["color"] = np.tile(np.array([255, 0, 128, 255], np.uint8), (8, 1))

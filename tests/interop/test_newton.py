@@ -15,8 +15,10 @@ HALF = float(np.sqrt(0.5))
 
 
 def model() -> Any:
-    """The arrays that Newton 1.8 has for a body at (0, 0, 1) with a box, a rotated capsule, a cone and a mesh, next to
-    a ground plane, a site, and a shape that only collides.
+    """The arrays that Newton 1.8 has for a body with four shapes at (0, 0, 1).
+
+    The shapes are a box, a rotated capsule, a cone and a mesh. The model also has a ground plane, a site, and
+    a shape that only collides.
     """
     tetrahedron = SimpleNamespace(
         vertices=np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], np.float32),

@@ -29,7 +29,10 @@ def write(path: Path, text: object) -> None:
 
 
 def group(folder: Path, first: bool = False, **values: object) -> None:
-    """Writes a control group's files of either version: `limit`, `used`, and lines of its statistics."""
+    """Writes the files of a control group of version 1 or 2.
+
+    The files contain `limit`, `used`, and lines of statistics.
+    """
     limit, used = (
         ("memory.limit_in_bytes", "memory.usage_in_bytes") if first else ("memory.max", "memory.current")
     )

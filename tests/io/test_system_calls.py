@@ -1,4 +1,7 @@
-"""System calls that differ on Windows and macOS; their variants are simulated on this system."""
+"""System calls that differ on Windows and macOS.
+
+The variants of these systems are simulated on this system.
+"""
 
 from __future__ import annotations
 

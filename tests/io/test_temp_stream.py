@@ -1,4 +1,4 @@
-"""Streams too large for memory, stored in a temporary file that other processes cannot see; errors for a full disk."""
+"""Streams in temporary files that other processes cannot see, and errors for a full disk."""
 
 from __future__ import annotations
 

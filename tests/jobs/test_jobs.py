@@ -1,4 +1,4 @@
-"""Jobs: finished frames are kept, resumed jobs write the same files, and faults are reported."""
+"""Jobs keep finished frames, write the same files after resuming, and report faults."""
 
 from __future__ import annotations
 

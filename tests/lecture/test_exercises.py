@@ -1,4 +1,7 @@
-"""Checks of the notebook's exercises: solutions pass, common mistakes get their hint, and nothing raises."""
+"""Checks of the notebook's exercises.
+
+Solutions pass, common mistakes get their hint, and no answer raises an exception.
+"""
 
 from __future__ import annotations
 

@@ -13,7 +13,10 @@ from raycam.lidar.beam import beam_rays, hexagonal_set
 
 @pytest.mark.parametrize("samples", [7, 19, 37])
 def test_beam_samples_have_the_second_moment_of_the_gaussian(samples: int) -> None:
-    """The mean of r² of exp(-2 r²) is 1/2, in both directions 1/4, and the set is centred."""
+    """For exp(-2 r²), the mean of r² is 1/2, and the mean of x² and of y² is 1/4.
+
+    The samples are centred.
+    """
     points, weights = hexagonal_set(samples)
     assert points.shape == (samples, 2)
     assert weights.sum() == pytest.approx(1)
@@ -23,7 +26,10 @@ def test_beam_samples_have_the_second_moment_of_the_gaussian(samples: int) -> No
 
 
 def test_footprint_is_exit_width_plus_range_times_divergence() -> None:
-    """At 1/e², in both directions; the rms radius of the set is half of it."""
+    """The widths at 1/e² are compared in both directions.
+
+    The root mean square of the samples' offsets is a quarter of the width.
+    """
     ones = np.array([[1.0, 0, 0]])
     starts, ways, _ = beam_rays(np.zeros((1, 3)), ones, (0.01, 0.004), (3e-3, 1e-3), 37, np.zeros(1))
     at = starts[0] + ways[0] * (50 / ways[0, :, 0])[:, None]
@@ -43,7 +49,10 @@ def test_single_beam_sample_is_the_axis() -> None:
 
 @pytest.mark.parametrize("offset", [0.0, 0.25, 0.5, 1.0])
 def test_step_edge_splits_the_energy_like_the_gaussian(offset: float) -> None:
-    """The share of the near surface is Phi(2 offset / w), w the radius at 1/e²; random turns average the set."""
+    """The near surface returns the share Phi(2 offset / w), with the radius w at 1/e².
+
+    Random rotations of the samples are averaged.
+    """
     count = 400
     radius = 20 * math.tan(0.01)  # the full divergence is 20 mrad
     world = raycam.World()

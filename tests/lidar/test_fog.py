@@ -86,7 +86,10 @@ def test_fog_of_the_world_attenuates_like_the_visibility_setting() -> None:
 
 
 def test_fog_below_a_height_attenuates_only_the_part_of_the_beam_inside_it() -> None:
-    """The lidar is 3 m above the fog, the floor 20 m below it; fog above the lidar returns no echo."""
+    """The lidar is 3 m above the fog, and the floor is 20 m below the lidar.
+
+    No echo comes from the air above the fog.
+    """
     world = hall()
     world.set_fog(visibility=60, height=-3)
     ways = np.array([[0, 0, -1.0], [1, 0, -1.2], [1, 0, 0.1]])

@@ -7,7 +7,10 @@ from raycam.lidar.hesai import hesai_pattern
 
 
 def test_hesai_channels_fire_at_their_documented_times_and_azimuths() -> None:
-    """At time t, the rotor has turned clockwise by 360 rate t degrees; a channel's azimuth is added."""
+    """At time t, the rotor has turned clockwise by 360 rate t degrees.
+
+    The channel's azimuth is added to this angle.
+    """
     pattern = hesai_pattern([10.0, -20.0], [1.5, -3.0], [2e-6, 5e-6], columns=100, rate=20)
     assert pattern.shape == (2, 100)
     np.testing.assert_allclose(pattern.times.reshape(100, 2)[:, 1], np.arange(100) / 2000 + 5e-6)

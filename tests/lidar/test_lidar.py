@@ -92,7 +92,7 @@ def test_replace_with_none_restores_the_value_of_the_device() -> None:
 
 
 def test_beam_given_at_half_maximum_is_converted_to_1_over_e2() -> None:
-    """The full width at half maximum of exp(-2 r² / w²) is w sqrt(2 ln 2); the full width at 1/e² is 2 w."""
+    """exp(-2 r² / w²) has the full width w sqrt(2 ln 2) at half maximum, and 2 w at 1/e²."""
     fwhm = np.radians(0.18)
     assert raycam.Lidar("os1-128").beam_divergence[0] == pytest.approx(fwhm * 2 / np.sqrt(2 * np.log(2)))
 

@@ -13,7 +13,10 @@ def azimuths(lidar: raycam.Lidar, frame: int = 0) -> np.ndarray:
 
 
 def test_polygon_scans_lines_of_constant_angular_speed_in_one_direction() -> None:
-    """A mirror of 4 facets turns by 90 degrees per line, the beam by 180; 60 of them are a third of the time."""
+    """Per line, a mirror of 4 facets turns by 90 degrees, and the beam by 180 degrees.
+
+    The field of view of 60 degrees takes a third of this time.
+    """
     lidar = raycam.Lidar.with_mirror(
         "polygon", pulse_rate=300_000, facets=4, line_rate=100, field_of_view=60, rate=10
     )
@@ -37,7 +40,10 @@ def test_oscillating_mirror_moves_as_a_sine_and_continues_in_the_next_frame() ->
 
 
 def test_conical_mirror_draws_ovals_that_follow_the_law_of_reflection() -> None:
-    """Each direction is the image of the laser in a plane whose normal is 7 degrees from the axis."""
+    """Each direction is the laser's direction reflected by a tilted mirror.
+
+    The mirror's normal is 7 degrees from the axis.
+    """
     lidar = raycam.Lidar.with_mirror("conical", pulse_rate=20_000, frequency=20, tilt=7, rate=20)
     ways = lidar.pattern().directions
     laser, axis = np.array([0, 0, -1.0]), np.array([1, 0, 1.0]) / np.sqrt(2)

@@ -1,4 +1,4 @@
-"""Near infrared light against the radiance of diffuse surfaces in the sun, and against images."""
+"""Near infrared light, compared with the radiance of sunlit diffuse surfaces and images."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from lidar.conftest import beams, quad
 
 
 def sunny(**keys: object) -> raycam.World:
-    """Floor of 40 % reflectance in red, in a sun at 60 degrees from the zenith; a wall shades its left part."""
+    """A floor with 40 % reflectance in red, under a sun at 60 degrees from the zenith.
+
+    A wall shades the floor's left part.
+    """
     world = raycam.World()
     quad(world, [0, 0, 0], [50, 0, 0], [0, 50, 0], "floor", color=[0.4, 0.9, 0.1], **keys)
     quad(world, [0, 20, 2], [-50, 0, 0], [0, 0, 2], "wall", color=[0.0] * 3)
@@ -25,7 +28,7 @@ def down(world: raycam.World, y: float, **settings: object) -> raycam.Scan:
 
 
 def test_sunlit_floor_has_the_radiance_of_a_diffuse_surface() -> None:
-    """rho / pi E cos(60 degrees); 0 in the shadow of the wall, which is 6.9 m long."""
+    """The radiance is (rho / pi) E cos(60 degrees), and 0 in the wall's shadow of 6.9 m."""
     found = down(sunny(), 10.0, near_ir_samples=4)["near_ir"]
     assert found.dtype == np.float32
     np.testing.assert_allclose(found, 0.4 / np.pi * 800 * 0.5, rtol=1e-4)
@@ -75,7 +78,7 @@ def test_near_infrared_of_a_moving_world_is_measured_at_the_time_of_each_pulse()
 
 
 def test_near_infrared_is_measured_along_the_axis_of_the_beam() -> None:
-    """A wire beside the axis returns the echo; along the axis is the sky."""
+    """A wire next to the beam's axis returns the echo; the axis itself points to the sky."""
     world = raycam.World()
     quad(world, [20, 0.06, 0], [0, -0.05, 0], [0, 0, 0.5], "wire", color=[0.9] * 3)
     world.add_light("sky", radiance=3.0)

@@ -1,7 +1,7 @@
-"""Ouster's geometry. Expected values: `XYZLut` of ouster-sdk 1.0.1 for the calibrations of twelve units.
+"""Ouster's geometry, compared with `XYZLut` of ouster-sdk 1.0.1 for twelve units.
 
-data/ouster_xyz.json contains these calibrations (from the metadata files in ouster-sdk's tests) and, for 16 or more
-pixels each, a range in millimetres and the point that `XYZLut` computes from it.
+data/ouster_xyz.json contains the units' calibrations (from the metadata files in ouster-sdk's tests) and, for
+16 or more pixels each, a range in millimetres and the point that `XYZLut` computes from it.
 """
 
 from __future__ import annotations
@@ -71,7 +71,10 @@ def test_mode_and_rate_select_each_other() -> None:
 
 
 def test_destaggered_image_shows_a_vertical_edge_in_one_column(yard: raycam.World) -> None:
-    """The four columns of lasers see a vertical edge in different columns until the rows are shifted."""
+    """Without shifted rows, a vertical edge appears in different image columns.
+
+    The four columns of lasers meet the edge at different times.
+    """
     lidar = raycam.Lidar("os1-64", noise=False, min_range=0).placed([0, 0, 1.8])
     scan = raycam.scan(yard, lidar)
     edges = {}

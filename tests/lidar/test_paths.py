@@ -13,7 +13,10 @@ SILVER = {"type": "metal", "metal": "silver", "roughness": 0.0}
 
 
 def room(reflected: bool) -> raycam.World:
-    """Boxes in front of the plane x = 5; `reflected` places them behind it, as their mirror images."""
+    """Boxes in front of the plane x = 5.
+
+    With `reflected`, they are mirrored to the other side of the plane.
+    """
     world = raycam.World()
     rng = np.random.default_rng(2)
     for i in range(12):
@@ -74,7 +77,10 @@ def test_ghost_points_name_the_object_and_the_pane() -> None:
 
 @pytest.mark.parametrize("angle", [0.0, 45.0, 70.0])
 def test_reflected_and_transmitted_energy_of_a_thin_pane_sum_to_one(angle: float) -> None:
-    """White walls on both sides: the one-way shares, from the two-way shares' square roots."""
+    """White walls are on both sides of the pane.
+
+    The square roots of the energies after two passes are the shares of one pass.
+    """
     world = raycam.World()
     turn = math.radians(angle)
     way = np.array([math.cos(turn), math.sin(turn), 0])

@@ -45,7 +45,11 @@ def test_directions_of_extreme_lengths_become_unit_vectors() -> None:
 
 
 def test_scan_line_has_the_steps_of_the_manual() -> None:
-    """Hokuyo C-42-03320B, table 2: steps 0 to 1080 of 1440 per turn, 540 in front, counterclockwise; 25 ms per turn."""
+    """Hokuyo C-42-03320B, table 2.
+
+    A turn has 1440 steps and takes 25 ms. Steps 0 to 1080 are measured, counterclockwise; step 540 is in
+    front.
+    """
     lidar = raycam.Lidar("hokuyo-utm30lx")
     pattern = lidar.pattern()
     azimuth = np.degrees(np.arctan2(pattern.directions[:, 1], pattern.directions[:, 0]))

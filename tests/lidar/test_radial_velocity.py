@@ -1,4 +1,4 @@
-"""Radial velocities against closed forms, and against differences of distances between moving points."""
+"""Radial velocities, compared with closed forms and with differences of distances."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ Floats = npt.NDArray[np.float64]
 
 
 def moving_wall(velocity: npt.ArrayLike, rotation: float = 0.0) -> raycam.World:
-    """A wall at x = 20 that moves, and turns about z by `rotation` degrees per second, for one second."""
+    """A wall that starts at x = 20, moves, and turns about z, for one second.
+
+    `rotation` is in degrees per second.
+    """
     world = raycam.World()
     world.add_object(box={"size": [1, 60, 60]}, name="wall", location=[20.5, 0, 0], color=GREY)
     places = [(t, (np.array([20.5, 0, 0]) + t * np.asarray(velocity)).tolist()) for t in (0.0, 1.0)]
@@ -45,7 +48,10 @@ def test_velocity_of_a_wall_is_its_component_along_the_beam() -> None:
 
 
 def test_velocity_includes_rotations_of_the_wall_and_of_the_lidar() -> None:
-    """Differences of the distance between the point, carried along with the wall, and the start of the beam."""
+    """The expected velocity is a central difference of the distance.
+
+    The distance is between a point that moves with the wall and the start of the beam.
+    """
     velocity, rotation, time = np.array([1.0, -2.0, 0.5]), math.radians(40.0), 0.3
     start = raycam.Lidar.of([[1, 0.1, 0.05]], times=[time], origins=[[0.3, 0.2, 0.1]], rate=1, noise=False)
     lidar = start.placed([1, 2, 0]).moving(start.placed([4, 1, 0.5], yaw=20))

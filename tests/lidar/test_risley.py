@@ -10,7 +10,10 @@ from raycam.lidar.risley import Prism, refract, risley_pattern
 
 
 def test_one_wedge_draws_a_cone_with_the_deviation_of_the_wedge() -> None:
-    """Light that enters the flat face straight leaves the slanted one bent by asin(n sin w) - w."""
+    """Light enters the flat face at normal incidence and leaves the slanted face bent.
+
+    The deviation is asin(n sin w) - w.
+    """
     pattern = risley_pattern([Prism(10.0, 25.0, 1.5)], 10000.0, 10.0, 0)
     deviation = math.asin(1.5 * math.sin(math.radians(10))) - math.radians(10)
     np.testing.assert_allclose(np.arccos(pattern.directions[:, 0]), deviation, atol=1e-9)
@@ -19,7 +22,10 @@ def test_one_wedge_draws_a_cone_with_the_deviation_of_the_wedge() -> None:
 
 
 def test_opposite_wedges_cancel_to_first_order() -> None:
-    """Two thin wedges in opposite positions form a plate; so do two whose slanted faces are parallel."""
+    """Two thin wedges in opposite positions form a plate.
+
+    The same is true for two wedges whose slanted faces are parallel.
+    """
     pattern = risley_pattern([Prism(0.1, 0.0, 1.5), Prism(-0.1, 0.0, 1.5)], 100.0, 10.0, 0)
     assert np.arccos(np.clip(pattern.directions[:, 0], -1, 1)).max() < 1e-5
     plate = risley_pattern([Prism(20.0, 5.0, 1.5), Prism(-20.0, 5.0, 1.5, False)], 100.0, 10.0, 0)

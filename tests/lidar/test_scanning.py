@@ -75,7 +75,7 @@ def test_points_lie_on_the_surfaces_at_their_own_times() -> None:
 
 
 def test_points_of_a_moving_scan_differ_from_a_static_scan() -> None:
-    """The points of the moving scan are centimetres away from the surfaces as they are at the frame's start."""
+    """The moving scan's points are centimetres away from the surfaces at the frame's start."""
     world = turning_boxes()
     scan = raycam.scan(world.at(0.5), raycam.Lidar("vlp16", noise=False))
     late = np.flatnonzero(scan["time"] > 0.08)[::40]
@@ -95,7 +95,7 @@ def test_very_fast_scan_equals_the_scan_of_a_static_frame() -> None:
 
 
 def test_approaching_wall_is_measured_at_the_time_of_each_pulse() -> None:
-    """d - v t: the wall moves by 2 m/s."""
+    """The distance at time t is d - v t; the wall moves by v = 2 m/s."""
     world = raycam.World()
     world.add_object(box={"size": [1, 50, 50]}, name="wall", location=[20.5, 0, 0], color=GREY)
     keys = [{"time": t, "object": "wall", "location": [20.5 - 2 * t, 0, 0]} for t in (0, 1)]
@@ -107,7 +107,10 @@ def test_approaching_wall_is_measured_at_the_time_of_each_pulse() -> None:
 
 
 def test_reflectivity_falls_with_the_cosine_and_energy_with_the_square_of_the_distance() -> None:
-    """Detection depends on E = reflectivity / L²: the limit of the distance follows from range_10."""
+    """An echo is detected if E = reflectivity / L² is large enough.
+
+    The largest detected distance follows from range_10.
+    """
     for angle in (0.0, 30.0, 60.0, 80.0):
         world = raycam.World()
         turn = math.radians(angle)
@@ -128,7 +131,7 @@ def test_reflectivity_falls_with_the_cosine_and_energy_with_the_square_of_the_di
 
 
 def test_distance_noise_has_the_mean_and_deviation_of_the_settings() -> None:
-    """Three standard errors, for 1e5 pulses."""
+    """The tolerances are three standard errors for 1e5 pulses."""
     count = 100_000
     scan = raycam.scan(wall(20.0), beams(count, range_noise=0.03))
     error = scan["distance"] - 20.0
@@ -156,7 +159,7 @@ def test_half_of_the_pulses_are_detected_at_range_10() -> None:
 
 
 def test_detection_probability_is_the_normal_distribution_of_the_margin() -> None:
-    """At an SNR of 6, one above the threshold, P = Phi(1) = 0.8413."""
+    """A signal-to-noise ratio of 6 is 1 above the threshold, so P = Phi(1) = 0.8413."""
     count = 50_000
     distance = 40 * math.sqrt(5 / 6)
     scan = raycam.scan(wall(distance, color=[0.1] * 3), beams(count, range_10=40), keep_lost=True)
@@ -193,7 +196,7 @@ def test_scan_depends_on_frame_and_seed_but_not_on_threads(yard: raycam.World) -
 
 
 def test_noise_of_a_pulse_does_not_depend_on_other_pulses() -> None:
-    """Pulses that hit nothing change no random number of the rest."""
+    """Pulses that hit nothing do not change the random numbers of other pulses."""
     ways = np.array([[1.0, 0, 0], [0, 0, 1.0], [1.0, 0, 0], [1.0, 0, 0]])
     everything = raycam.scan(wall(20.0), raycam.Lidar.of(np.tile([1.0, 0, 0], (4, 1)), range_noise=0.1))
     some = raycam.scan(wall(20.0), raycam.Lidar.of(ways, range_noise=0.1))
@@ -239,7 +242,7 @@ def test_returns_select_echoes_of_translucent_screens(returns: str, expected: li
 
 
 def test_dual_reports_the_second_strongest_if_the_last_is_the_strongest() -> None:
-    """VLP-16 manual, section 9.3.2."""
+    """The rule is in the VLP-16 manual, section 9.3.2."""
     world = raycam.World()
     for distance, opacity in ((10.0, 0.05), (11.0, 0.2), (12.0, 1.0)):
         quad(world, [distance, 0, 0], [0, -5, 0], [0, 0, 5], f"at{distance}", opacity=opacity, alpha="blend")
@@ -248,14 +251,17 @@ def test_dual_reports_the_second_strongest_if_the_last_is_the_strongest() -> Non
 
 
 def test_fog_attenuates_by_the_visibility_law_on_the_way_out_and_back() -> None:
-    """exp(-2 alpha L), alpha = ln 20 / visibility: a surface at half the visibility returns 1/20."""
+    """The factor is exp(-2 alpha L) with alpha = ln 20 / visibility.
+
+    It is 1/20 for a surface at half of the visibility.
+    """
     clear = raycam.scan(wall(40.0), beams(1, noise=False))
     foggy = raycam.scan(wall(40.0), beams(1, noise=False, visibility=80, returns="last"))
     assert foggy["reflectivity"][0] / clear["reflectivity"][0] == pytest.approx(1 / 20, rel=1e-5)
 
 
 def test_overlap_scales_the_energy_with_the_distance() -> None:
-    """Linear between the pairs: 0.5 + 0.3 (20 - 10) / 30 = 0.6."""
+    """The factor is interpolated linearly: 0.5 + 0.3 (20 - 10) / 30 = 0.6."""
     plain = raycam.scan(wall(20.0), beams(1, noise=False))
     scaled = raycam.scan(wall(20.0), beams(1, noise=False, overlap=[[1, 0], [10, 0.5], [40, 0.8]]))
     assert scaled["reflectivity"][0] == pytest.approx(0.6 * plain["reflectivity"][0], rel=1e-6)
@@ -263,7 +269,7 @@ def test_overlap_scales_the_energy_with_the_distance() -> None:
 
 
 def test_signal_gain_is_the_signal_of_a_white_surface_at_one_metre() -> None:
-    """gain * 0.5 / 20², rounded; saturated at 65535."""
+    """The signal is gain * 0.5 / 20², rounded, and at most 65535."""
     scan = raycam.scan(wall(20.0, color=[0.5] * 3), beams(1, noise=False, signal_gain=1e6))
     assert scan["signal"].dtype == np.uint16
     assert scan["signal"].tolist() == [1250]
@@ -278,6 +284,6 @@ def test_notices_of_a_scan_are_issued_and_listed() -> None:
 
 
 def test_lidar_on_a_surface_returns_finite_numbers(yard: raycam.World) -> None:
-    """The floor is at z = 0, as the lidar."""
+    """The floor and the lidar are at z = 0."""
     scan = raycam.scan(yard, raycam.Lidar("os1-16", min_range=0, noise=False, range_10=50))
     assert all(np.isfinite(scan[name]).all() for name in ("position", "distance", "reflectivity"))

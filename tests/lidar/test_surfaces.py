@@ -57,7 +57,7 @@ def test_surface_table_does_not_depend_on_the_order_of_reading() -> None:
 
 
 def material_of(world: raycam.World, instance: int) -> int:
-    """The number of an object's material, from a ray that meets the object at first."""
+    """The number of an object's material, from a ray that can hit only this object."""
     corner = world.triangles(instance)[0].mean(axis=0)
     hit = world.cast_rays([9 * corner], [-corner], fields=("material", "instance"), objects=instance)
     assert hit["instance"][0] == instance
@@ -66,7 +66,10 @@ def material_of(world: raycam.World, instance: int) -> int:
 
 @pytest.mark.parametrize("angle", [0.0, 5.0, 20.0, 40.0, 60.0])
 def test_table_of_retroreflection_is_linear_between_its_angles(angle: float) -> None:
-    """pi R_A(theta) / cos(theta) (ASTM E808); as cos^4 above the last angle."""
+    """The returned share is pi R_A(theta) / cos(theta) (ASTM E808).
+
+    Above the last angle, the share decreases with cos^4.
+    """
     pairs = [[5, 300.0], [30, 150.0], [40, 50.0]]
     world = raycam.World()
     sign = {"reflectance": 0.0, "retroreflection_table": pairs}

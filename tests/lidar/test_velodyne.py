@@ -1,4 +1,7 @@
-"""Velodyne's patterns: times and angles of the manual, and the corrections of the ROS driver."""
+"""Velodyne's patterns.
+
+Times and angles are compared with the manual, corrections with the ROS driver.
+"""
 
 from __future__ import annotations
 

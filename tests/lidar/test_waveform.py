@@ -22,7 +22,10 @@ def screens() -> raycam.World:
 
 
 def test_waveform_is_the_sum_of_the_pulses_that_the_screens_return() -> None:
-    """E = 0.5 (0.25)^k / L² for screen k, pulses of 4 ns at half their maximum."""
+    """Screen k returns E = 0.5 (0.25)^k / L².
+
+    The pulses are 4 ns wide at half of their maximum.
+    """
     scan = raycam.scan(screens(), beams(2, returns="all", noise=False, waveform=True, pulse_length=4e-9))
     assert scan["waveform"].shape == (4, 65)
     assert scan["waveform"].dtype == np.float32

@@ -10,7 +10,7 @@ from support.textured_panel import noise, panel, ring_of_places, shots
 
 
 def area_under_roc(scores: np.ndarray, wrong: np.ndarray) -> float:
-    """The share of pairs of a wrong and a right photograph in which the wrong one has the higher score."""
+    """The share of (wrong, correct) photograph pairs in which the wrong one scores higher."""
     a, b = scores[wrong][:, None], scores[~wrong][None]
     return float(((a > b) + 0.5 * (a == b)).mean())
 

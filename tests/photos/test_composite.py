@@ -1,4 +1,7 @@
-"""Textures of one photograph for each face: sharpness, seams, and texels that no camera sees."""
+"""Textures that show one photograph on each face.
+
+Sharpness, seams, and texels that are not visible to any camera are checked.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Images of the coverage: colours of faces by the number of their cameras."""
+"""Coverage images: colours show the number of cameras to which a face is visible."""
 
 from __future__ import annotations
 

@@ -19,7 +19,10 @@ def candidates(random: np.random.Generator, faces: int, views: int = 3, known: i
 
 
 def total_cost(given: FaceCandidates, view: np.ndarray, pairs: np.ndarray) -> float:
-    """Lost quality and seams, from the definition; inf for a photograph that does not show its face."""
+    """The cost of lost quality and of seams, computed from their definitions.
+
+    It is inf if a photograph does not show its face.
+    """
     cost = 0.0
     for row, one in enumerate(view.tolist()):
         places = np.flatnonzero(given.views[row] == one)

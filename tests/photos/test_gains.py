@@ -40,7 +40,7 @@ def test_random_gains_of_photographs_are_recovered_within_half_a_percent() -> No
 
 
 def srgb(linear: np.ndarray) -> np.ndarray:
-    """IEC 61966-2-1."""
+    """The sRGB values of linear light (IEC 61966-2-1)."""
     return np.where(
         linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055
     )

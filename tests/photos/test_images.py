@@ -1,4 +1,7 @@
-"""Photographs that are rotated, grey, transparent, 16-bit, damaged or missing, read as by other programs."""
+"""Rotated, grey, transparent, 16-bit, damaged and missing photographs.
+
+The pixels are compared with those read by other programs.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Visibility of faces to lidars against brute force over pulses and triangles, and closed forms."""
+"""Visibility of faces to lidars, compared with brute force and closed forms."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ def fan(count: int, seconds: float = 0.5, **settings: object) -> raycam.Lidar:
 
 
 def lengths(origin: np.ndarray, way: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """The ray's parameter on each triangle [n, 3, 3], inf if it misses (Möller and Trumbore 1997)."""
+    """The ray's parameter on each triangle [n, 3, 3]; inf for a miss.
+
+    The method is that of Möller and Trumbore (1997).
+    """
     a, e, f = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     p = np.cross(way, f)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -38,7 +41,10 @@ def lengths(origin: np.ndarray, way: np.ndarray, corners: np.ndarray) -> np.ndar
 
 
 def measured(world: raycam.World, lidar: raycam.Lidar, start: float | None) -> np.ndarray:
-    """True for the faces whose fronts pulses hit first and within range, at each pulse's own time and pose."""
+    """True for faces whose fronts are hit first by a pulse within the lidar's range.
+
+    World and lidar have their poses at each pulse's time.
+    """
     pattern = lidar.pattern()
     turns, places = lidar.track.at(pattern.times)
     corners = world.triangles()

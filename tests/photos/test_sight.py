@@ -1,4 +1,4 @@
-"""Surface points in a camera's sight, with OpenCV's projection and derivatives."""
+"""Surface points that are visible to a camera, compared with OpenCV's projection."""
 
 from __future__ import annotations
 

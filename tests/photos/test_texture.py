@@ -101,7 +101,7 @@ def test_texture_of_a_curved_surface_reaches_43_decibels_by_each_method(lens: di
 
 
 def shown_by(camera: raycam.Camera, points: np.ndarray) -> np.ndarray:
-    """True for points [h, w, 3] on the panel that a camera sees past the box, by brute force (slabs)."""
+    """True for panel points [h, w, 3] that are visible past the box, by brute force."""
     low, high = np.array([-0.05, -0.25, 0.05]), np.array([0.45, 0.25, 0.65])
     with np.errstate(divide="ignore"):
         a, b = (low - camera.C) / (points - camera.C), (high - camera.C) / (points - camera.C)

@@ -26,7 +26,10 @@ def floor() -> raycam.World:
 
 
 def floor_depth(camera: raycam.Camera) -> np.ndarray:
-    """The depth [h, w] of the plane z = 0 for pinhole and OpenCV's fisheye; inf beyond its edges."""
+    """The depth [h, w] of the plane z = 0 for pinhole and OpenCV's fisheye.
+
+    The value is inf beyond the plane's edges.
+    """
     width, height = camera.size
     pixels = (
         np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).reshape(-1, 1, 2).astype(float)
@@ -148,7 +151,10 @@ def test_scannetpp_layout_contains_render_depth(tmp_path: Path) -> None:
 
 
 def read_array(path: Path) -> np.ndarray:
-    """COLMAP's `read_array` of scripts/python/read_write_dense.py; pycolmap's `NormalMap.to_array` mixes the planes."""
+    """COLMAP's `read_array` of scripts/python/read_write_dense.py.
+
+    It is used because pycolmap's `NormalMap.to_array` mixes the planes.
+    """
     data = path.read_bytes()
     *sizes, rest = data.split(b"&", 3)
     array = np.frombuffer(rest, np.float32).reshape([int(size) for size in sizes], order="F")

@@ -18,7 +18,10 @@ FISHEYE = {"model": "fisheye", "distortion": [0.02, -0.01, 0.003, -0.001]}
 
 
 def first_hit(origin: np.ndarray, way: np.ndarray, corners: np.ndarray) -> float:
-    """The least ray parameter over all triangles [n, 3, 3], inf for none (Möller and Trumbore 1997)."""
+    """The smallest ray parameter over all triangles [n, 3, 3]; inf for a miss.
+
+    The method is that of Möller and Trumbore (1997).
+    """
     a, e, f = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     p = np.cross(way, f)
     with np.errstate(divide="ignore", invalid="ignore"):

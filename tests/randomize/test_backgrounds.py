@@ -1,4 +1,7 @@
-"""Backgrounds that recipes draw from a folder: by seed, in worlds, data sets and their manifest."""
+"""Backgrounds that recipes choose at random from a folder.
+
+The choice depends on the seed; worlds, data sets and their manifests contain it.
+"""
 
 from __future__ import annotations
 

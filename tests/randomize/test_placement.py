@@ -1,4 +1,7 @@
-"""Placement of objects on surfaces: objects that cannot fit are refused before positions are tried."""
+"""Placement of objects on surfaces.
+
+Objects that cannot fit are refused before positions are tried.
+"""
 
 from __future__ import annotations
 
@@ -125,7 +128,10 @@ def test_more_objects_than_the_surface_holds_are_refused_before_any_is_placed(
 
 
 def test_areas_of_separate_levels_are_not_added_up() -> None:
-    """Two levels, of which either holds one object: together they need more than the area of either."""
+    """Each of two levels holds one object.
+
+    Two objects on one level would need more than the area of that level.
+    """
     stairs = {"name": "ground", "vertices": [], "triangles": []}
     for level in (0.0, 0.5):
         first = len(stairs["vertices"])

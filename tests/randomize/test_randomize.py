@@ -1,4 +1,7 @@
-"""Randomised worlds: contact is checked with trimesh, visibility with the ids in rendered images."""
+"""Randomised worlds.
+
+Contact is checked with trimesh, visibility with the ids in rendered images.
+"""
 
 from __future__ import annotations
 
@@ -282,7 +285,7 @@ def test_recipe_error_contains_the_file_and_the_object(tmp_path: Path, on: dict[
 def test_recipe_opens_no_files_outside_of_its_folder(
     tmp_path: Path, place: str, placed: dict[str, Any]
 ) -> None:
-    """A recipe may come from an untrusted source, so it may open fewer files than `add_object` of a script."""
+    """Recipes may come from untrusted sources, so they may open fewer files than scripts."""
     secret, inside = tmp_path / "secret.off", tmp_path / "recipe"
     secret.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
     inside.mkdir()

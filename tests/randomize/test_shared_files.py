@@ -1,4 +1,7 @@
-"""The worlds of a recipe share the files that they read, and their search trees; the worlds stay the same."""
+"""The worlds of a recipe share loaded files and search trees.
+
+Sharing does not change the worlds.
+"""
 
 from __future__ import annotations
 

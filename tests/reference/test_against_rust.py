@@ -1,4 +1,7 @@
-"""The Rust renderer compared with the reference: ids, depth, distance and position in scenes of every kind."""
+"""The Rust renderer compared with the reference.
+
+Ids, depth, distance and position are compared in scenes of every kind.
+"""
 
 import numpy as np
 import pytest
@@ -143,7 +146,10 @@ SCENES = {
 
 
 def random_camera(rng, scale, offset, inside):
-    """A random camera with any K, half of the time turned to the centre, created by every constructor."""
+    """A random camera with any K, created by one of the constructors.
+
+    Half of the cameras face the centre.
+    """
     width, height = SIZE
     spread = 0.7 if inside else 4.0
     C = rng.normal(size=3) * spread * scale

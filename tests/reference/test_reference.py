@@ -14,7 +14,10 @@ SIZE = (24, 18)
 
 
 def random_camera(rng, center, size=SIZE):
-    """K with skew and an off-centre principal point, a random R, and P = s K R [I | -C] with s of either sign."""
+    """A random K, R and P = s K R [I | -C], with s of either sign.
+
+    K has skew and an off-centre principal point.
+    """
     width, height = size
     focal = width * rng.uniform(0.4, 2.0)
     K = np.array(

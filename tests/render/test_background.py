@@ -1,4 +1,7 @@
-"""Background photos of cameras: pixel by pixel, warped, resampled; from files, arrays and world files."""
+"""Background photos that are shown unchanged, warped or resampled.
+
+They come from files, arrays and world files.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Coplanar surfaces of several objects: the last object is shown, in ids, colours and queries alike."""
+"""Coplanar surfaces of several objects.
+
+Ids, colours and queries show the last object.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +64,10 @@ def scene(pose: Pose, elevation: float, last: str, **style: Any) -> tuple[raycam
 
 
 def on_carpet(pose: Pose, camera: raycam.Camera) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Pixels whose whole area shows the carpet, and pixels that show none of it, by the homography of the plane."""
+    """Masks of the pixels entirely on the carpet, and of those entirely beside it.
+
+    They are computed with the homography of the plane.
+    """
     turn, place = pose
     width, height = camera.size
     x, y = np.meshgrid(np.arange(width + 1) - 0.5, np.arange(height + 1) - 0.5)
@@ -109,7 +115,10 @@ def test_ids_colors_and_queries_show_the_last_object(pose: Pose, elevation: floa
 
 
 def test_surfaces_that_are_apart_are_ordered_by_distance() -> None:
-    """A carpet that lies 20 micrometres above the floor covers it, and one below is covered: no notice."""
+    """A carpet 20 micrometres above the floor is visible; 20 micrometres below, it is hidden.
+
+    No notice is given.
+    """
     for height in (2e-5, -2e-5):
         world = raycam.World()
         world.add_object(name="carpet", plane={"size": 2}, location=[0, 0, height], color=GREEN, type="unlit")

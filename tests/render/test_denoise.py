@@ -31,7 +31,7 @@ def test_missing_denoiser_is_reported_with_its_extra(monkeypatch: pytest.MonkeyP
 def test_transparent_edges_keep_their_color_when_denoised(
     monkeypatch: pytest.MonkeyPatch, radiance: float
 ) -> None:
-    """An unlit ball of one colour has that colour at every opacity, for a denoiser of any radius."""
+    """An unlit ball keeps its colour at every opacity, for a denoiser of any radius."""
     from raycam.render import denoise
     from scipy.ndimage import uniform_filter
 

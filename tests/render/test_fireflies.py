@@ -99,7 +99,7 @@ def test_firefly_search_does_not_change_the_image() -> None:
 
 
 def test_share_of_the_brightest_sample_is_at_least_one_divided_by_the_samples() -> None:
-    """The share is at least 1 / samples, is 1 for a single sample, and equals 1 / samples for uniform light."""
+    """The share is 1 for one sample, and 1 / samples if all samples are equal."""
     world = room("area 1", MIRROR)
     even = raycam.World()
     even.add_light({"type": "sky", "radiance": 1.0})

@@ -1,4 +1,7 @@
-"""Fog in closed form, compared with Koschmieder's formula and Beer's law in NumPy, and its settings."""
+"""Fog in closed form, compared with NumPy, and its settings.
+
+NumPy evaluates Koschmieder's formula and Beer's law.
+"""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def frame(names: tuple[str, ...] = tuple(CHANNELS), seed: int = 0) -> raycam.Fra
 
 
 def srgb(linear: np.ndarray) -> np.ndarray:
-    """IEC 61966-2-1."""
+    """The sRGB values of linear light (IEC 61966-2-1)."""
     linear = linear.astype(np.float64)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 

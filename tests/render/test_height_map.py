@@ -29,7 +29,10 @@ def wave_image() -> Floats:
 
 
 def lit_plane(texture: object, matrix: Floats, above: bool = True, **keys: Any) -> dict[str, Floats]:
-    """A white plane under a sun of irradiance pi that shines on the side of the camera: radiance is the cosine."""
+    """A white plane under a sun of irradiance pi on the camera's side.
+
+    The radiance equals the cosine of the sun's angle.
+    """
     world = raycam.World()
     world.add_object(
         plane=2, type="matte", color=[1, 1, 1], matrix=matrix, textures={"height": texture}, **keys
@@ -232,7 +235,10 @@ def test_gltf_export_reports_the_height_map(tmp_path: Path) -> None:
 
 
 def obj_plane(folder: Path, options: str) -> Path:
-    """A plane of 2 x 2 m as an OBJ file, whose material has a 16-bit image of waves from 0 to 1 as bump map."""
+    """A plane of 2 x 2 m as an OBJ file with a bump map.
+
+    The bump map is a 16-bit image of waves from 0 to 1.
+    """
     values = (wave_image() / AMPLITUDE + 1) / 2
     Image.fromarray(np.round(values * 65535).astype(np.uint16)).save(folder / "waves.png")
     (folder / "a.mtl").write_text(f"newmtl m\nKd 1 1 1\nillum 1\nmap_Bump {options} waves.png\n")

@@ -17,7 +17,7 @@ ABSORPTION = np.array([0.1, 0.4, 1.0])
 
 
 def wall(distance: float = 10, **material: Any) -> raycam.World:
-    """A wall that shines."""
+    """A wall that emits light."""
     world = raycam.World()
     world.add_object(
         plane=400,
@@ -163,7 +163,10 @@ def test_white_furnace_with_a_medium_returns_the_sky(body: dict[str, Any]) -> No
 
 
 def test_medium_in_a_large_box_equals_fog() -> None:
-    """Two ways to the same picture: fog, and a box around everything, the camera and the lamp included."""
+    """Fog gives the same image as a medium in a box around everything.
+
+    The camera and the lamp are inside the box, too.
+    """
     images = []
     for boxed in (False, True):
         world = raycam.World()
@@ -199,7 +202,10 @@ def test_open_mesh_with_a_medium_gives_a_notice_with_its_edges() -> None:
     "row", [("jerlov_I", 0.063, 0.305), ("jerlov_III", 0.12, 0.375), ("jerlov_9C", 0.63, 0.65)]
 )
 def test_water_presets_equal_jerlovs_water_types(row: tuple[str, float, float]) -> None:
-    """At 550 nm the table has an entry next to the green primary, and at 625 nm one beyond the red."""
+    """Jerlov's table has a row at 550 nm, close to the green primary's wavelength.
+
+    Its row at 625 nm is beyond the red primary, so it is an upper limit for red.
+    """
     name, green, red = row
     world = wall()
     world.add_object(box=[100, 2, 100], location=[0, 5, 0], type="boundary", medium=name)
@@ -210,7 +216,10 @@ def test_water_presets_equal_jerlovs_water_types(row: tuple[str, float, float]) 
 
 
 def test_smoke_preset_has_the_absorption_of_soot_and_a_visibility_of_3_m() -> None:
-    """Bond and Bergstrom (2006): 7.5 m²/g at 550 nm, inversely proportional to the wavelength; albedo 0.25."""
+    """Bond and Bergstrom (2006): 7.5 m²/g at 550 nm, and an albedo of 0.25.
+
+    The absorption is inversely proportional to the wavelength.
+    """
     world = wall()
     world.add_object(box=[100, 3, 100], location=[0, 5, 0], type="boundary", medium="smoke")
     passed = raycam.render(world, view(size=(1, 1)), channels=["transmittance"])["transmittance"][0, 0]

@@ -53,7 +53,10 @@ def mean_under_white_sky(
 @pytest.mark.parametrize("elevation", [3, 10, 30])
 @pytest.mark.parametrize("kind", ["waves", "dents"])
 def test_mirrors_with_normal_maps_keep_all_light(kind: str, elevation: float) -> None:
-    """A white mirror under a white sky is white: its mirror direction must not point into the surface."""
+    """A white mirror under a white sky is white.
+
+    Mirror directions must not point into the surface.
+    """
     assert mean_under_white_sky(kind, elevation, {"plane": {"size": 40}}, MIRROR) == pytest.approx(
         1, abs=1e-3
     )

@@ -1,4 +1,4 @@
-"""Shadow catchers: shadows compared with closed forms and real grounds, and their masks and files."""
+"""Shadow catchers, compared with closed forms and real grounds; masks and files."""
 
 from __future__ import annotations
 
@@ -71,10 +71,11 @@ def test_umbra_keeps_the_light_of_the_sky() -> None:
 
 
 def wall_factor(distance: Any, along: Any) -> Any:
-    """The share of the cosine-weighted sky that a side of the box hides from a ground point in front of it.
+    """The share of the cosine-weighted sky that a side of the box hides from a ground point.
 
-    J. R. Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-4: an element at the corner of a
-    rectangle that stands on its plane, from the corner to either side.
+    The point is in front of the side. J. R. Howell, A Catalog of Radiation Heat Transfer Configuration
+    Factors, B-4, gives the factor from a surface element to a rectangle that stands on the element's plane
+    and has a corner in front of it; the rectangles to the left and to the right of the point are added.
     """
     far = np.hypot(distance, HEIGHT)
 

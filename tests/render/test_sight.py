@@ -1,4 +1,4 @@
-"""Notices about images in which nothing is visible, nothing is lit, or nearly everything is white."""
+"""Notices about images that show nothing, are black, or are almost entirely white."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The terminator of smooth coarse meshes: light ends according to the interpolated normals, and energy is conserved."""
+"""The terminator of smooth coarse meshes.
+
+Light ends according to the interpolated normals, and energy is conserved.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Texture filtering against closed forms: means by alpha, true footprints, wide angles, unlit and emissive surfaces."""
+"""Texture filtering, compared with closed forms.
+
+The tests cover alpha, exact footprints, wide angles, and unlit and emissive surfaces.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ BLACK_SKY = {"type": "sky", "radiance": [0, 0, 0]}
 
 
 def from_above(size: int, width: float = 2.0, turn: float = 0.0) -> raycam.Camera:
-    """A camera far above the origin whose image shows `width` metres, turned about the viewing direction (degrees)."""
+    """A camera far above the origin whose image shows `width` metres.
+
+    It is turned about the viewing direction by an angle in degrees.
+    """
     height = 100.0
     fov = float(np.degrees(2 * np.arctan(width / 2 / height)))
     up = [float(np.sin(np.radians(turn))), float(np.cos(np.radians(turn))), 0.0]
@@ -87,7 +93,7 @@ def test_textures_dense_along_one_axis_stay_sharp_along_the_other(dense: str, tu
 
 @pytest.mark.parametrize("fov", [60, 120, 150])
 def test_wide_angles_keep_the_contrast_at_the_border(fov: float) -> None:
-    """A plane parallel to the image plane has the same scale everywhere, so its contrast is the same everywhere."""
+    """A plane parallel to the image plane has the same scale and contrast everywhere."""
     pixels, stripe = 128, 4
     width = 2 * np.tan(np.radians(fov / 2))
     column = np.arange(2 * pixels) // stripe % 2 * 255

@@ -1,4 +1,4 @@
-"""Lights and objects that some rays do not find."""
+"""Lights and objects that are hidden from camera, shadow or reflection rays."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TRUTH = ("depth", "instance", "position", "normal", "coverage")
 
 
 def scene(light: dict[str, Any] | None = None, ball: dict[str, Any] | None = None) -> raycam.World:
-    """A floor and a ball under an area light. `ball=None` leaves the ball out."""
+    """A floor and a ball under an area light; `ball=None` omits the ball."""
     world = raycam.World()
     world.add_object(plane={"size": 8}, name="floor", color=[0.6, 0.6, 0.6])
     panel = {"type": "area", "position": [0, 0, 2.5], "u": [1, 0, 0], "v": [0, -1, 0], "radiance": 5}

@@ -29,7 +29,10 @@ def path(world: raycam.World, camera: raycam.Camera, **keys: Any) -> Floats:
 def single_scattering(
     direction: Floats, lamp: Floats, sigma: Floats, albedo: Floats, g: float, length: float
 ) -> Floats:
-    """In-scattered radiance of a point light of intensity 1, by quadrature along the ray from the origin."""
+    """In-scattered radiance of a point light of intensity 1, by quadrature along the ray.
+
+    The ray starts at the origin.
+    """
     # Samples are uniform in the angle seen from the lamp, which smooths the peak.
     foot = lamp @ direction
     height = np.linalg.norm(lamp - foot * direction)
@@ -96,7 +99,7 @@ def test_lamps_through_absorbing_fog_equal_beers_law() -> None:
     ],
 )
 def test_white_furnace_with_fog_returns_the_sky(fog: dict[str, Any]) -> None:
-    """A layer over white ground: below a height without ground, paths would seldom return."""
+    """Fog below a height has a white ground, because paths would seldom return without it."""
     world = raycam.World()
     world.add_object(sphere={"radius": 1, "level": 4}, location=[0, 5, 0], color=1, type="matte")
     world.add_object(plane=40000, location=[0, 5, -1], color=1, type="matte")
@@ -108,7 +111,10 @@ def test_white_furnace_with_fog_returns_the_sky(fog: dict[str, Any]) -> None:
 
 
 def test_sky_and_sun_of_a_horizontal_layer_equal_the_transport_equation() -> None:
-    """A layer over black ground, looked at from above, by single scattering: a closed form."""
+    """A layer over black ground, viewed from above.
+
+    Single scattering has a closed form.
+    """
     depth, albedo, g = 0.8, 0.6, 0.5
     world = raycam.World()
     world.add_object(plane=4000, color=0)

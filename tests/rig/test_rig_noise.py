@@ -1,4 +1,7 @@
-"""Noise of several cameras at one time: OpenCV's stereo matcher must find the scene, not equal noise in both images."""
+"""Noise of several cameras at one time.
+
+OpenCV's stereo matcher must find the scene, not equal noise in both images.
+"""
 
 from __future__ import annotations
 

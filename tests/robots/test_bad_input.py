@@ -1,4 +1,7 @@
-"""Bad input from users, one group of cases for each kind: every answer has a code and the facts that help."""
+"""Invalid input from users, one group of cases for each kind.
+
+Every error or notice has a code and contains the facts that help.
+"""
 
 from __future__ import annotations
 

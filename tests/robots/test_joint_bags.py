@@ -36,7 +36,10 @@ def state(time: float, names: Sequence[str], positions: Sequence[float], frame: 
 def write_bag(
     path: Path, topics: dict[str, list[Message]], plugin: str = "mcap", frame: str = "base"
 ) -> Path:
-    """A bag with joint states and a topic of strings; messages are recorded 5 ms after their stamp."""
+    """A bag with joint states and a topic of strings.
+
+    Messages are recorded 5 ms after their stamps.
+    """
     with Writer(path, version=9, storage_plugin=PLUGINS[plugin]) as writer:
         text = writer.add_connection("/robot_description", "std_msgs/msg/String", typestore=STORE)
         string = STORE.types["std_msgs/msg/String"]("<robot/>")

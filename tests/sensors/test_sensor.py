@@ -1,4 +1,7 @@
-"""Sensors in rigs, videos and data sets; the depth of a wall in front of a sensor is a closed form."""
+"""Sensors in rigs, videos and data sets.
+
+The expected depth of a wall in front of a sensor is a closed form.
+"""
 
 from __future__ import annotations
 

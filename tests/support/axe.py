@@ -1,4 +1,7 @@
-"""axe-core, the rules of accessible pages, which `.ci/client` installs."""
+"""Checks of pages with axe-core, a library of accessibility rules.
+
+`.ci/client` installs axe-core.
+"""
 
 from __future__ import annotations
 

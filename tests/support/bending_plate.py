@@ -15,9 +15,10 @@ BULGE = np.array([[0, 0, 0], [0, 0, 0], [0, 0, 0.3], [0, 0, 0.3], [0.1, 0, 0.4],
 
 
 def bending_plate(folder: Path) -> raycam.World:
-    """A plate that bulges and moves to the right while a joint at half its height turns the upper half.
+    """A plate that is bent by a joint, bulges and moves to the right.
 
-    From 0 to 1 second: 90 degrees, morph weight 0 to 1, 0.8 m.
+    The joint at half of the plate's height turns the upper half. From 0 to 1 second, it turns by 90 degrees,
+    the morph weight increases from 0 to 1, and the plate moves by 0.8 m.
     """
     half = np.sqrt(0.5)
     weights = np.zeros((6, 4), "<f4")
@@ -85,7 +86,10 @@ def bending_plate(folder: Path) -> raycam.World:
 
 
 def plate_at(time: float) -> np.ndarray:
-    """The plate's vertices by the formulas of glTF: the morph target, then the weighted sum of the joint transforms."""
+    """The plate's vertices by the formulas of glTF.
+
+    The morph target is applied first, then the weighted sum of the joint transforms.
+    """
     morphed = PLATE + time * BULGE
     angle = np.pi / 2 * time
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])

@@ -6,7 +6,10 @@ import raycam
 
 
 def bin_of_parts(count: int) -> tuple[raycam.World, list[str]]:
-    """A world with a bin of five boxes (`bin/bottom` to `bin/back`), `count` parts above it, and their names."""
+    """A world with a bin and `count` parts above it, and the parts' names.
+
+    The bin consists of five boxes, `bin/bottom` to `bin/back`.
+    """
     world = raycam.World()
     walls = {
         "bottom": ([0.4, 0.3, 0.01], [0, 0, 0.005]),

@@ -1,4 +1,7 @@
-"""An independent camera for tests of calibration files: closed forms in NumPy, and random poses."""
+"""An independent camera for tests of calibration files.
+
+It consists of closed forms in NumPy and random poses.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,10 @@ def points(R: Array, C: Array, reach: float = 0.5) -> Array:
 
 
 def brown(x: Array, k: tuple[float, ...] = (), p: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Points [n, 2] distorted by the radial terms k1 r^2 + k2 r^4 + ... and OpenCV's tangential terms."""
+    """Points [n, 2] with radial (k1 r^2 + k2 r^4 + ...) and tangential distortion.
+
+    The tangential terms are those of OpenCV.
+    """
     r2 = (x**2).sum(axis=1)
     radial = 1 + sum(value * r2 ** (i + 1) for i, value in enumerate(k))
     u, v = x.T
@@ -69,7 +75,7 @@ def four(R: Array, t: Array) -> Array:
 
 
 def intrinsics(fx: float, fy: float, cx: float, cy: float, skew: float = 0.0) -> Array:
-    """K."""
+    """The intrinsics K [3, 3]."""
     return np.array([[fx, skew, cx], [0, fy, cy], [0, 0, 1.0]])
 
 

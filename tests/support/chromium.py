@@ -120,7 +120,10 @@ class Tab:
 
 @contextlib.contextmanager
 def chromium(folder: Path, *more: str) -> Iterator[Tab]:
-    """A new browser with one tab; `more` are options. Raises `FileNotFoundError` if no browser is installed."""
+    """A new browser with one tab.
+
+    `more` contains further command-line options. Raises `FileNotFoundError` if no browser is installed.
+    """
     found = next(filter(None, map(shutil.which, NAMES)), None)
     if found is None:
         raise FileNotFoundError(f"there is no {' or '.join(NAMES)} (Debian, Ubuntu: apt install chromium)")

@@ -1,6 +1,7 @@
-"""Simulated faults of a cluster, for the tests of Dask and, longer, for `benchmarks/bench_cluster.py`.
+"""Simulated faults of a cluster.
 
-Each function runs a job on one machine and on the cluster, and raises if a byte differs or a frame is lost.
+The tests of Dask use them, and `benchmarks/bench_cluster.py` uses them for longer. Each function runs a job
+on one machine and on the cluster, and raises if a byte differs or a frame is lost.
 """
 
 from __future__ import annotations
@@ -45,7 +46,10 @@ class Twice(Future):  # type: ignore[type-arg]
 
 
 class Stormy:
-    """A Dask pool whose frames take `pause` seconds longer, and which delivers every result twice."""
+    """A Dask pool with slow frames that delivers every result twice.
+
+    Each frame takes `pause` seconds longer.
+    """
 
     apart = True
 
@@ -105,8 +109,11 @@ def storm(
     rounds: int = 1,
     seed: int = 0,
 ) -> Storm:
-    """Kills `SHARE` of the workers at random times, `rounds` times, and suspends one for `pause` seconds; results
-    arrive twice. Checks that the frames equal those of one machine."""
+    """Kills and suspends workers at random times during a job.
+
+    In each of `rounds` rounds, the share `SHARE` of the workers is killed. One worker is suspended for
+    `pause` seconds, and results arrive twice. The function checks that the frames equal those of one machine.
+    """
     one = film(seconds=1.0, fps=frames, samples=2).package()
     Job(folder / "one", one).run(Pool())
     chance = random.Random(seed)
@@ -164,7 +171,10 @@ def _nannies(pool: dask_pool.DaskPool) -> list[Any]:
 
 
 def poison(folder: Path, pool: dask_pool.DaskPool, *, frames: int, number: int) -> None:
-    """One frame kills every worker that renders it. It fails, and the others are finished."""
+    """Runs a job in which one frame kills every worker that renders it.
+
+    This frame fails, and all other frames are finished.
+    """
     package = film(seconds=1.0, fps=frames, seed=4).package()
     real = pool._executor.submit
 
@@ -236,7 +246,9 @@ def free_port() -> int:
 
 
 def scheduler_lost(folder: Path, *, frames: int, after: int, count: int = 2) -> tuple[int, str]:
-    """Kills the scheduler during `raycam video`; returns the number of finished frames and the command's output.
+    """Kills the scheduler during `raycam video`.
+
+    Returns the number of finished frames and the command's output.
 
     With a new scheduler, the same command resumes and renders only missing frames.
     """

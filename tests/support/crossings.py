@@ -1,7 +1,7 @@
-"""Crossings of rays and triangles by brute force and rational arithmetic, independent of the core.
+"""Crossings of rays and triangles by brute force and rational arithmetic.
 
-A ray is moved by (e, e², e³) for an infinitesimal e. A value that is 0 gets the sign of its first nonzero
-coefficient in e.
+The code does not use the core. A ray is moved by (e, e², e³) for an infinitesimal e. A value that is 0 gets
+the sign of its first nonzero coefficient in e.
 """
 
 from __future__ import annotations
@@ -39,7 +39,10 @@ def _sign(value: Fraction, coefficients: Vector) -> int:
 
 
 def crossing(corners: Floats, origin: Floats, direction: Floats) -> tuple[Fraction, int, bool] | None:
-    """(t, side, is ahead of the moved start) for the moved line and a triangle; side 1 leaves, -1 enters."""
+    """(t, side, is ahead of the moved start) for the moved line and a triangle.
+
+    The side is 1 if the line leaves, and -1 if it enters.
+    """
     o, d = _exact(origin), _exact(direction)
     points = [_exact(p) for p in corners]
     sides = set()

@@ -12,9 +12,10 @@ import raycam
 
 @dataclass(frozen=True)
 class DepthSensor:
-    """Distances along a grid of `columns` x `rows` rays, which point along x forward with y left and z up.
+    """Distances along a grid of `columns` x `rows` rays.
 
-    The rays of a row are cast at the same time, rows one after another within `duration` seconds.
+    The rays point along x forward, with y left and z up. The rays of a row are cast at the same time, rows
+    one after another within `duration` seconds.
     """
 
     columns: int = 5

@@ -1,4 +1,7 @@
-"""A builder of glTF documents for tests: NumPy arrays become accessors, the rest is written as JSON."""
+"""A builder of glTF documents for tests.
+
+NumPy arrays become accessors; all other parts are written as JSON.
+"""
 
 from __future__ import annotations
 

@@ -102,7 +102,11 @@ def in_child(work: Callable[[], object]) -> int:
 
 
 def killing_at(step: int, part: bool) -> None:
-    """Kills this process before or during the `step`-th write, sync, rename or creation of a folder."""
+    """Kills this process at the `step`-th file operation.
+
+    Operations are writes, syncs, renames and creations of folders. With `part`, the operation takes place
+    first; of a write, only the first half.
+    """
     count = 0
 
     def counted(name: str, module: Any) -> None:
@@ -129,7 +133,10 @@ def killing_at(step: int, part: bool) -> None:
 
 
 def check_intact(folder: Path, whole: dict[str, bytes]) -> int:
-    """Asserts that every final file is correct and every frame of the journal exists; returns the number of frames."""
+    """Asserts that every final file is correct and every frame of the journal exists.
+
+    Returns the number of frames.
+    """
     found = {name: data for name, data in results(folder).items() if not Path(name).name.startswith(".")}
     assert found.items() <= whole.items()
     if not (folder / ".raycam/job.json").exists():

@@ -1,4 +1,7 @@
-"""The numbers that each figure of the lecture should show in a state, by NumPy and `raycam.reference`."""
+"""The numbers that each figure of the lecture should show in a state.
+
+They are computed by NumPy and `raycam.reference`.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ NAMES = ["floor 0", "floor 1", *(f"box {i}" for i in range(12)), "green", "blue"
 
 
 class Truth:
-    """A state of the page: `shown` is what its figure shows, `fixed` are the corners of the floor and the box."""
+    """A state of the page.
+
+    `shown` contains the values that the figure shows, `fixed` the corners of the floor and the box.
+    """
 
     def __init__(self, shown: dict[str, Any], fixed: Floats, state: dict[str, Any]) -> None:
         self.shown, self.state = shown, state
@@ -81,7 +87,10 @@ def random_of(seed: int) -> Iterator[float]:
 
 
 def planes(e: Truth) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """t of each triangle's plane [n], and the crossings of the walk in it [n]."""
+    """For each triangle, t of its plane, and the number of edges crossed in the plane [n].
+
+    The crossings are those of the lecture's inside test at f(t).
+    """
     n = reference.normals(e.triangles)
     t = reference.plane_distances(n, e.triangles[:, 0], e.C, e.r[None])[0]
     f = e.C + t[:, None] * e.r

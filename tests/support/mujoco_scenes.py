@@ -1,6 +1,7 @@
-"""MuJoCo models whose images by MuJoCo's own renderer are stored in `tests/interop/mujoco/references`.
+"""MuJoCo models with stored images by MuJoCo's own renderer.
 
-To render these images again, with OSMesa, run in the folder tests: MUJOCO_GL=osmesa python -m support.mujoco_scenes
+The images are in `tests/interop/mujoco/references`. To render them again, with OSMesa, run in the folder
+tests: MUJOCO_GL=osmesa python -m support.mujoco_scenes
 """
 
 from __future__ import annotations

@@ -44,7 +44,10 @@ def run_module(entry: str, script: str) -> Any:
 
 
 def run_core(script: str, worlds: Mapping[str, bytes] = {}) -> Any:
-    """The JSON output of a script with `core` (the WebAssembly core) and `worlds` (bytes by name)."""
+    """The JSON output of a script that uses the WebAssembly core.
+
+    In the script, `core` is the core, and `worlds` contains bytes by name.
+    """
     folder = files(core.__package__) / core.FOLDER
     packed = {name: base64.b64encode(data).decode() for name, data in worlds.items()}
     return run(

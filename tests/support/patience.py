@@ -19,8 +19,10 @@ def until(condition: Callable[[], object], what: str = "it never was so") -> Non
 
 
 def once_at_work(deed: Callable[[], object], seconds: float = 0.3) -> threading.Thread:
-    """Calls a function from a new thread after this process has used so many seconds of processor time, which do not
-    depend on the load of the machine; returns the started thread."""
+    """Calls a function from a new thread after some processor time, and returns the thread.
+
+    `seconds` is processor time of this process, which does not depend on the load of the machine.
+    """
     start = time.process_time()
 
     def wait() -> None:

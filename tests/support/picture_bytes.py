@@ -1,4 +1,4 @@
-"""Small images whose bytes are equal on every machine and in pages, and the hashes of their channels."""
+"""Small images whose bytes are equal on every machine, and hashes of their channels."""
 
 from __future__ import annotations
 

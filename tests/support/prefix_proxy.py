@@ -9,9 +9,10 @@ import threading
 
 
 class PrefixProxy:
-    """Serves `target` under `prefix`, such as "/lab/view/": one request, or one WebSocket, per connection.
+    """Serves `target` under `prefix`, such as "/lab/view/".
 
-    `host` replaces the Host header (default: it is passed on); `forwarded` adds X-Forwarded-Host.
+    A connection has one request or one WebSocket. `host` replaces the Host header (default: unchanged);
+    `forwarded` adds X-Forwarded-Host.
     """
 
     def __init__(

@@ -28,7 +28,10 @@ def raises(
     code: str | None = None,
     mentions: Iterable[object] = (),
 ) -> Iterator[pytest.ExceptionInfo[Any]]:
-    """Expects an error of a class with this `code` whose text contains each of `mentions`, such as names and values."""
+    """Expects an error with this class and `code` whose text contains all `mentions`.
+
+    Mentions are, for example, names and values.
+    """
     with pytest.raises(kind) as caught:
         yield caught
     if code is not None:
@@ -40,7 +43,7 @@ def raises(
 def warns(
     kind: type[Warning], *, code: str | None = None, mentions: Iterable[object] = ()
 ) -> Iterator[pytest.WarningsRecorder]:
-    """Expects a warning of a class with this `code` whose text contains each of `mentions`."""
+    """Expects a warning with this class and `code` whose text contains all `mentions`."""
     with pytest.warns(kind) as caught:
         yield caught
     texts = [
@@ -63,5 +66,8 @@ def notice_codes(notices: Iterable[Any]) -> list[str]:
 
 
 def has_notice(notices: Iterable[Any], code: str, *facts: object) -> bool:
-    """True if one of the notices has this code and contains each of `facts`, such as names and values."""
+    """True if a notice has this code and its text contains all `facts`.
+
+    Facts are, for example, names and values.
+    """
     return any(notice.code == code and all(str(fact) in str(notice) for fact in facts) for notice in notices)

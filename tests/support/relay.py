@@ -1,4 +1,4 @@
-"""A TCP relay that can be interrupted, like the network between a browser and a distant server."""
+"""A TCP relay that can be interrupted, like a network connection to a distant server."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def tone(seconds: float, channels: int = 2, rate: int = RATE) -> np.ndarray:
 
 
 def heard(path: Path) -> np.ndarray:
-    """[n, channels] in -1 to 1."""
+    """The samples of a file's sound [n, channels], from -1 to 1."""
     with av.open(str(path)) as file:
         stream = file.streams.audio[0]
         assert stream.rate == RATE

@@ -1,4 +1,7 @@
-"""How much of a picture shows its subject: objects other than the ground, or pixels that differ from the border."""
+"""The share of an image that shows its subject.
+
+The subject is all objects except the ground, or the pixels that differ from the border.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ def subject_share(world: Any, camera: raycam.Camera) -> float:
 
 
 def border_share(picture: Path) -> float:
-    """The share of a picture's pixels whose colour differs from that of most pixels of its border by more than 5 %."""
+    """The share of pixels whose colour differs from the border's colour by more than 5 %.
+
+    The border's colour is that of most pixels of the image's border.
+    """
     with Image.open(picture) as image:
         pixels = np.asarray(image.convert("RGBA").convert("RGB"), np.int16)
     border = np.concatenate([pixels[0], pixels[-1], pixels[:, 0], pixels[:, -1]])
@@ -44,7 +50,7 @@ def border_share(picture: Path) -> float:
 
 
 class SavedPictures:
-    """Records the subject's share in each frame that a page renders with `raycam.render` and saves."""
+    """Records the subject's share in each frame that a page renders and saves."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.shares: dict[str, float] = {}

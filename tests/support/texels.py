@@ -10,7 +10,10 @@ import raycam
 
 
 def albedo_of(path: Path, size: tuple[int, int]) -> tuple[npt.NDArray[np.float32], list[raycam.Notice]]:
-    """The linear colour [height, width, 3] of every texel of an image with `size` columns and rows, and the notices."""
+    """The linear colours [height, width, 3] of an image's texels, and the notices.
+
+    `size` is the number of columns and rows.
+    """
     columns, rows = size
     table = {
         "plane": {"size": [2 * columns / rows, 2]},
@@ -24,6 +27,6 @@ def albedo_of(path: Path, size: tuple[int, int]) -> tuple[npt.NDArray[np.float32
 
 
 def linear_from_srgb(values: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
-    """IEC 61966-2-1."""
+    """The linear values of sRGB values from 0 to 1 (IEC 61966-2-1)."""
     values = np.asarray(values, np.float64)
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)

@@ -12,7 +12,10 @@ SIZE = 96
 
 
 def ball_texture() -> np.ndarray:
-    """An sRGB texture that is continuous across the seam of the texture coordinates, with up to 19 levels per texel."""
+    """A smooth sRGB texture that is continuous across the seam of the coordinates.
+
+    Neighbouring texels differ by up to 19 levels.
+    """
     turn, height = np.meshgrid((np.arange(SIZE) + 0.5) / SIZE * 2 * np.pi, (np.arange(SIZE) + 0.5) / SIZE)
     waves = np.stack(
         [np.sin(2 * turn + 9 * height), np.cos(turn - 8 * height), np.sin(3 * turn) * np.sin(15 * height)],
@@ -41,7 +44,10 @@ def bumpy_ball(side: int = 12) -> raycam.World:
 
 
 def cameras_around(count: int = 6, **lens: Any) -> dict[str, raycam.Camera]:
-    """Cameras around the ball, above and below its equator in turn, whose pixels are smaller than its texels."""
+    """Cameras around the ball, alternately above and below its equator.
+
+    Their pixels are smaller than the texels.
+    """
     turns = 2 * np.pi * np.arange(count) / count
     places = [[3 * np.cos(turn), 3 * np.sin(turn), (-1) ** i * 1.2] for i, turn in enumerate(turns.tolist())]
     return {
@@ -51,7 +57,10 @@ def cameras_around(count: int = 6, **lens: Any) -> dict[str, raycam.Camera]:
 
 
 def away_from_rims(seen: np.ndarray, margin: int = 2) -> np.ndarray:
-    """Mask of seen texels more than `margin` texels from others, near which photographs show the background too."""
+    """Mask of seen texels that are more than `margin` texels away from unseen texels.
+
+    Nearer to unseen texels, photographs also show the background.
+    """
     inner = cv2.erode(np.pad(seen, 1).astype(np.uint8), np.ones((2 * margin + 1,) * 2, np.uint8))
     mask: np.ndarray = inner[1:-1, 1:-1] > 0
     return mask

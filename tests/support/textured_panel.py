@@ -73,5 +73,8 @@ def psnr(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def inner(texture: np.ndarray, margin: int = 3) -> np.ndarray:
-    """The texels away from the panel's edge, where pixels of the photographs mix it with the background."""
+    """The texels away from the panel's edge.
+
+    Pixels at the edge mix the panel with the background.
+    """
     return texture[margin:-margin, margin:-margin]

@@ -8,7 +8,10 @@ from raycam.lidar.velodyne import Laser
 
 
 def driver_point(laser: Laser, azimuth: float, raw: float) -> list[float]:
-    """The point of `rawdata.cpp` for an azimuth in radians and a raw distance in metres, as the equations there."""
+    """The point that the equations of `rawdata.cpp` give.
+
+    The arguments are an azimuth in radians and a raw distance in metres.
+    """
     d = raw + laser.dist_correction
     a = azimuth - laser.rot_correction
     cos_v, sin_v = math.cos(laser.vert_correction), math.sin(laser.vert_correction)

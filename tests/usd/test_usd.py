@@ -336,7 +336,10 @@ def test_lights_have_the_radiometric_values_of_usdlux(tmp_path: Path) -> None:
 
 
 def test_sphere_light_with_radius_zero_keeps_its_power(tmp_path: Path) -> None:
-    """Blender writes such a point light of 100 W; in UsdLux, normalised power does not depend on the radius."""
+    """Blender writes a point light of 100 W as a sphere light of radius 0.
+
+    In UsdLux, normalised power does not depend on the radius.
+    """
     made = stage(tmp_path / "a.usda")
     square(made)
     for name, radius in {"bulb": 0.0, "ball": 0.5}.items():

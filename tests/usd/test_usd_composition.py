@@ -96,7 +96,10 @@ def test_equal_units_and_axes_give_no_notices(tmp_path: Path) -> None:
 
 
 def chair(path: Path) -> Any:
-    """Two prims with the variant set `shape`; its second variant contains the variant set `size`."""
+    """Two prims with the variant set `shape`.
+
+    The set's second variant contains the variant set `size`.
+    """
     made = stage(path)
     for number, name in enumerate(("/a", "/b")):
         prim = UsdGeom.Xform.Define(made, name).GetPrim()

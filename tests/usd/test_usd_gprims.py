@@ -50,7 +50,10 @@ SOLIDS: dict[str, tuple[dict[str, Any], float, list[float]]] = {
 
 @pytest.mark.parametrize("kind", SOLIDS)
 def test_solid_primitives_are_closed_with_exact_bounds_and_volume(tmp_path: Path, kind: str) -> None:
-    """The meshes are closed, have the closed-form volume, face outwards, and have the bounds of OpenUSD."""
+    """The meshes are closed and face outwards, and their volumes equal closed forms.
+
+    Their bounds equal those of OpenUSD.
+    """
     values, volume, size = SOLIDS[kind]
     made = stage(tmp_path / "a.usda")
     prim = made.DefinePrim("/solid", kind)

@@ -1,4 +1,4 @@
-"""Scale, bias, channel and colour space of UsdUVTexture, compared with the specification's formulas."""
+"""Scale, bias, channel and colour space of UsdUVTexture, as in the specification."""
 
 from __future__ import annotations
 

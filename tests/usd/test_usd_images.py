@@ -1,4 +1,7 @@
-"""Images of UsdPreviewSurface: wrapping, transforms and opacity, compared with values computed from their pixels."""
+"""Images of UsdPreviewSurface.
+
+Wrapping, transforms and opacity are compared with values computed from the images' pixels.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +61,10 @@ def seen(
     corners: tuple[float, float] = (-1.5, 2.5),
     size: int = 48,
 ) -> tuple[npt.NDArray[np.float64], Any, Any, raycam.World]:
-    """The colours of a square seen from above, and the coordinates of its pixels between `corners`."""
+    """The colours of a square seen from above, and the coordinates of its pixels.
+
+    The coordinates range between `corners`.
+    """
     write_image(folder / "image.png", PIXELS)
     made = stage(folder / "a.usda")
     mesh, paint = square(made), material(made, "/paint")

@@ -1,4 +1,7 @@
-"""Instances of USD (prototypes, primvars per instance, nested instancers), compared with OpenUSD."""
+"""Instances of USD, compared with OpenUSD.
+
+The tests cover prototypes, primvars per instance and nested instancers.
+"""
 
 from __future__ import annotations
 
@@ -103,7 +106,7 @@ def test_masked_instances_are_not_shown(tmp_path: Path) -> None:
 @pytest.mark.parametrize("interpolation", ["vertex", "varying", "faceVarying", "uniform", "constant"])
 @pytest.mark.parametrize("indexed", [False, True])
 def test_instances_have_their_own_colors(tmp_path: Path, interpolation: str, indexed: bool) -> None:
-    """ "The value is applied to each instance with constant interpolation at its root": UsdGeomPointInstancer."""
+    """An instance's value applies to the whole instance (UsdGeomPointInstancer)."""
     made = stage(tmp_path / "a.usda")
     many = instancer(made, ["/many/a"], [0, 0, 0])
     square(made, "/many/a")
@@ -251,7 +254,10 @@ def test_instanceable_meshes_keep_their_names(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("hidden", ["parent", "prototype"])
 def test_invisible_parents_of_a_prototype_have_no_effect(tmp_path: Path, hidden: str) -> None:
-    """As in OpenUSD's testUsdImagingGLInstancePrimvars, whose prototypes are in an invisible scope."""
+    """Prototypes are often in an invisible scope.
+
+    An example is OpenUSD's testUsdImagingGLInstancePrimvars.
+    """
     made = stage(tmp_path / "a.usda")
     instancer(made, ["/many/protos/a", "/many/protos/b"], [0, 1, 0])
     square(made, "/many/protos/a/mesh")

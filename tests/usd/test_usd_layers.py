@@ -1,4 +1,7 @@
-"""Layers and images named by a stage: files that are forbidden or unreadable are omitted with a notice."""
+"""Layers and images named by a stage.
+
+Forbidden and unreadable files are omitted with a notice.
+"""
 
 from __future__ import annotations
 
@@ -133,7 +136,10 @@ def test_folder_argument_must_contain_the_file(tmp_path: Path) -> None:
 
 
 def test_loaded_file_may_be_a_symbolic_link(tmp_path: Path) -> None:
-    """As in the cache of Hugging Face: one folder contains the names as links, another the files."""
+    """The cache of Hugging Face has such links.
+
+    One folder contains links with the files' names, another folder the files.
+    """
     made = stage(tmp_path / "made" / "a.usda")
     mesh, paint = square(made), material(made, "/world/paint")
     uvs(mesh)

@@ -1,4 +1,4 @@
-"""Tetrahedra, cylinder lights, dome lights, cones, colours of subdivision surfaces, fallbacks of primvar readers."""
+"""Tetrahedra, cylinder and dome lights, cones, subdivision colours, reader fallbacks."""
 
 from __future__ import annotations
 
@@ -48,7 +48,10 @@ def test_surface_of_a_tetrahedral_mesh_is_closed_and_faces_outwards(
 
 @pytest.mark.parametrize("normalize", [False, True])
 def test_cylinder_light_emits_from_its_side(tmp_path: Path, normalize: bool) -> None:
-    """The power of a surface of radiance L is pi L times its area; with `normalize`, L is divided by the area."""
+    """The power of a surface of radiance L is pi L times its area.
+
+    With `normalize`, L is divided by the area.
+    """
     made = stage(tmp_path / "a.usda")
     light = UsdLux.CylinderLight.Define(made, "/tube")
     light.CreateLengthAttr(4.0)

@@ -1,4 +1,7 @@
-"""Sound of videos: as long as the images, and unchanged by lossless codecs; read back by FFmpeg."""
+"""Sound of videos, read back by FFmpeg.
+
+The sound is as long as the images, and lossless codecs do not change it.
+"""
 
 from __future__ import annotations
 

@@ -15,7 +15,10 @@ SIZE = (64, 48)
 
 
 def decoded(path: Path, components: int) -> list[np.ndarray]:
-    """The images of a file. FFmpeg's own VP9 decoder does not support opacity, so Google's is used."""
+    """The images of a file.
+
+    Google's VP9 decoder is used, because FFmpeg's own decoder does not support opacity.
+    """
     kind = "rgba" if components == 4 else "rgb24"
     with av.open(str(path)) as file:
         stream = file.streams.video[0]

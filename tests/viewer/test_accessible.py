@@ -1,4 +1,7 @@
-"""Accessibility of the page and the live view, checked with axe-core. Requires Chromium and axe-core."""
+"""Accessibility of the page and the live view, checked with axe-core.
+
+Requires Chromium and axe-core.
+"""
 
 from __future__ import annotations
 

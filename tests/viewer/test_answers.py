@@ -1,4 +1,7 @@
-"""Slow answers: in order for each client, in parallel for different clients, and without delaying close()."""
+"""Slow answers do not delay other clients or close().
+
+Each client's answers are sent in order, and those of different clients in parallel.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The client in a browser: its numbers, colours and controls. Requires Chromium: `make proof`."""
+"""The client in a browser: its numbers, colours and controls.
+
+Requires Chromium: `make proof`.
+"""
 
 from __future__ import annotations
 

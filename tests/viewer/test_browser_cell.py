@@ -1,6 +1,7 @@
-"""The widget in frames with the sandboxes and policies of a VS Code notebook, which has messages but no address.
+"""The widget in a simulated VS Code notebook, which has messages but no address.
 
-Source of the flags and policies: VS Code 1.139, `webview/browser/pre/index.html` and `backLayerWebView.ts`.
+Frames have the sandboxes and policies of VS Code 1.139, `webview/browser/pre/index.html` and
+`backLayerWebView.ts`.
 """
 
 from __future__ import annotations
@@ -92,7 +93,10 @@ def script_text(value: str) -> str:
 
 
 def write_frames(folder: Path, policy: str) -> None:
-    """Writes the pages of the frames. The policy forbids loading a module by address, which anywidget would use."""
+    """Writes the pages of the frames.
+
+    The policy forbids loading modules by address, as anywidget would do.
+    """
     by_address = (
         f"const url = URL.createObjectURL(new Blob([{script_text(RELAY)}], {{ type: 'text/javascript' }}));"
     )
@@ -175,7 +179,10 @@ def in_the_cell(tab: Tab, script: str) -> Any:
 
 
 def middle_of_the_picture(tab: Tab) -> tuple[float, float]:
-    """The middle of the image in the window; the frame begins at the margin of the page in the corner."""
+    """The window position of the image's middle.
+
+    The frame's top left corner is at the margin of the page.
+    """
     x, y = in_the_cell(
         tab,
         "(({ x, y, width, height }) => [x + width / 2, y + height / 2])"

@@ -1,4 +1,7 @@
-"""Worlds changed in a browser by dragging handles and dropping files. Requires Chromium: `make proof`."""
+"""Worlds changed in a browser by dragging handles and dropping files.
+
+Requires Chromium: `make proof`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The layout of the live view in Chromium: tree, properties, axes, palette, phones, and transferred bytes."""
+"""The layout of the live view in Chromium.
+
+Tree, properties, axes, palette, phones, and transferred bytes are checked.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Use of the live view in a browser: flight, lenses, time, light, files, reloads, other pages.
+"""Use of the live view in a browser.
 
-Requires Chromium: `make proof`.
+Flight, lenses, time, light, files, reloads and foreign pages are checked. Requires Chromium: `make proof`.
 """
 
 from __future__ import annotations
@@ -118,7 +118,10 @@ def rest(tab: Tab, session: Session) -> None:
 
 
 def on_the_screen(tab: Tab, size: tuple[int, int]) -> list[np.ndarray]:
-    """The displayed image at 1:1, at each position that rounding of its centre allows."""
+    """Crops of the screen that may be the displayed image at 1:1.
+
+    The crops differ by one pixel, because the image's centre may be rounded in either direction.
+    """
     tab.evaluate("document.getElementById('one-to-one').click()")
     tab.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     data = tab.evaluate(

@@ -1,4 +1,7 @@
-"""Opening in Chromium: several models, a folder, a changed file, and photographs. Needs Chromium: `make proof`."""
+"""Opening in Chromium: several models, a folder, a changed file, and photographs.
+
+Requires Chromium: `make proof`.
+"""
 
 from __future__ import annotations
 

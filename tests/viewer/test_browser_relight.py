@@ -1,4 +1,7 @@
-"""Sliders that change the brightness of lights in a saved page. Requires Chromium: `make proof`."""
+"""Sliders that change the brightness of lights in a saved page.
+
+Requires Chromium: `make proof`.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,10 @@ def set_slider(tab: Tab, name: str, factor: float) -> None:
 
 
 def shown_color(tab: Tab, frame: raycam.Frame, expected: np.ndarray) -> np.ndarray:
-    """The colour of the middle pixel in the readout, as soon as it is the expected one; otherwise the last one."""
+    """The middle pixel's colour in the readout.
+
+    Waits for the expected colour; returns the last colour if it does not appear.
+    """
     tab.mouse("mouseMoved", *place_of(tab, 24, 16, frame.size))
     for _ in range(50):
         found = np.array(readout(tab).get("color", [np.nan] * 3), np.float32)

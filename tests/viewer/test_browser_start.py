@@ -1,4 +1,7 @@
-"""The start of a served page: it connects before the client's script runs. Requires Chromium: `make proof`."""
+"""The start of a served page: it connects before the client's script runs.
+
+Requires Chromium: `make proof`.
+"""
 
 from __future__ import annotations
 

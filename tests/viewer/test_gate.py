@@ -15,7 +15,7 @@ OWN = "127.0.0.1:7421"
 
 
 class Request(dict[str, "list[str]"]):
-    """Headers with several values each."""
+    """The headers of a request; a header may occur several times."""
 
     def get_all(self, name: str) -> list[str]:
         return self.get(name, [])

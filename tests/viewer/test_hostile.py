@@ -226,7 +226,10 @@ def message(chance: random.Random) -> str:
 
 
 def talk(server: Server, url: str, chance: random.Random, count: int) -> None:
-    """Sends messages to a server without reading the answers; connects again when it is disconnected."""
+    """Sends messages to a server without reading the answers.
+
+    Connects again when it is disconnected.
+    """
     host, port = server.address
     sent = 0
     while sent < count:

@@ -16,7 +16,10 @@ from support.raises import raises
 
 
 def irradiance_at(world: raycam.World, point: Any, normal: Any) -> np.ndarray:
-    """The irradiance at a point, measured as the radiance of a white matte square there: E = pi L."""
+    """The irradiance at a point, from the radiance of a small white matte square there.
+
+    E = pi L.
+    """
     probe = raycam.World(up=world.up)
     for light in world.lights:
         probe.add_light(light)

@@ -1,4 +1,7 @@
-"""Limits of the server: time, messages per second, stored sessions, and worlds opened by one client."""
+"""Limits of the server.
+
+They concern time, messages per second, stored sessions, and worlds opened by one client.
+"""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def test_lens_for_a_wider_window_keeps_the_vertical_field_of_view() -> None:
 
 @pytest.fixture(params=["named", "framed"])
 def linked(small_world: raycam.World, request: pytest.FixtureRequest) -> Iterator[Server]:
-    """A server that shows a world through its own camera, or through a camera that fills the window."""
+    """A server that shows the world's camera, or a camera that fills the window."""
     world = small_world if request.param == "named" else small_world.copy()
     if request.param == "framed":
         for name in list(world.cameras):

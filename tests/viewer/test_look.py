@@ -35,7 +35,7 @@ def model() -> raycam.World:
 
 
 def color(world: raycam.World, camera: raycam.Camera, **options: Any) -> Any:
-    """A part of an image."""
+    """The colour of the image region that the tests compare."""
     return raycam.render(world, camera, channels="color", region=REGION, **options)["color"]
 
 

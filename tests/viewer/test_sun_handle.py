@@ -34,7 +34,10 @@ def lines_of(session: Session, handle: str | None) -> np.ndarray:
 
 
 def middle_of(session: Session) -> np.ndarray:
-    """The centre of the box in the image, in pixels from its top left corner, by the pinhole equation."""
+    """The box's centre in pixels from the image's top left corner.
+
+    It is computed with the pinhole equation.
+    """
     camera = session.view.still_camera
     u, v, w = camera.K @ (camera.R @ ([1, 2, 0.5] - camera.location))
     return np.array([u / w, v / w]) - camera.corner

@@ -13,7 +13,11 @@ Floats = npt.NDArray[np.float64]
 
 
 def brute_distance(points: Floats, triangles: Floats) -> Floats:
-    """Distances to all triangles: to the three segments, and to the plane if the foot point is inside."""
+    """Distances to all triangles, by brute force.
+
+    The distance to the plane counts if its foot point is inside the triangle, otherwise the distance to the
+    three segments.
+    """
     nearest = np.full(len(points), np.inf)
     for i, point in enumerate(points):
         corners = triangles - point

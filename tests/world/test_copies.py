@@ -1,4 +1,7 @@
-"""Independent copies of worlds: `copy`, `deepcopy`, pickles, and worlds sent to other processes."""
+"""Independent copies of worlds.
+
+They are created by `copy`, `deepcopy` and pickle, or sent to other processes.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Crossings: every surface is counted once, also at vertices and edges; compared with rational arithmetic."""
+"""Crossings, compared with rational arithmetic.
+
+Every surface is counted once, also at vertices and edges.
+"""
 
 from __future__ import annotations
 

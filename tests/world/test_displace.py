@@ -52,7 +52,7 @@ CLOSED: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("matrix", [np.eye(4), np.diag([-2.0, 1, 0.5, 1])])
 @pytest.mark.parametrize("shape", CLOSED)
 def test_displaced_closed_shapes_stay_closed(shape: str, matrix: Floats) -> None:
-    """Although vertices, texture coordinates and normals differ at the seams and edges."""
+    """Shapes stay closed although vertices, uvs and normals differ at seams and edges."""
     world = displaced(random_heights(2), **CLOSED[shape], height_scale=0.03, matrix=matrix)
     mesh = welded(world)
     assert len(mesh.faces) > 10_000
@@ -93,7 +93,10 @@ def test_box_displaced_by_a_constant_is_a_larger_box(scale: Any) -> None:
 
 
 def march(heights: Floats, origin: Floats, directions: Floats) -> Floats:
-    """Distances to the bilinear height field over the plane of 2 x 2 m, by small steps and bisection."""
+    """Distances to the bilinear height field over a plane of 2 x 2 m.
+
+    They are found by small steps and bisection.
+    """
 
     def above(distances: Floats) -> Floats:
         at = origin + directions * distances[:, None]
@@ -166,7 +169,7 @@ def test_edges_are_split_until_they_are_as_short_as_a_texel_or_max_edge() -> Non
 
 
 def test_displaced_triangles_keep_the_attributes_of_their_triangle() -> None:
-    """Also for neighbours without relief, which are refined only where they share an edge."""
+    """A displaced square of two triangles keeps its colours, coordinates and triangle order."""
     square = {"vertices": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "triangles": [[0, 1, 2], [0, 2, 3]]}
     uvs = [[0, 1], [1, 1], [1, 0], [0, 0]]
     colors = [[1, 0, 0], [0, 1, 0]]
@@ -273,7 +276,7 @@ def test_recipes_measure_the_displaced_shape() -> None:
 
 
 def test_displaced_surface_does_not_tear_between_materials(tmp_path: Any) -> None:
-    """Materials meet at an edge, where the surface does not tear."""
+    """Two materials meet at an edge of the surface."""
     corners = [[-1, 0, 0], [0, 0, 0], [1, 0, 0], [-1, 1, 0], [0, 1, 0], [1, 1, 0]]
     (tmp_path / "a.obj").write_text(
         "\n".join(

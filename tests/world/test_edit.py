@@ -1,4 +1,7 @@
-"""Changes of worlds: each equals a world built with the change, byte for byte; refused changes have no effect."""
+"""Changes of worlds.
+
+A changed world equals a world built with the change, byte for byte; refused changes have no effect.
+"""
 
 from __future__ import annotations
 
@@ -359,7 +362,7 @@ def test_concurrent_images_show_a_consistent_state() -> None:
 
 
 def test_light_structures_are_built_only_for_lit_images() -> None:
-    """`at` of an unrendered world builds the mesh for the first time and reuses it for the second."""
+    """The first `at` of an unrendered world builds the mesh's tree, and the second reuses it."""
     world = built(floor(), lamp(), cup())
     world.set_video(keyframe=[KEYFRAMES[0], KEYFRAMES[1]])
     first, second = world.at(0.5), world.at(1.5)

@@ -16,7 +16,7 @@ XYZ_FROM_RGB = np.array(
 
 
 def light(**keys: Any) -> dict[str, Any]:
-    """The stored light."""
+    """The description of a light as the world stores it."""
     world = raycam.World()
     world.add_light(keys)
     return dict(world.lights[0])

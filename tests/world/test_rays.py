@@ -1,4 +1,7 @@
-"""Exact ray queries: vertices, edges, starts near surfaces and ranges of t, compared with rational arithmetic."""
+"""Exact ray queries, compared with rational arithmetic.
+
+The tests cover vertices, edges, starts near surfaces and ranges of t.
+"""
 
 from __future__ import annotations
 
@@ -63,8 +66,9 @@ def ball(subdivisions: int = 4, matrix: npt.ArrayLike | None = None) -> raycam.W
 def closest_by_fractions(
     corners: Floats, origin: Floats, direction: Floats, objects: npt.NDArray[np.integer[Any]] | None = None
 ) -> tuple[Fraction, int] | None:
-    """The smallest (t, triangle) at t >= 0 of closed triangles, by rational arithmetic; of several objects at equal t,
-    the last one counts.
+    """The smallest (t, triangle) with t >= 0, by rational arithmetic.
+
+    Triangles include their edges. Of several objects at equal t, the last one counts.
     """
 
     def exact(values: Floats) -> list[Fraction]:

@@ -1,4 +1,4 @@
-"""Worlds from bytes and file objects, files whose content determines their kind, and units of mesh files."""
+"""Worlds from bytes and file objects, detection of file kinds, and units of meshes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The studio: its seamless floor, soft shadow and ground truth; grounds, and targets of lights."""
+"""The studio: floor, soft shadow and ground truth.
+
+Grounds and targets of lights are checked, too.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Arrays as images of materials and environments: their texels equal those of a PNG file written by Pillow."""
+"""Arrays as images of materials and environments.
+
+Their texels equal those of a PNG file written by Pillow.
+"""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def lit(textures: Any, **keys: Any) -> npt.NDArray[Any]:
 
 
 def srgb(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Linear values of sRGB (IEC 61966-2-1)."""
+    """The linear values of sRGB values from 0 to 1 (IEC 61966-2-1)."""
     high = ((values + 0.055) / 1.055) ** 2.4
     return np.where(values <= 0.04045, values / 12.92, high)
 

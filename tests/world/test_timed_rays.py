@@ -1,4 +1,4 @@
-"""Rays with times, compared with the world at each ray's time and with closed forms of moving surfaces."""
+"""Rays with times, compared with worlds at these times and with closed forms."""
 
 from __future__ import annotations
 
@@ -165,7 +165,10 @@ def test_deforming_mesh_is_hit_with_its_shape_at_each_time(tmp_path: Path) -> No
 @pytest.mark.parametrize("interpolation", ["linear", "smooth"])
 @pytest.mark.parametrize("t_min", [0.0, -20.0])
 def test_narrow_bundles_hit_objects_that_pass_through_them(interpolation: Any, t_min: float) -> None:
-    """Rays in the order of a turning sensor: most objects are out of reach of most of them, at each time others."""
+    """The rays have the order of a turning sensor.
+
+    At any time, most objects are far from the rays, and the near objects change over time.
+    """
     world = raycam.World()
     world.add_object(plane={"size": 60}, name="ground", location=[0, 0, -1])
     random = np.random.default_rng(8)
@@ -209,7 +212,7 @@ def test_narrow_bundles_hit_objects_that_pass_through_them(interpolation: Any, t
 
 
 def test_rays_in_columns_have_the_hits_of_single_rays() -> None:
-    """Rays from one place are traced in another order, which no field shows."""
+    """Rays from one place are traced in another order, which must not change the results."""
     world = moving_world()
     up, turn = np.meshgrid(np.linspace(-0.4, 0.4, 64), np.linspace(-0.5, 0.5, 64))
     directions = np.stack([np.ones(4096), turn.reshape(-1), up.reshape(-1)], axis=1)

@@ -1,4 +1,4 @@
-"""Rules for the source tree: imports, boundaries, function lengths and recipes, checked without building raycam.
+"""Rules for the source tree: imports, boundaries, function lengths and recipes.
 
-Python is parsed with `ast`, Rust with the tool `rust_facts`.
+The rules are checked without building raycam. Python is parsed with `ast`, Rust with the tool `rust_facts`.
 """

@@ -111,7 +111,10 @@ def python_outside_bindings(root: Path) -> list[str]:
 
 
 def shared_code_of_reference(root: Path) -> list[str]:
-    """Forbidden imports of `raycam.reference`, which may use only NumPy and the standard library."""
+    """Forbidden imports of `raycam.reference`.
+
+    It may import only NumPy and the standard library.
+    """
     allowed = {"numpy", ".units", ".procedure", ".picture"} | set(sys.stdlib_module_names)
     return [
         f"{path.relative_to(root)} imports {found}"
@@ -121,7 +124,10 @@ def shared_code_of_reference(root: Path) -> list[str]:
 
 
 def unknown_python_packages(root: Path) -> list[str]:
-    """Imports of packages missing in pyproject.toml, and imports of slow packages at the top of a file."""
+    """Imports of undeclared packages, and imports of slow packages at the top of a file.
+
+    Undeclared packages are missing in pyproject.toml.
+    """
     offences = []
     for path in python_files(root):
         own = {name for name in imported_packages(path) if name.startswith(".") or name == "raycam"}
@@ -138,9 +144,10 @@ def unknown_python_packages(root: Path) -> list[str]:
 
 
 def compat_that_reaches_in(root: Path) -> list[str]:
-    """Private imports by the stand-ins for other libraries, and imports of these stand-ins by the package.
+    """Forbidden imports between the package and its stand-ins for other libraries.
 
-    The stand-ins may also import the sRGB transfer function, which is a formula without state.
+    A stand-in must not import private names of the package, and the package must not import a stand-in. The
+    stand-ins may also import the sRGB transfer function, which is a formula without state.
     """
     package = root / "python" / "raycam"
     offences = []

@@ -16,7 +16,7 @@ MAX_FOLDER_FILES = 16
 
 
 def long_functions(root: Path) -> list[str]:
-    """Functions of the crates and of the Python package with more than `MAX_FUNCTION_LINES` lines.
+    """Functions of the crates and the package with more than `MAX_FUNCTION_LINES` lines.
 
     Tests are excluded, and so are the lines of docstrings.
     """
@@ -39,7 +39,10 @@ def _length(node: ast.stmt) -> int:
 
 
 def large_files(root: Path) -> list[str]:
-    """Files with more than `MAX_FILE_LINES` lines: a figure for the report, not a rule."""
+    """Files with more than `MAX_FILE_LINES` lines.
+
+    The number is reported, but not limited by a rule.
+    """
     paths = [root / name for name in rust_facts.files(root) if rust_facts.is_source(name)] + python_files(
         root
     )
@@ -48,7 +51,10 @@ def large_files(root: Path) -> list[str]:
 
 
 def large_folders(root: Path) -> list[str]:
-    """Folders with more than `MAX_FOLDER_FILES` source files: a figure for the report, not a rule."""
+    """Folders with more than `MAX_FOLDER_FILES` source files.
+
+    The number is reported, but not limited by a rule.
+    """
     paths = [root / name for name in rust_facts.files(root) if rust_facts.is_source(name)] + python_files(
         root
     )

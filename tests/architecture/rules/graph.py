@@ -9,7 +9,10 @@ Arrows = Mapping[str, Set[str]]
 
 
 def circles(arrows: Arrows) -> list[list[str]]:
-    """Cycles: groups of files that import each other (Tarjan's strongly connected components), largest first."""
+    """Cycles: groups of files that import each other, largest first.
+
+    The groups are Tarjan's strongly connected components.
+    """
     index: dict[str, int] = {}
     low: dict[str, int] = {}
     stack: list[str] = []
@@ -47,9 +50,10 @@ def circles(arrows: Arrows) -> list[list[str]]:
 
 
 def place_of(name: str, order: Sequence[str]) -> int | None:
-    """Index of the longest entry of `order` that equals the file `name` (without extension) or a parent folder.
+    """Index of the longest entry of `order` that equals the file or a parent folder.
 
-    An entry `scene` means a folder with its `mod.rs`; an entry `scene/mod` means that file alone.
+    `name` is the file without its extension. An entry `scene` means a folder with its `mod.rs`; an entry
+    `scene/mod` means that file alone.
     """
     path = PurePosixPath(name).with_suffix("")
     for candidate in (path, *path.parents):

@@ -1,7 +1,8 @@
-"""The order of folders in each crate and in the package: each entry may import from earlier ones.
+"""The order of folders in each crate and in the package.
 
-An entry is a folder, or a file without its extension. A file belongs to the longest entry that contains it, so
-`scene/query` may be above `traverse` while the rest of `scene` is below.
+Each entry may import from earlier entries. An entry is a folder, or a file without its extension. A file
+belongs to the longest entry that contains it, so `scene/query` may be above `traverse` while the rest of
+`scene` is below.
 """
 
 ORDER = {

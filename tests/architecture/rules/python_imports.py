@@ -80,7 +80,10 @@ def _targets(package: Path, path: Path, node: ast.Import | ast.ImportFrom) -> se
 
 
 def _base(package: Path, path: Path, node: ast.ImportFrom) -> Path | None:
-    """The folder or file (without extension) named by a `from … import`; None outside the package."""
+    """The folder or file (without extension) named by a `from … import`.
+
+    Returns None for modules outside the package.
+    """
     parts = node.module.split(".") if node.module else []
     if node.level:
         folder = path.parent

@@ -17,7 +17,7 @@ NEW = re.compile(r"foo|Foo|FOO")
 
 @dataclass
 class Recipe:
-    """A section "A light" of CONTRIBUTING.md."""
+    """A section of CONTRIBUTING.md such as "A light"."""
 
     title: str
     text: str
@@ -97,6 +97,9 @@ def missing_commands(root: Path, recipe: Recipe) -> list[str]:
 
 
 def files_with_every_variant(root: Path, enum: str) -> list[str]:
-    """Files that define an enum or match on it without a catch-all arm: a new variant breaks them."""
+    """Files that define an enum, or match on it without a catch-all arm.
+
+    These files must be changed for each new variant.
+    """
     facts = rust_facts.files(root)
     return [name for name, file in facts.items() if enum in file["matched"] and rust_facts.is_source(name)]

@@ -13,7 +13,10 @@ TARGET = Path(__file__).resolve().parents[3] / "target" / "rust_facts"
 
 
 class FileFacts(TypedDict):
-    """Facts about a file: all its identifiers, and those of its items that are not only for tests."""
+    """Facts about a file.
+
+    `words` contains all identifiers of the file; the other lists omit items that are compiled for tests only.
+    """
 
     words: list[str]
     types: list[str]

@@ -1,4 +1,7 @@
-"""Images in MuJoCo's own light and texture mappings, compared with images by MuJoCo's renderer on OSMesa."""
+"""Images with MuJoCo's own light and texture mappings.
+
+They are compared with images of MuJoCo's renderer on OSMesa.
+"""
 
 from __future__ import annotations
 

@@ -153,7 +153,10 @@ def test_sites_are_added_on_request() -> None:
 
 
 class OldModel:
-    """The arrays of a model of MuJoCo 3.3.2, which has `light_directional` instead of `light_type`."""
+    """The arrays of a model of MuJoCo 3.3.2.
+
+    It has `light_directional` instead of `light_type`.
+    """
 
     def __init__(self, model: Any) -> None:
         self._model = model

@@ -155,7 +155,10 @@ def test_packets_of_all_returns_or_large_distances_are_refused(tmp_path: Path) -
 
 
 def test_packets_contain_signal_and_near_infrared(tmp_path: Path) -> None:
-    """Bytes 6 and 8 of a pixel of 12 bytes in LEGACY packets; bytes 8, 10 and 12 of 16 with two returns."""
+    """The values are at bytes 6 and 8 of the 12 bytes of a pixel in LEGACY packets.
+
+    With two returns, they are at bytes 8, 10 and 12 of 16 bytes.
+    """
     world = raycam.World()
     world.add_object(box={"size": [60, 60, 30]}, name="hall", color=[0.5] * 3)
     world.add_object(box={"size": [50, 50, 20]}, name="screen", color=[0.5] * 3, opacity=0.2, alpha="blend")

@@ -40,7 +40,10 @@ def decode(path: Path, model: str) -> np.ndarray:
 @pytest.mark.parametrize("name", list(MODELS))
 @pytest.mark.parametrize("rate", [10.0, 20.0])
 def test_decoded_points_equal_the_scan(name: str, rate: float, hall: raycam.World, tmp_path: Path) -> None:
-    """Within the steps of the packets: 2 or 4 mm, 0.01 degrees twice (rotor and correction), and 1 microsecond."""
+    """The points differ by at most the resolution of the packets.
+
+    This is 2 or 4 mm, twice 0.01 degrees (rotor and correction), and 1 microsecond.
+    """
     lidar = raycam.Lidar(name, rate=rate, range_noise=0.02).placed([3, 2, 1], yaw=10)
     scan = raycam.scan(hall, lidar)
     scan.save(tmp_path / "scan.pcap")
@@ -65,7 +68,10 @@ def test_decoded_points_equal_the_scan(name: str, rate: float, hall: raycam.Worl
 
 
 def test_packets_of_a_vls128_are_decoded(hall: raycam.World, tmp_path: Path) -> None:
-    """The decoder uses the firing times of later firmware, 15 us apart at most: 0.055 degrees at 10 Hz."""
+    """The decoder uses the firing times of later firmware.
+
+    They differ by at most 15 us, which is 0.055 degrees at 10 Hz.
+    """
     lidar = raycam.Lidar("vls128", noise=False).placed([3, 2, 1], yaw=10)
     scan = raycam.scan(hall, lidar)
     scan.save(tmp_path / "scan.pcap")
@@ -111,10 +117,11 @@ def calibration_file(name: str, folder: Path, flat: bool) -> Path:
 @pytest.mark.parametrize("unit", ["HDL-64E_S2.1-sztaki", "HDL-64E_S3-VeloView"])
 @pytest.mark.parametrize("flat", [True, False])
 def test_packets_of_an_hdl64e_are_decoded(unit: str, flat: bool, hall: raycam.World, tmp_path: Path) -> None:
-    """Within the packets' steps without offsets and two-point corrections; otherwise centimetres.
+    """Points differ by the packets' resolution, or by centimetres with certain corrections.
 
-    Since version 3, velodyne-decoder adds vertical offsets along z, and corrects z by the mean of x and y, and nothing
-    beyond 25.04 m. The ROS driver turns offsets with the beam and corrects z as y; raycam agrees with the driver.
+    These corrections are offsets and two-point corrections, which velodyne-decoder applies differently since
+    version 3: it adds vertical offsets along z, and corrects z by the mean of x and y, up to 25.04 m. The ROS
+    driver rotates the offsets with the beam and corrects z like y; raycam agrees with the driver.
     """
     path = calibration_file(unit, tmp_path, flat)
     lidar = raycam.load_lidar(path, "hdl64e", min_range=0).placed([3, 2, 1], yaw=10)
@@ -250,7 +257,10 @@ def test_two_returns_of_an_hdl64e_are_decoded(screened: raycam.World, tmp_path: 
 
 
 def test_packet_has_the_layout_of_the_manual(hall: raycam.World, tmp_path: Path) -> None:
-    """The fields of one packet, read by hand: 12 blocks of 100 bytes, a time stamp and two factory bytes."""
+    """The fields of one packet are read by hand.
+
+    A packet has 12 blocks of 100 bytes, a time stamp and two factory bytes.
+    """
     lidar = raycam.Lidar("vlp16", noise=False).placed([3, 2, 1])
     scan = raycam.scan(hall, lidar)
     scan.save(tmp_path / "scan.pcap")

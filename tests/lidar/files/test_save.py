@@ -59,7 +59,7 @@ def test_compressed_pcd_is_read_by_pypcd4(scan: raycam.Scan, tmp_path: Path) -> 
 
 
 def test_scan_angles_of_las_are_angles_from_straight_down(yard: raycam.World, tmp_path: Path) -> None:
-    """Beams to the ground on the right, straight down and on the left of a lidar that faces along y."""
+    """The lidar faces along y; its beams meet the ground right of it, below it and left of it."""
     ways = [[0, -1, -1], [0, 0, -1], [0.5, 1, -1], [1, 0, 0]]
     lidar = raycam.Lidar.of(ways, noise=False).placed([0, -10, 3], yaw=90)
     scan = raycam.scan(yard, lidar)

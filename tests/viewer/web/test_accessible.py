@@ -1,6 +1,6 @@
-"""Live pages at two widths, light and dark: no violations found by axe-core, no horizontal overflow.
+"""Live pages at two widths, in light and dark colours.
 
-Requires Chromium and axe-core.
+axe-core must find no violations, and pages must not overflow horizontally. Requires Chromium and axe-core.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""The lecture's page in a browser: figures, exercises, code cells, phone, keyboard. Needs Chromium: `make proof`."""
+"""The lecture's page in a browser: figures, exercises, code cells, phone, keyboard.
+
+Requires Chromium: `make proof`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The exercises of the lecture's page: correct answers are accepted, and each named mistake gets its hint."""
+"""The exercises of the lecture's page.
+
+Correct answers are accepted, and each known mistake gets its hint.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Every number that a figure of the lecture shows, against `raycam.reference`, in random states: 1,000 for each figure
-in `make proof`, a few otherwise.
+"""Every number in the lecture's figures, compared with `raycam.reference`.
 
-The figures run in Node as in the page, on canvases that draw nothing. Their labels are checked for overlaps as well.
+`make proof` tests 1,000 random states of each figure, other runs a few. The figures run in Node as in the
+page, on canvases that draw nothing. Their labels are checked for overlaps as well.
 """
 
 from __future__ import annotations
@@ -37,7 +37,10 @@ ANSWERS = """{ refine: ({ onWorld }, { text }) =>
 
 
 def in_page(script: str) -> Any:
-    """Runs a script in the scope of the page's modules, with stand-in elements that record their texts."""
+    """Runs a script in the scope of the page's modules.
+
+    Stand-in elements store the texts that the script shows.
+    """
     return run_module("lecture/main.js", f"delete globalThis.onmessage; {SCRIPT} {script}")
 
 
@@ -51,7 +54,10 @@ def start() -> dict[str, Any]:
 
 
 def random_states(name: str, first: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """States for a figure: two thirds around the page's start, so that most pixels show a triangle, others anywhere."""
+    """Random states of a figure.
+
+    Two thirds are close to the page's start, so that most pixels show a triangle; the others are anywhere.
+    """
     rng = np.random.default_rng([ord(each) for each in name])
     states: list[dict[str, Any]] = []
     total = 0

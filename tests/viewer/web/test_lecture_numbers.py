@@ -1,4 +1,4 @@
-"""The numbers of the lecture's page, against `raycam.reference`, the camera of raycam, and its triangles."""
+"""The numbers of the lecture's page, compared with `raycam.reference` and raycam."""
 
 from __future__ import annotations
 

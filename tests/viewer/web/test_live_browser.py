@@ -1,4 +1,7 @@
-"""A live page in a browser: it renders, answers and loads nothing. Requires Chromium: `make proof`."""
+"""A live page in a browser: it renders, answers and loads nothing.
+
+Requires Chromium: `make proof`.
+"""
 
 from __future__ import annotations
 

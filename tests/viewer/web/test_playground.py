@@ -1,4 +1,7 @@
-"""The playground in a browser: worlds, errors, dropped files, copies and links. Requires Chromium: `make proof`."""
+"""The playground in a browser: worlds, errors, dropped files, copies and links.
+
+Requires Chromium: `make proof`.
+"""
 
 from __future__ import annotations
 

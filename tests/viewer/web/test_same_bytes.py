@@ -1,6 +1,7 @@
-"""Image bytes that are equal on every machine: x86-64, ARM and WebAssembly are compared with recorded hashes.
+"""Image bytes that are equal on every machine.
 
-`PYTHONPATH=python:tests python tests/viewer/web/test_same_bytes.py` writes the file again after an intended change.
+Images on x86-64, ARM and WebAssembly are compared with recorded hashes. `PYTHONPATH=python:tests python
+tests/viewer/web/test_same_bytes.py` writes the hashes again after an intended change.
 """
 
 from __future__ import annotations
