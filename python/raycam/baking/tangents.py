@@ -54,7 +54,7 @@ def tangent_space_normals(normals: Floats, shading: Floats, tangents: Floats, si
     bitangent = np.cross(shading, tangent) * signs[:, None]
     bitangent /= np.maximum(np.sqrt((bitangent**2).sum(axis=1, keepdims=True)), 1e-300)
     axes = np.stack([tangent, bitangent, shading], axis=2)
-    flat = np.abs(np.linalg.det(axes)) < 1e-9  # faces without area in the texture
+    flat = np.abs(np.linalg.det(axes)) < 1e-9  # faces without area in texture space
     axes[flat] = np.eye(3)
     found: Floats = np.linalg.solve(axes, normals[..., None])[..., 0]
     found[flat] = [0, 0, 1]

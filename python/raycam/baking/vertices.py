@@ -49,7 +49,7 @@ def bake_vertices(baked: BakedObject, name: int | str) -> BakedMaps:
         missed[place[lost]] = True
         for each in map_names(baked.settings.maps):
             rows = values[each].reshape(len(number), -1) * weight[:, None]
-            if each.endswith("_error"):  # the errors' squares are averaged
+            if each.endswith("_error"):  # standard errors are averaged as squares
                 rows = rows**2
             found = [np.bincount(place, weights=column, minlength=count) for column in rows.T]
             sums[each] = sums.get(each, 0) + np.stack(found, axis=1)

@@ -165,7 +165,7 @@ def _measure(
         made.add_mesh(scene.vertices, scene.faces)
         return made.prepare(threads=threads)
 
-    # A build takes long, so two repetitions suffice.
+    # Builds take long, so at most two are measured.
     builds = min(repeat, 2)
     embree = None if _embree_version() is None else _Embree(scene)
     yield BenchRow(

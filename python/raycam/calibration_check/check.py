@@ -142,7 +142,7 @@ def selfcheck(
 
     Source: OpenCV, `calib3d`: Z. Zhang, A Flexible New Technique for Camera Calibration, 2000.
     """
-    opencv()  # raises before anything is rendered
+    opencv()  # raises an error before anything is rendered
     camera = (
         _default() if camera is None else check_camera(camera, ", such as raycam.load_cameras(path)[name]")
     )

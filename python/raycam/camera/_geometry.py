@@ -175,7 +175,7 @@ class CameraGeometry(DictSerializable):
 
         For a camera that looks straight up or down, roll is 0 and yaw contains the whole rotation.
         """
-        angles = np.array(self._core.roll_pitch_yaw(self._up)) + 0.0  # no -0
+        angles = np.array(self._core.roll_pitch_yaw(self._up)) + 0.0  # turns -0.0 into 0.0
         return _fixed(angles, "raycam.Camera.from_pose(location, roll, pitch, yaw, ...)")
 
     def project(self, points: npt.ArrayLike) -> tuple[Floats, Bools]:

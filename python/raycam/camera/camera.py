@@ -151,7 +151,7 @@ class Camera(Constructors, Copies):
         rows = [line.partition(" = ")[::2] for line in re.split(r"\n {4}(?=\S)", "\n".join(lines)[4:])]
         return html_table(name, ("", ""), [(key, " ".join(value.split())) for key, value in rows])
 
-    if not TYPE_CHECKING:  # type checkers must report missing attributes
+    if not TYPE_CHECKING:  # so that type checkers report missing attributes
 
         def __getattr__(self, name: str) -> Any:
             """Raises `AttributeError`, with raycam's counterpart for names of other libraries."""

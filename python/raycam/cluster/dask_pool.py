@@ -82,7 +82,7 @@ def _local(address: str, count: int) -> Any:
     import dask
     import distributed
 
-    # A new process imports the main script first, so code without a guard would run again in each of them.
+    # A new process imports the main script first, so code without a guard would run again in each new process.
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise SystemExit(1)
     # The job's own scheduler counts the deaths of workers for each frame, so Dask must not count them.
@@ -179,14 +179,14 @@ class DaskPool:
             self._poll()
         self._registry = WorkerRegistry(self._client, package, path, self._report_unfit)
         self._poll()
-        self._registry.wait(ANSWER_TIMEOUT)  # a suspended worker must not delay the job
+        self._registry.wait(ANSWER_TIMEOUT)  # limited, because a worker may be suspended
 
     def submit(self, task: FrameTask) -> Future[FrameResult]:
         """Starts a frame on the cluster."""
         from . import dask_worker
 
         fit = [] if self._registry is None else self._registry.fit(ANSWER_TIMEOUT)
-        # Other workers are allowed, so that a frame does not wait forever for workers that have gone.
+        # Other workers are allowed, because otherwise a frame would wait forever if all fit workers are gone.
         where = {"workers": fit, "allow_other_workers": True} if fit else {}
         try:
             theirs = self._executor.submit(dask_worker.render_frame, task, **where)
@@ -215,7 +215,7 @@ class DaskPool:
     def _poll(self) -> None:
         """Updates the list of workers."""
         self._polled_at = time.monotonic()
-        with contextlib.suppress(Exception):  # if the scheduler has stopped, the frames report it
+        with contextlib.suppress(Exception):  # if the scheduler has stopped, the frames fail
             self._workers = dict(self._client.scheduler_info(n_workers=-1)["workers"])
             if self._registry is not None:
                 self._registry.poll(self._workers)

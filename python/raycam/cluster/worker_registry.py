@@ -133,7 +133,7 @@ class WorkerRegistry:
             fault = future.exception() if future.status == "error" else None
             if future.status == "finished":
                 then(future)
-            elif fault is not None and not isinstance(fault, KilledWorker):  # `poll` notices a dead worker
+            elif fault is not None and not isinstance(fault, KilledWorker):  # `poll` detects dead workers
                 reason = f"{type(fault).__name__}: {fault}".partition("\n")[0]
                 self._why_not[address] = reason
                 self._unfit(address, reason)

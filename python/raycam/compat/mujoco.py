@@ -185,7 +185,7 @@ class Renderer:
     def _depth(self, camera: Camera) -> npt.NDArray[Any]:
         depth = render(self._scene.world, camera, channels=["depth"])["depth"]
         far = np.float32(self._model.vis.map.zfar * self._model.stat.extent)
-        # The depth of the background is infinite, and NaN where the camera has no ray.
+        # `fmin` returns `far` for the background (infinite depth) and for pixels without a ray (NaN).
         return np.asarray(np.fmin(depth, far), np.float32)
 
     def _segmentation(self, camera: Camera) -> npt.NDArray[Any]:

@@ -162,7 +162,7 @@ def _choose_facing(
     doubtful = np.flatnonzero(facing < distance * (1 - 1e-12))
     query, candidate = _triangles_around(corners, triangle[doubtful])
     query = doubtful[query]
-    # The distance to a triangle's plane is at most the distance to the triangle.
+    # A triangle cannot be closer than its plane, so triangles with a distant plane are skipped.
     plane = np.abs(np.einsum("ni,ni->n", normals[candidate], queries[query] - corners[candidate, 0]))
     near = plane <= distance[query] + np.sqrt(MERGE_TOLERANCE)
     query, candidate = query[near], candidate[near]

@@ -163,7 +163,7 @@ class Plan:
             )
             kept = [part.replace(":", "_") for part in parts if part not in ("/", ".", "..")]
             name = "/".join(kept) or f"{number:06d}"
-            # Some file systems do not distinguish upper and lower case.
+            # Names are compared without case, because some file systems do not distinguish upper and lower case.
             name = name if name.casefold() not in known else f"{name}_{number:06d}"
             known.add(name.casefold())
             names[name] = None

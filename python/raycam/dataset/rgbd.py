@@ -104,7 +104,7 @@ def make_scannet(plan: Plan, number: int) -> Made:
         f"depth/{number}.png": png(depth),
         f"pose/{number}.txt": four_by_four(pose).encode(),
     }
-    # 0 means no object, as in ScanNet.
+    # The value 0 means that a pixel shows no object, as in ScanNet.
     for kind, ids in (
         ("instance", frame["instance"] + 1),
         ("label", np.maximum(shot.channel(frame, "category"), 0)),

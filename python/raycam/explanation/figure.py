@@ -168,7 +168,7 @@ def ray_and_triangle(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
     to_page = view(points, choose_viewpoint(points, front, d, right, up, box), up, box.inner(30))
     A, B, Cc, F, G, eye, *window, pixel, V, N, E = to_page(points[:-4])
     plane = to_page(quad)
-    behind = c.n @ d > 0  # n points away from the camera, so the triangle hides it
+    behind = c.n @ d > 0  # the triangle hides n if n points away from the camera
 
     strokes = [(A, B), (B, Cc), (Cc, A), (A, G), (F, G), (eye, F), (F, E), (to_page(middle[None])[0], N)]
     strokes += [(window[i], window[(i + 1) % 4]) for i in range(4)] + [(eye, corner) for corner in window]
@@ -299,7 +299,8 @@ def flat_test(svg: Svg, box: Box, e: PixelSteps, c: Candidate) -> None:
     rays = reference.lines(reference.points_on_lines(e.P, corners), e.C)
     rays = reference.pointed_forward(rays, e.forward)
     rays /= (rays @ e.forward)[:, None]
-    # The image's right axis, or the image's up axis if the plane is nearly orthogonal to the right axis.
+    # The figure's right axis is the image's right axis, projected to the plane. If the plane is nearly
+    # orthogonal to it, the image's up axis is used instead.
     right, up = (axis - (axis @ front) * front for axis in (rays[1] - rays[0], rays[2] - rays[0]))
     if reference.length(right) < 0.3 * reference.length(rays[1] - rays[0]):
         right = reference.cross(up, front)

@@ -96,7 +96,7 @@ def light_path(explanation: PixelSteps, seed: int = 0, max_bounces: int = 5) -> 
         probed = facing_light(dark, surface.point, towards, distance)
         cosine = float(towards @ surface.shading_normal)
         without = radiance(dark, origin, direction, 2, seed=seed).value
-        # Reflectance times cosine of the direction.
+        # The radiance for a light with irradiance 1 from `towards`: the BSDF times the cosine.
         leaves = radiance(probed, origin, direction, 2, seed=seed).value - without
         weight = weight * np.maximum(leaves, 0) * np.pi / cosine
         if not weight.any():

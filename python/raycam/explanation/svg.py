@@ -181,7 +181,7 @@ class Svg:
             def label_box(
                 angle: float, reach: float, at: Point = label.at, width: float = width, height: float = height
             ) -> tuple[float, float, float, float]:
-                # The box touches the circle of radius `reach` from outside.
+                # The label's box is outside the circle of radius `reach` around the point, and touches the circle.
                 dx, dy = math.cos(angle), math.sin(angle)
                 x = at[0] + dx * (reach + width / 2) - width / 2
                 y = at[1] + dy * (reach + height / 2) - height / 2

@@ -70,7 +70,7 @@ class WorldCollector:
         if normals is not None:
             attributes["NORMAL"] = self.glb.floats(normals)
         if uvs is not None:
-            # In these libraries, v runs upwards.
+            # In these libraries, v runs upwards; in glTF, v runs downwards.
             attributes["TEXCOORD_0"] = self.glb.floats(np.asarray(uvs) * [1, -1] + [0, 1])
         if colors is not None:
             attributes["COLOR_0"] = self.glb.floats(colors)

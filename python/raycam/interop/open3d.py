@@ -64,7 +64,7 @@ def _open3d(
     uvs = np.asarray(mesh.triangle_uvs) if mesh.has_triangle_uvs() else None
     chosen = [(material, np.arange(len(faces)))]
     if uvs is not None or painted is not None:
-        # Coordinates per corner and colours per face need separate vertices.
+        # Texture coordinates belong to corners and colours to faces, so each triangle gets its own vertices.
         corners = faces.ravel()
         vertices, faces = vertices[corners], np.arange(corners.size).reshape(-1, 3)
         normals = None if normals is None else normals[corners]

@@ -70,7 +70,7 @@ def _trimesh(collector: WorldCollector, name: str, mesh: Any, smooth: bool) -> t
     elif visual.kind == "vertex":
         colors = to_linear(visual.vertex_colors)
     elif visual.kind == "face":
-        # Colours per face need separate vertices.
+        # Colours belong to faces, so each face gets its own vertices.
         colors = np.repeat(to_linear(visual.face_colors), 3, axis=0)
         normals = None if normals is None else normals[faces.ravel()]
         vertices, faces = vertices[faces.ravel()], np.arange(faces.size).reshape(-1, 3)

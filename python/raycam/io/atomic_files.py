@@ -294,7 +294,7 @@ def _check_destination(target: str, size: int = 0) -> _Destination:
     from shutil import disk_usage  # imported here, so that `import raycam` is fast
 
     free = disk_usage(folder).free
-    # An empty file also occupies a block.
+    # An empty file also requires free space.
     if free < max(size, 1):
         text = f"has {free} bytes free; about {size} are needed" if size else "is full"
         raise with_code(OSError(errno.ENOSPC, f"the disk {text}", target))

@@ -50,7 +50,7 @@ def _in_parent() -> None:
 
 def _in_child() -> None:
     global _lock, _changed
-    _lock = threading.RLock()  # the parent's other threads do not exist in the child process
+    _lock = threading.RLock()  # threads that hold the old lock do not exist here
     _changed = threading.Condition(_lock)
     me = threading.get_ident()
     for thread in [thread for thread in _inside if thread != me]:

@@ -136,7 +136,7 @@ class _Files(NamedTuple):
 VERSION_1 = _Files(
     ("memory.limit_in_bytes",), "memory.usage_in_bytes", ("total_inactive_file", "total_active_file")
 )
-# Above "high", a group is not killed, but slowed down almost to a standstill.
+# Above the limit "memory.high", a group is not killed, but slowed down almost to a standstill.
 VERSION_2 = _Files(("memory.max", "memory.high"), "memory.current", ("inactive_file", "active_file"))
 
 

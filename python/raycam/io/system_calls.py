@@ -56,7 +56,7 @@ def sync_file(file: int) -> None:
         try:
             fcntl.fcntl(file, fcntl.F_FULLFSYNC)
             return
-        except OSError:  # network file systems may not support it
+        except OSError:  # network file systems may not support this call
             pass
     os.fsync(file)
 

@@ -102,7 +102,7 @@ def soft_echo(visibility: float, pulse_length: float) -> tuple[float, float]:
         return STEP * sum(value * pulse[abs(at - i)] for i, value in enumerate(profile))
 
     low, high = 0, count - 1
-    while high - low > 2:  # `height` has one maximum: ternary search
+    while high - low > 2:  # ternary search, because `height` has a single maximum
         third = (high - low) // 3
         if height(low + third) < height(high - third):
             low += third

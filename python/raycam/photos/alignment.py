@@ -84,7 +84,7 @@ def _shift(slope: Floats, difference: Floats) -> Floats:
     weight: Floats = np.ones(len(slope))
     for _ in range(ROUNDS):
         off = difference - slope @ moved
-        # A constant difference is a gain, not a shift.
+        # A constant difference is caused by a wrong gain, not by a shift.
         off = off - np.average(off, weights=weight)
         spread = max(1.4826 * float(np.median(np.abs(off))), 1e-6)
         weight = 1 / (1 + (off / (3 * spread)) ** 2)

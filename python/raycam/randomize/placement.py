@@ -156,7 +156,7 @@ class PlacementSampler:
     """Samples poses of one object after another on the surfaces of a world, by rejection."""
 
     def __init__(self, world: World) -> None:
-        # A copy, because objects that are added later are represented by their prisms.
+        # A copy, so that it does not contain objects that are added later; their prisms represent these objects.
         self._world = world = world.at(0.0)
         self._axes = AXES[world.up]
         self._names = [item.name for item in world.objects]
@@ -239,7 +239,7 @@ class PlacementSampler:
             return True
         if np.ptp(ground[..., 2]) > 1e-6 * (shape.high - shape.low):
             return False
-        # The areas of all objects on a level surface must fit side by side into its hull.
+        # The areas of all objects on a level surface must fit side by side into the surface's hull.
         others = [prism for prism, on in zip(self._taken, self._surface_of, strict=True) if on == surface]
         total = sum(_area(prism.outline) for prism in [*others, shape])
         return bool(others) and (total > _area(hull) * (1 + SLACK) or gap > _diameter(hull) * (1 + SLACK))
@@ -330,8 +330,8 @@ class PlacementSampler:
         """True if all other objects are at least `gap` metres away from the prism."""
         if any(prism.intersects(other, gap) for other in self._taken):
             return False
-        # The base is excluded: it touches the ground, and may overlap it slightly if the ground is
-        # not exactly level.
+        # The base is excluded: it touches the ground, and may overlap the ground slightly if the
+        # ground is not exactly level.
         wide = ConvexPrism(
             _inflate(prism.outline, gap), prism.low + 2e-3 * (prism.high - prism.low), prism.high + gap
         )

@@ -234,7 +234,7 @@ class Recipe:
                 path = self._inside(str(name))
                 if not isinstance(name, str) or name in found or path is None or not path.is_file():
                     continue
-                # The hash of a mesh covers its materials, textures and buffers too.
+                # The hash of a mesh also covers the mesh's materials, textures and buffers.
                 data = load(path).to_bytes() if key in ("mesh", "world") else path.read_bytes()
                 found[name] = hashlib.sha256(data).hexdigest()
         if self.backgrounds is not None:

@@ -14,7 +14,7 @@ Progress = Callable[[int, int], object]
 
 # Rounding error of a few dozen additions and multiplications, relative to their operands.
 ROUNDING = 32 * float(np.finfo(np.float64).eps)
-# Pixels times triangles per block, which need some tens of megabytes of temporary arrays.
+# Number of ray-triangle pairs per block; their temporary arrays need some tens of megabytes.
 PAIRS_AT_ONCE = 1 << 16
 
 
@@ -168,8 +168,8 @@ def crossings(triangles: Floats, n: Floats, f: Floats, tolerance: Floats) -> Cro
     starts = triangles - f[..., None, :]
     g = triangles[..., 0, :] + edges[..., 2, :]
     u = g - f
-    # In the plane, n x u is u turned by 90 degrees; the sign of its dot product is the vertex's side
-    # of u.
+    # In the plane, left = n x u is u turned by 90 degrees. The sign of left · x is the side of u on
+    # which x lies.
     left = cross(n, u)
     side = dot(left[..., None, :], starts)
     end_side = np.roll(side, -1, axis=-1)

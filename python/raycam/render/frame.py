@@ -442,7 +442,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
             notices=notices,
         )
 
-    if not TYPE_CHECKING:  # type checkers must report missing attributes
+    if not TYPE_CHECKING:  # so that type checkers report missing attributes
 
         def __getattr__(self, name: str) -> Any:
             """Raises `AttributeError`, with raycam's counterpart for names of other libraries."""

@@ -138,7 +138,7 @@ def _seen(world: World, camera: Camera, planes: Planes, truth: Truth) -> Bools:
     if valid.any():
         hits = world.cast_rays(origins[valid], directions[valid])
         found[v[valid], u[valid]] = hits["instance"] >= 0
-    # A few pixels may show an object between the probes, and a probe may be in shadow.
+    # An object between the probes may be visible in only a few pixels, and a probe may be in shadow.
     color = planes.get("color")
     return found if found.any() and (color is None or color[found].any()) else truth() >= 0
 

@@ -175,7 +175,7 @@ def _mcap_topics(path: Path, summary: Any) -> list[str] | None:
 
 def _sqlite_messages(path: Path) -> Iterator[tuple[str, bytes, int]]:
     address = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
-    # Data beyond the limit is not read; its length raises the error.
+    # Data beyond the limit is not read; the error is raised because of the data's length.
     query = (
         "select topics.name, topics.serialization_format, length(messages.data),"
         " iif(length(messages.data) <= ?, messages.data, null), messages.timestamp"

@@ -117,7 +117,7 @@ class _Files:
     def _check_file(self, path: Path, name: str, at: str) -> None:
         real = Path(os.path.realpath(path))
         if not real.exists():
-            return  # MuJoCo reports missing files
+            return  # MuJoCo itself reports missing files
         if not real.is_relative_to(os.path.realpath(self._root)):
             raise FormatError(
                 f"{at}: file {name!r} is outside {self._root}; pass a folder= that contains it",

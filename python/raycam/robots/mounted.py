@@ -25,7 +25,7 @@ class MountedCamera(Camera):
     __slots__ = ("_link", "_on_link", "_robot")
 
     def __init__(self, camera: Camera, robot: Robot, link: str) -> None:
-        robot.pose(link)  # raises for an unknown link
+        robot.pose(link)  # raises an error for an unknown link
         self._on_link, self._robot, self._link = camera, robot, link
         self._lens, self._up = camera._lens, camera._up
 

@@ -68,7 +68,7 @@ def _capsule_1(bottom: float, top: float, height: float) -> Faces:
         return _capsule(bottom, height)
     if not height > 0:
         raise ValueError(f"height must be positive, got {height:g}")
-    # The spheres touch the cone of the side at its rims.
+    # The half spheres are tangent to the side, which is a cone, at the cone's rims.
     slope, half = (bottom - top) / height, height / 2
     latitude, stretch = float(np.degrees(np.arctan(slope))), float(np.hypot(1, slope))
     ball = (bottom * stretch, -half - bottom * slope)

@@ -111,7 +111,7 @@ def _dome_light(
     file = image(asset)
     if file is None:
         return None, "ignored: the light's image cannot be used"
-    # The middle of a latlong image is at the light's +z, its top at +y.
+    # The middle of a latlong image is at the light's +z, the image's top at +y.
     middle, pole = axes[:, 2], axes[:, 1]
     if kind == "DomeLight_1" and _pole_axis(prim, up) == "Z":
         middle, pole = -axes[:, 1], axes[:, 2]

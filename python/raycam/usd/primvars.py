@@ -127,7 +127,7 @@ def read_table(values: Any, width: int) -> Any:
     if table.dtype.kind not in "fiu" or not table.size:
         return None
     if table.ndim == (0 if width == 1 else 1) and table.size == width:
-        table = table.reshape(1, -1)  # a single value instead of an array
+        table = table.reshape(1, -1)  # the attribute is a single value instead of an array
     if width == 1:
         return table.reshape(-1, 1) if table.size == len(table) else None
     return table if table.ndim == 2 and table.shape[1] == width else None

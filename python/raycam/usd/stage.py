@@ -120,7 +120,7 @@ class StageReader:
         groups = self._group_instances(entries)
         # Prims of each group of equal instances, by the number of the group's first instance.
         shared: dict[int, list[Entry]] = {}
-        # Prims of each other instance, by the instance's number.
+        # Prims of each of the other instances, by the instance's number.
         expanded: dict[int, list[Entry]] = {}
         for numbers in groups:
             own = self._prims_of_instance(entries[numbers[0]][0])

@@ -56,7 +56,7 @@ def read_stage(path: Path, folder: Path, options: Options) -> dict[str, Any]:
     Arrays, materials and images are written to the folder.
     """
     confinement = Confinement(path, Path(options.folder), options.bytes)
-    layers = confinement.open_layers()  # the stage uses layers that are already open
+    layers = confinement.open_layers()  # kept open, because the stage uses open layers
     stage = Usd.Stage.Open(layers[0])
     if stage is None:
         raise UsdRejected("syntax", "Pixar's library cannot open the file as a stage")

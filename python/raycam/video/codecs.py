@@ -21,8 +21,8 @@ from .filters import Filters, Picture, as_rate
 
 __all__ = ["CODECS", "Codec", "codec_of", "open_encoder"]
 
-# ITU-T H.273: the primaries of BT.709 (sRGB's too), the curve of sRGB, the matrices of RGB and of BT.709, levels from
-# 16 to 235.
+# Codes of ITU-T H.273 for the primaries and matrix of BT.709, the curve of sRGB, the matrix of RGB, and the ranges 16
+# to 235 and 0 to 255. sRGB has the primaries of BT.709.
 BT709, SRGB_CURVE, RGB, LIMITED_RANGE, FULL_RANGE = 1, 13, 0, 1, 2
 ENCODER_THREADS = 4
 REPRODUCIBLE = {"fflags": "+bitexact"}
@@ -60,7 +60,7 @@ VP9 = {"b": "0", "deadline": "good", "cpu-used": "2", "row-mt": "0", "tile-colum
 FASTSTART = {"movflags": "+faststart"}  # puts the index first, for players that start while downloading
 
 CODECS: dict[tuple[str, bool, bool], Codec] = {
-    # container and encoder by (ending, lossless, alpha)
+    # the codec for each (ending, lossless, alpha)
     (".mp4", False, False): Codec("mp4", "libx264", "yuv420p", X264 | {"crf": "17"}, "aac", FASTSTART),
     (".mp4", True, False): Codec("mp4", "libx264rgb", "rgb24", X264 | {"qp": "0"}, "aac", FASTSTART),
     (".mov", False, False): Codec(

@@ -163,7 +163,7 @@ def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
 
     rate = as_rate(fps)
     with atomic_files.atomic_path(path) as temporary:
-        # The palette is known after the last image, so images are kept compressed until then.
+        # The palette depends on all images, so images are kept compressed until the last image.
         waiting: list[bytes] = []
         palette_maker = Filters(rate, [("rgb24", size)], [("palettegen", "stats_mode=full")])
 

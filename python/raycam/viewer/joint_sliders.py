@@ -49,7 +49,8 @@ class JointSliders:
                 self._replace(robots)
                 return
             if getattr(self._moved, "is_moving", False):
-                # No other joint changes, and other sliders may already have newer values than the world.
+                # Other sliders are not updated: their joints do not change, and they may already be
+                # newer than the world.
                 return
             for robot in robots:
                 for joint, value in _single_values(robot).items():

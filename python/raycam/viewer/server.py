@@ -452,7 +452,7 @@ def machine_addresses(host: str) -> list[str]:
     with contextlib.suppress(OSError):
         found += [str(each[4][0]) for each in socket.getaddrinfo(socket.gethostname(), None, family)]
     with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as unsent:
-        # Sends nothing, but determines which address is used for other networks.
+        # `connect` sends nothing here, but determines this machine's address for other networks.
         unsent.connect(("2001:db8::1" if family == socket.AF_INET6 else "192.0.2.1", 9))
         found.append(str(unsent.getsockname()[0]))
     return list(dict.fromkeys(each.partition("%")[0] for each in found if not each.startswith("127.0.1.")))

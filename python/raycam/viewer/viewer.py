@@ -123,7 +123,8 @@ class Viewer:
         self._recordings: weakref.WeakSet[Recording] = weakref.WeakSet()
         self._telling = ThreadPoolExecutor(1, "raycam picks")
         self._free_picks = threading.BoundedSemaphore(QUEUED_PICKS)
-        self._first = Session(self._edits, self._camera, **self._options)  # raises for unknown values
+        # This call raises an error for unknown values.
+        self._first = Session(self._edits, self._camera, **self._options)
         self._redirects: tempfile.TemporaryDirectory[str] | None = None
         self._server: Server | None = None
         self._widget: Any = None

@@ -164,7 +164,7 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
             low, high = (low, between) if (excess(between, cloud) <= 1).all() else (between, high)
         return high
 
-    # A few extreme points determine the distance; points that are still outside are added to them.
+    # The distance is computed for a few extreme points. Points that are then still outside are added to these points.
     few = points[np.unique([int(product(points, way).argmax()) for way in EXTREME_DIRECTIONS])]
     while True:
         distance = nearest(few)

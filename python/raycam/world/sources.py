@@ -68,7 +68,7 @@ def path_suffix(path: str | os.PathLike[str]) -> str:
 
 def _content_suffix(head: bytes) -> str:
     """The ending of a GLB or USD file, determined by its first bytes; empty for other files."""
-    # The first file in a USDZ archive is a USD file, and its name is in the archive's first bytes.
+    # The first file in a USDZ archive is a USD file, whose name is in the archive's first bytes.
     if head.startswith(ZIP_MARK) and b".usd" in head[:HEAD_BYTES]:
         return ".usdz"
     return next((suffix for mark, suffix in MARKS if head.startswith(mark)), "")

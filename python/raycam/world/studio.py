@@ -149,7 +149,7 @@ def _stage(world: WorldBuilding, camera: Camera | None) -> tuple[Floats, Floats,
     _, front, upward = axes_of(world.up)
     if camera is None:
         camera = world.default_camera()
-    # The camera's forward axis or, if the camera looks down, the image's up axis.
+    # The first usable axis: the camera's forward axis or, if the camera looks down, the image's up axis.
     for axis in (camera.R[2], -camera.R[1], front):
         level = axis - (axis * upward).sum() * upward
         length = float(np.sqrt((level * level).sum()))
@@ -176,7 +176,7 @@ def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, 
     degrees = np.array(heights)[:, None]
     cosine = np.array([math.cos(math.radians(height)) for height in heights])[:, None]
     sine = np.array([math.sin(math.radians(height)) for height in heights])[:, None]
-    # The middle column shows +x of a z-up world, and -z of a y-up world; columns run to the right.
+    # The middle column shows +x of a z-up world, or -z of a y-up world. Later columns are further to the right.
     ahead = np.array([1.0, 0, 0]) if up == "z" else np.array([0, 0, -1.0])
     start = math.degrees(math.atan2((ahead * right).sum(), (ahead * toward).sum()))
     # To the right in the image is clockwise seen from above; to the right of the camera is
@@ -188,7 +188,7 @@ def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, 
     for at, above, wide, high, radiance in SOFTBOXES:
         across = np.abs((azimuth - at + 180) % 360 - 180) * cosine
         sky += radiance * _edge(wide / 2 - across, 4.0) * _edge(high / 2 - np.abs(degrees - above), 4.0)
-    lifted = _edge(degrees - 16, 12.0)  # the light of the room above a seamless horizon
+    lifted = _edge(degrees - 16, 12.0)  # the room gets brighter above the horizon
     weight = np.where(degrees > 0, sine * cosine * (math.pi / ROOM_IMAGE_ROWS) ** 2, 0.0)
     received = math.fsum((lifted * sky * weight).ravel()) + KEY_IRRADIANCE * math.sin(
         math.radians(KEY_ELEVATION)

@@ -212,7 +212,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         notes += [f"camera: {name}, {one.size[0]} x {one.size[1]}" for name, one in self.cameras.items()]
         return html_table(repr(self), ("id", "name", "category", "triangles"), rows, notes[:20])
 
-    if not TYPE_CHECKING:  # type checkers must report missing attributes
+    if not TYPE_CHECKING:  # so that type checkers report missing attributes
 
         def __getattr__(self, name: str) -> Any:
             """Raises `AttributeError`, with raycam's counterpart for names of other libraries."""

@@ -52,7 +52,7 @@ class Scene(Bounded):
             if id(child) not in below:
                 below.add(id(child))
                 ahead += child.children
-        # Nodes below others of the list are added with their parents.
+        # A node whose parent is also in the list is added with the parent.
         for node in given:
             if id(node) not in below and node not in self._parents:
                 self.add_node(node)

@@ -204,7 +204,8 @@ def _axes(K: Any, pose: dict[str, Any], diameter: float) -> tuple[tuple[str, Pai
     seen = ends @ np.reshape(pose["cam_R_m2c"], (3, 3)).T + pose["cam_t_m2c"]
     if (seen[:, 2] <= 0).any():
         return ()
-    # BOP's coordinates start at the centre of the first pixel; the contact sheet's coordinates start at its corner.
+    # BOP's coordinates start at the centre of the first pixel; the contact sheet's coordinates start at the pixel's
+    # corner.
     u, v = ((seen @ K.T)[:, :2] / seen[:, 2:] + 0.5).T.tolist()
     start = (u[0], v[0])
     return tuple((color, start, (u[i], v[i])) for i, color in enumerate(("red", "lime", "blue"), 1))

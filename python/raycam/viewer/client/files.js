@@ -1,4 +1,4 @@
-// File types that raycam reads, as the server or the page lists them, and files of dropped folders.
+// Tests of file names against the types that the server or the page lists, and the files of dropped folders.
 
 /** @typedef {{ worlds: string[], companions: string[] }} FileTypes extensions without the dot */
 /** @typedef {{ name: string, file: File }} NamedFile a file, and its path relative to the dropped item */

@@ -1,4 +1,5 @@
-// A link to the present view: camera, lens, channel, display, time and held pixel, as text in the fragment of the address.
+// A link to the current view: camera, lens, channel, display, time and held pixel, as text in the fragment of the
+// address.
 
 /**
  * @typedef {object} Seen

@@ -1,5 +1,5 @@
 // The start: a page with a frame shows the frame, and a page with the core renders. A page in a notebook cell connects
-// to the kernel, any other page to its server. In a worker, the same script renders for the page.
+// to the kernel, any other page to its server. If this script runs in a worker, it renders for the page.
 
 import { Client } from "./client.js";
 import { bindCommands } from "./commands.js";

@@ -1,4 +1,4 @@
-// Navigation: functions that compute the next camera from a camera and a gesture, for the live view and for pages.
+// Navigation: functions that compute the next camera from a camera and a gesture, in the live view and in saved pages.
 
 import { apply, cross, dot, lengthOf, minus, plusTimes, product, rowOf, transposed } from "./core/vectors.js";
 

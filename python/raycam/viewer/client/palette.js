@@ -1,4 +1,4 @@
-// The command palette: all commands by their text, found by typing parts of it.
+// The command palette: a list of all commands, which is filtered by the typed text.
 
 import { byId, element } from "./dom.js";
 

@@ -1,4 +1,5 @@
-// The image on its canvas: fits it, zooms to pixels, pans, and draws the divider between A and B and the values in large pixels.
+// The image on its canvas: fits, zooms and pans the image, and draws the divider between A and B and the values in
+// large pixels.
 
 import { inkOn } from "./image/colormap.js";
 import { drawMeasured } from "./image/measured.js";

@@ -110,7 +110,7 @@ def _edges(camera: Camera, length: float) -> list[Floats]:
     )
     origins, directions = still.rays(around)
     cosines = directions @ still.forward
-    # The field of view of a wide lens is drawn as a part of a sphere.
+    # The end of a camera's field of view is drawn as a plane, or for a wide lens as a part of a sphere.
     flat = np.isfinite(cosines).all() and cosines.min() > NARROW
     far = np.asarray(origins + (length / cosines[:, None] if flat else length) * directions)
     steps = np.linspace(0, 1, STEPS + 1)[:, None]

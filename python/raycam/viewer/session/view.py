@@ -259,7 +259,7 @@ class View:
             and self.camera == other.camera
             and self.size == other.size
             and self.integrator == other.integrator
-            # The channel `error` has its own samples.
+            # The channel `error` is rendered with samples of its own.
             and (self.channel == "error") == (other.channel == "error")
         )
 

@@ -1,4 +1,4 @@
-// The playground: a world file on the left, its image on the right, rendered in the page.
+// The playground: a world file on the left, and on the right the file's image, which the page renders.
 
 import { element, fillSelect } from "../dom.js";
 import { isKnown, isWorld } from "../files.js";

@@ -1,4 +1,5 @@
-// A canvas for figures of the lecture and of explanations: its labels do not overlap, its symbols can be highlighted, and the reader can drag in it.
+// A canvas for figures of the lecture and of explanations: its labels do not overlap, its symbols can be highlighted,
+// and the reader can drag points.
 
 import { placeLabels } from "./labels.js";
 

@@ -1,4 +1,4 @@
-// Inside or outside: a triangle in its plane, the walk u from f(t) to g, and the edges that it crosses.
+// The inside test: a triangle in its plane, the walk u from f(t) to g, and the edges that the walk crosses.
 
 import { cross, dot, lengthOf, minus, plusTimes } from "../core/vectors.js";
 import { drawArrow, drawDot, drawLine, drawRing } from "./shapes.js";

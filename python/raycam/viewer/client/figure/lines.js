@@ -1,4 +1,5 @@
-// The figures of a pixel's light and of its search tree: lines through the world, over the image and from outside.
+// The figures of a pixel's light and of its search tree: lines through the world, drawn over the image and in a
+// view from outside.
 
 import { lengthOf, minus } from "../core/vectors.js";
 import { outsidePanel } from "./panels.js";

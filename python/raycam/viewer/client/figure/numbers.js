@@ -1,4 +1,4 @@
-// Numbers as the page shows them.
+// Formats numbers and vectors as text.
 
 /** A number with `digits` decimals and a true minus sign. @param {number} value @param {number} [digits] */
 export function fixed(value, digits = 2) {

@@ -55,7 +55,7 @@ export function styleOf({ name, dtype, components }) {
   const known = Object.hasOwn(STYLES, name) ? STYLES[name] : null;
   if (known && (known.of || 1) === components && (known.kind === "ids") === (dtype === "int32")) return known;
   if (dtype === "int32" && components === 1) return { kind: "ids" };
-  // The light of one source, or a layer of another program's EXR file.
+  // The channel contains the light of one source, or is a layer of another program's EXR file.
   if (/^light:|\.rgb$/i.test(name) && components === 3) return { kind: "light" };
   return components === 2 ? { kind: "flow", of: 2 } : components === 3 ? { kind: "place", of: 3 } : { kind: "scalar" };
 }

@@ -5,9 +5,9 @@ import { linearOfSrgb, srgb8 } from "./tone.js";
 /** The anchors of each map, evenly spaced; colours between two are interpolated linearly in sRGB. */
 const ANCHORS = {
   diverging: "2166ac 67a9cf d1e5f0 f7f7f7 fddbc7 ef8a62 b2182b",
-  // S. van der Walt and N. Smith, 2015.
+  // Source: S. van der Walt and N. Smith, 2015.
   viridis: "440154 482878 3e4989 31688e 26828e 1f9e89 35b779 6ece58 b5de2b fde725",
-  // A. Mikhailov, 2019.
+  // Source: A. Mikhailov, 2019.
   turbo: "30123b 4145ab 4675ed 39a2fc 1bcfd4 24eca6 61fc6c a4fc3b d1e834 f3c63a fe9b2d f36315 d93806 b11901 7a0402",
   gray: "000000 ffffff",
 };

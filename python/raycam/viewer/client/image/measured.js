@@ -1,4 +1,4 @@
-// A measured distance over the image: a line between two pixels, with its length in the middle.
+// Draws a measured distance over the image: a line between two pixels, with the distance at its middle.
 
 /** @typedef {{ from: number[], to: number[], text: string }} Measured in pixels of the image */
 

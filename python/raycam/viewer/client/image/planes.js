@@ -2,8 +2,8 @@
 //
 // A plane is packed by a filter over its values as whole numbers, then by raw deflate. The filters store the components
 // one after the other, and of each component first the lowest byte of all values, then the next byte. "left" stores the
-// difference from the value on the left, "left_up" the difference between this one and the same one in the row above;
-// both wrap around.
+// difference from the value on the left. "left_up" stores this difference minus the same difference in the row above.
+// Both filters wrap around.
 
 /** @typedef {import("./numbers.js").NumberType} NumberType */
 /**

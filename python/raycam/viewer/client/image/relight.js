@@ -1,4 +1,4 @@
-// Relighting: the colour of a frame with other strengths of its lights, from each light's part of the colour.
+// Relighting: computes the colour of a frame for other strengths of the lights, from each light's part of the colour.
 
 /** @typedef {import("./planes.js").Plane} Plane */
 
@@ -17,7 +17,7 @@ export function relitColor(color, lights) {
     if (factor === 1) continue;
     for (let i = 0; i < values.length; i++) values[i] += (factor - 1) * part.values[i];
   }
-  // A light that is switched off leaves rounding errors, which may be negative.
+  // The subtraction of a light leaves rounding errors, which may be negative.
   if (lights.some(([, factor]) => factor < 1)) for (let i = 0; i < values.length; i++) values[i] = Math.max(values[i], 0);
   return { ...color, values };
 }

@@ -1,4 +1,4 @@
-// A cell in which the student writes a function of the ray tracer. The last cell renders the image.
+// A cell in which the student writes a function of the ray tracer. The last cell renders an image with all functions.
 
 import { element } from "../dom.js";
 import { rayOfPixel } from "../core/steps.js";

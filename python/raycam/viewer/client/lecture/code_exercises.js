@@ -1,4 +1,5 @@
-// The functions that a student writes: their first lines, test cases with the results of steps.js, and hints on common mistakes.
+// The functions that a student writes: each has first lines, test cases with the results of steps.js, and hints on
+// common mistakes.
 
 import { lengthOf } from "../core/vectors.js";
 import { rayOfPixel, stepsOf, triangleSteps } from "../core/steps.js";

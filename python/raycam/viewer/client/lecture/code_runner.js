@@ -1,4 +1,4 @@
-// Runs a student's functions in a worker of their own, and ends the worker if they take too long.
+// Runs a student's functions in a worker of their own, and ends the worker if the functions take too long.
 
 import { HELPERS } from "./code_exercises.js";
 

@@ -1,5 +1,5 @@
-// The lecture as one page: figures that share one world and one pixel, exercises, and code cells. In a worker, the same
-// script renders the images.
+// The lecture as one page: figures that share one world and one pixel, exercises, and code cells. If this script runs
+// in a worker, it renders the images.
 
 import { byId } from "../dom.js";
 import { buildAngles, buildBackProject, buildMatrix, buildNormal, buildPlane, buildProject, buildSign } from "./chapter_camera.js";

@@ -1,4 +1,5 @@
-// The image with the selected pixel. The reader selects pixels in the image, drags points and the sun, and turns and moves the camera.
+// The view of the camera's image with the selected pixel. The reader selects pixels in the image, drags points and the
+// sun, and turns and moves the camera.
 
 import { element } from "../dom.js";
 import { dot, minus, plusTimes, rowOf } from "../core/vectors.js";

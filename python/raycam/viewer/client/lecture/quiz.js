@@ -1,4 +1,5 @@
-// The form of a typed exercise: given numbers, fields, a verdict with a hint, and remembered success.
+// The form of a typed exercise: given numbers, input fields, and a verdict with a hint. Solved
+// exercises are remembered.
 
 import { element } from "../dom.js";
 import { factsOf } from "./exercise_world.js";

@@ -1,4 +1,4 @@
-// The camera and the sun, moved by dragging in the camera's own image. Pixels are [column, row].
+// Moves the camera and the sun when the reader drags in the camera's image. Pixels are [column, row].
 
 import { pixelOf, rayOfPixel } from "../core/steps.js";
 import { dot, minus, plusTimes, rowOf } from "../core/vectors.js";

@@ -1,4 +1,4 @@
-// The texts about the world and the frame, and their notices.
+// Texts that describe the world and the frame, and the notices about both.
 
 import { byId, element } from "../dom.js";
 

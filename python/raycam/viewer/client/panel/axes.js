@@ -1,4 +1,4 @@
-// The axes widget: the directions of x, y and z in the image. A click on an end shows the view from that side.
+// The axes widget: the directions of x, y and z in the image. A click on an axis end shows the world from that side.
 
 import { byId, element, svgElement } from "../dom.js";
 

@@ -1,4 +1,4 @@
-// The cameras of the world: adds the present view as a camera, and removes the current camera.
+// The list of the world's cameras: adds the current view as a camera, and removes the current camera.
 
 import { byId } from "../dom.js";
 

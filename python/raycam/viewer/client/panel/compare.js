@@ -1,4 +1,4 @@
-// The comparison of A and B: its mode, its statistics, and the range of a difference.
+// The panel that compares A and B: the mode, the statistics, and the range of a difference.
 
 import { byId, element, fillSelect } from "../dom.js";
 import { COMPARE_MODES } from "../image/compare.js";

@@ -7,7 +7,7 @@ import { byId, numbersOf } from "../dom.js";
 
 const POSE_FIELDS = ["pose-x", "pose-y", "pose-z", "pose-roll", "pose-pitch", "pose-yaw"];
 const POSE_DIGITS = 9;
-const FARTHEST = 1e9, MOST_DEGREES = 1e4; // limits that the server accepts
+const FARTHEST = 1e9, MOST_DEGREES = 1e4; // largest coordinate in metres and largest angle that the server accepts
 
 export class PoseControls {
   /** @param {Client} client */

@@ -1,4 +1,4 @@
-// Relighting in a saved page: one slider for each light whose part of the colour the page contains.
+// Relighting in a saved page: one slider for each light, if the page contains the light's part of the colour.
 
 import { byId, element } from "../dom.js";
 import { LIGHT_PREFIX } from "../image/relight.js";

@@ -1,4 +1,4 @@
-// Time and variants of the live view: a slider, a button that plays, and lists of variants.
+// Time and variants of the live view: a slider, a play button, and lists of animations and variants.
 
 import { byId, fillSelect } from "../dom.js";
 

@@ -1,4 +1,4 @@
-// The scene tree: objects, lights and cameras by name, with a search, visibility and isolation.
+// The scene tree: objects, lights and cameras by name. Objects can be searched, hidden and isolated.
 
 import { byId, element, icon } from "../dom.js";
 

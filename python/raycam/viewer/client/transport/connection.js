@@ -1,5 +1,5 @@
-// The WebSocket of the live view. It is opened before the client's script is loaded, so it stores received events until
-// the client listens.
+// The WebSocket of the live view. The socket is opened before the client's script is loaded, so received events are
+// stored until the client listens.
 
 const PROTOCOL = "raycam.view.1";
 

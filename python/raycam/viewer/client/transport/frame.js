@@ -1,4 +1,4 @@
-// The transport in a notebook: the page is a frame in a cell. The page around it forwards messages to the kernel.
+// The transport in a notebook: the page is a frame in a cell. The notebook's page forwards messages to the kernel.
 
 import { completed } from "./message.js";
 

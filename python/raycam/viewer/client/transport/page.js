@@ -1,4 +1,4 @@
-// The transport of a saved page: it answers the client's messages from the arrays in the page.
+// The transport of a saved page: answers the client's messages with the arrays in the page.
 
 import { bytesOfBase64, unpackPlane } from "../image/planes.js";
 import { LIGHT_PREFIX, relitColor } from "../image/relight.js";
