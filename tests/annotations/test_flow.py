@@ -61,7 +61,7 @@ def test_flow_equals_reprojection_by_numpy(distortion: list[float] | None) -> No
     assert np.isnan(found["flow"][~seen]).all()
     inside = ((pixels >= 0) & (pixels < SIZE)).all(axis=1)
     np.testing.assert_array_equal(found["outside"][seen], ~inside)
-    # Rays of the world itself find the occluders of a point.
+    # Rays cast in the later world show which points are occluded.
     hits = later.cast_rays(second.C, moved - second.C)
     clear = (np.abs(hits["t"] - 1) < 1e-4) | (hits["t"] > 1)
     hidden = (hits["t"] < 1 - 1e-4) & inside

@@ -162,7 +162,7 @@ def test_header_may_name_more_columns_than_the_rows_have(tmp_path: Path) -> None
     # A row without its first value is not a pose: the last number of its quaternion is missing.
     with raises(FormatError, code="syntax", mentions=[":2", "7", "11"]):
         raycam.load_cameras(written(tmp_path / "short.txt", header, [row[1:8] for row in rows]))
-    # A row that lacks a value before its pose, and has one after it, would be shifted.
+    # If a row lacks a value before its pose and has one value more after the pose, its columns are shifted.
     shifted = [[*row[1:8], 2.0, 0.1] for row in rows]
     with raises(FormatError, code="syntax", mentions=["length"]):
         raycam.load_cameras(written(tmp_path / "shifted.txt", header, shifted))

@@ -144,7 +144,7 @@ def test_four_coefficients_require_a_lens_model(tmp_path: Path) -> None:
     assert camera.model == "fisheye"
     with raises(FormatError, code="syntax", mentions=["f.json:1", "camera_model"]):
         raycam.load_cameras(stated, size=SIZE, model="opencv")
-    # Four numbers under keys dist* are the order of OpenCV.
+    # Four numbers under keys dist* have the order of OpenCV.
     (camera,) = raycam.load_cameras(as_json(tmp_path / "g.json", mtx=K, dist=d), size=SIZE).values()
     np.testing.assert_allclose(camera.project(POINTS)[0], projected(FISHEYE), atol=1e-9)
 

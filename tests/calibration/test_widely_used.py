@@ -453,7 +453,7 @@ def test_camera_matrices_are_checked_for_plausibility(tmp_path: Path, scale: flo
             warnings.simplefilter("always")
             raycam.load_cameras(tmp_path / name, size=(640, 480))
         notices = [warning.message for warning in caught]
-        # The value in the notice: the principal point's row, or the focal length.
+        # The notice contains the principal point's row (2000) or the focal length (5.0).
         value = "2000" if scale == 1.0 else "5.0"
         assert has_notice(notices, "implausible", value), name
 

@@ -280,7 +280,6 @@ def test_orthographic_camera_written_as_kitti_gives_a_notice_about_its_depth_pla
     back = raycam.load_cameras(tmp_path / "calib.txt", size=SIZE)["P0"]
     world = np.random.default_rng(0).uniform(-1, 1, (50, 3))
     np.testing.assert_allclose(back.project(world)[0], plan.project(world)[0], atol=1e-9)
-    told = raycam.save_cameras(
-        tmp_path / "again.txt", {"P0": back}, "kitti"
-    )  # the camera is at infinity, so it has no such plane
+    # This camera is at infinity, so its rays do not start on a plane that the file cannot store.
+    told = raycam.save_cameras(tmp_path / "again.txt", {"P0": back}, "kitti")
     assert not has_notice(told, "not_written", "depth")

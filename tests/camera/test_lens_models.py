@@ -58,10 +58,10 @@ def test_project_agrees_with_colmap(name: str, pixel_center: str) -> None:
     assert len(points) > 20_000
     judge = pycolmap.Camera(model=name, width=SIZE[0], height=SIZE[1], params=params)
     expected = np.asarray(judge.img_from_cam(points @ R.T + T))
-    known = np.isfinite(expected).all(
-        axis=1
-    )  # some fisheyes of COLMAP do not project points behind the camera
-    if name == "FOV":  # at radii below 0.01, COLMAP uses a series with an error of 1e-8 pixels
+    # COLMAP does not project points behind the camera with some fisheye models.
+    known = np.isfinite(expected).all(axis=1)
+    if name == "FOV":
+        # At radii below 0.01, COLMAP uses a series with an error of 1e-8 pixels.
         known &= np.linalg.norm(expected - PINHOLE[2:], axis=1) > 10
     assert known.mean() > 0.9
     pixels, seen = camera.project(points)

@@ -236,7 +236,7 @@ def test_motion_blur_of_a_moving_bar_equals_a_trapezium() -> None:
     # 16 pixels per metre: the bar is 16 pixels wide and moves by 16 pixels (2 m/s for half a second).
     x = np.arange(128) - 63.5
     expected = np.clip((16 - np.abs(x)) / 16, 0, 1)
-    # The tolerance for 1/64 of the motion and for noise.
+    # The tolerance covers noise and the 64 moments of the exposure, which are 1/64 of the motion apart.
     np.testing.assert_allclose(light, expected, atol=0.04)
     assert abs(light.sum() - still["color"][..., 0].mean(axis=0).sum()) < 0.1
     # Labels show the middle of the exposure.
@@ -257,7 +257,7 @@ def test_rolling_shutter_shows_a_moving_object_at_the_time_of_each_line() -> Non
         expected = np.abs(columns - middle[:, None]) < 8.0
         clear = np.abs(np.abs(columns - middle[:, None]) - 8.0) > 1e-6
         assert ((seen["instance"] == 0) == expected)[clear].all(), direction
-        # With an exposure, each line is blurred, and its label does not change.
+        # With an exposure time, colours of a line are blurred, but its ground truth does not change.
         both = camera.exposing(0.25, readout=0.25, direction=direction)
         frame = raycam.render(
             world.at(0.5), both, samples=256, integrator="flat", channels=["color", "instance"]

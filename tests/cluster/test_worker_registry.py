@@ -73,8 +73,9 @@ def test_cluster_without_workers_gives_a_notice_and_continues_when_one_joins(
 
     job.run(pool, progress=leave)
     waiting = [text for text in told if engine.address in text]
-    assert len(told) - len(waiting) == 2  # notices that a worker has joined
-    assert 2 <= len(waiting) < 14  # the interval between notices doubles
+    # Two notices report that a worker has joined; the interval between the others doubles.
+    assert len(told) - len(waiting) == 2
+    assert 2 <= len(waiting) < 14
     assert results(job.folder) == results(tmp_path / "one")
     for process in engine.workers:
         process.kill()

@@ -60,7 +60,7 @@ def test_depth_is_measured_at_pixel_centres_and_follows_poses() -> None:
     x, y = x / 2.5 * 3.5, y / 2.5 * 3.5
     front = (np.abs(x - 0.2) < 0.5) & (np.abs(-y - 0.1) < 0.5)
     assert (moved[front] == 3.5).all()
-    # The same holds for a scene that is rendered for the first time.
+    # A scene whose first image is rendered after the change has the same depth.
     again, other = scene()
     other.matrix = shifted(0.2, 0.1, -1.0)
     fresh = pyrender.OffscreenRenderer(*SIZE).render(again)

@@ -101,13 +101,14 @@ def test_occlusion_roughness_normal_and_color_textures_equal_pyrender() -> None:
     assert middle(square(material=shining)) == [gamma(0.25 * linear[0]), gamma(linear[1]), 0]
     occluded = Material(occlusionTexture=np.full((4, 4), 51, np.uint8))
     assert middle(square(material=occluded), ambient=1.0) == [gamma(0.2)] * 3
-    # Roughness and metalness are G and B of an image, but R and G of a texture.
+    # pyrender takes roughness and metalness from the channels G and B of an image, but R and G of a `Texture`.
     rough = np.full((4, 4, 3), [0, 255, 0], np.uint8)
     sources = (rough, pyrender.Texture(source=rough[..., [1, 0, 0]], source_channels="RGB"))
     for source in sources:
         metal = Material(metallicRoughnessTexture=source, baseColorFactor=[0.5, 0.5, 0.5])
         assert middle(square(material=metal), sun=3) == [gamma(lambert(0.5, 0.0))] * 3
-    # A normal bent by 60 degrees to +u, lit from that direction, is as bright as the plain one lit from the front.
+    # A surface whose normal is bent by 60 degrees to +u, lit from there, is as bright as a flat surface lit from
+    # the front.
     bent = np.rint(127.5 * (1 + np.array([np.sqrt(0.75), 0, 0.5]))).astype(np.uint8)
     tilted = Material(
         normalTexture=np.tile(bent, (4, 4, 1)), baseColorFactor=[0.5, 0.5, 0.5], metallicFactor=0.0

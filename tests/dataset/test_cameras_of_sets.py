@@ -38,7 +38,7 @@ def test_nerf_stores_complete_panoramas_only(tmp_path: Path) -> None:
     cameras = [raycam.Camera.equirectangular(place, 10, 20, 30, size=(64, 32)) for place in places]
     write(table(), tmp_path, "nerf", cameras=cameras, samples=1, integrator="flat")
     document = json.loads((tmp_path / "transforms.json").read_text())
-    # nerfstudio: fx = fy = height for the vertical and half the width for the horizontal angle.
+    # nerfstudio expects fx = width / 2 (horizontal angle) and fy = height (vertical angle).
     assert document["camera_model"] == "EQUIRECTANGULAR"
     assert [document[key] for key in ("fl_x", "fl_y", "cx", "cy", "w", "h")] == [32, 32, 32, 16, 64, 32]
     for own, given in zip(raycam.load_cameras(tmp_path).values(), cameras, strict=True):

@@ -16,7 +16,7 @@ from support.box_table import SIZE, ring, table, truth
 from support.raises import raises
 
 
-@pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # of pycocotools
+@pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # pycocotools causes it
 @pytest.mark.parametrize("segmentation", ["rle", "polygon"])
 def test_coco_data_set_is_read_by_pycocotools(tmp_path: Path, segmentation: str) -> None:
     cameras = ring(distortion=[-0.2, 0.05, 0.001, 0.0])

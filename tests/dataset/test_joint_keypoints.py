@@ -15,9 +15,8 @@ from pycocotools.coco import COCO
 from raycam.dataset import write
 from support.raises import raises, warns
 
-pytestmark = pytest.mark.filterwarnings(
-    "ignore:__array__ implementation:DeprecationWarning"
-)  # of pycocotools
+# pycocotools causes this warning.
+pytestmark = pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")
 
 ARM = """<robot name="arm">
   <link name="base"><visual><geometry><box size="0.3 0.3 0.1"/></geometry></visual></link>

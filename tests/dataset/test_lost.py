@@ -85,7 +85,7 @@ def test_disparities_outside_of_kittis_range_give_a_notice_with_their_count(tmp_
     written = write(wall(12.0), tmp_path, "kitti", cameras=raycam.Rig.of({"left": left, "right": right}))
     (notice,) = told(written)
     assert notice.code == "values_lost"
-    check_mentions(str(notice), [1536, 3072])  # half of the pixels
+    check_mentions(str(notice), [1536, 3072])  # half of the image's pixels are lost
     values = picture(tmp_path / "scene_flow/training/disp_occ_0/000000_10.png")
     assert values[24, 5] == 0
     assert values[24, 60] == 2 * 256

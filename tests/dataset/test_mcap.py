@@ -107,7 +107,7 @@ def test_folder_is_a_ros_2_bag(tmp_path: Path) -> None:
     found: dict[str, Any] = {}
     with rosbag2.Reader(tmp_path / "bag") as reader:
         assert reader.message_count == 14
-        assert reader.duration == 1  # a single time; the end is 1 ns later
+        assert reader.duration == 1  # all messages have one time, and rosbags places the end 1 ns later
         for connection, stamp, raw in reader.messages():
             found[connection.topic] = store.deserialize_cdr(raw, connection.msgtype)
             assert stamp == 10**9

@@ -16,7 +16,7 @@ def test_tum_data_set_contains_images_and_poses(tmp_path: Path) -> None:
 
     world = table()
     world.add_camera(ring(1)[0])
-    write(world, tmp_path, "tum")  # writes every frame of the world's video
+    write(world, tmp_path, "tum")  # without cameras, the data set contains every frame of the world's video
     seen = views(world)
     lines = (tmp_path / "groundtruth.txt").read_text().splitlines()[1:]
     assert len(lines) == len(seen) == 4

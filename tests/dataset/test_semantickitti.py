@@ -91,7 +91,7 @@ def test_lidar_moves_between_the_poses_of_the_rig(tmp_path: Path) -> None:
             following = rigs[number + 1].sensors["top"].pose
             np.testing.assert_allclose(places[1], following[:3, 3], atol=1e-9)
             np.testing.assert_allclose(turns[1], following[:3, :3], atol=1e-9)
-        else:  # the last motion continues
+        else:  # after the last pose, the rig continues its last motion
             assert np.linalg.norm(places[1] - places[0]) == pytest.approx(np.hypot(1, 0.2), rel=0.05)
 
 

@@ -107,7 +107,7 @@ def test_worlds_of_any_scale_and_distance_keep_their_digits(scale, offset):
     assert near.winner.triangle == there.winner.triangle
     assert (near.units.scale, near.units.origin.tolist()) == (1.0, [0.0, 0.0, 0.0])
     assert there.units.scale != 1.0 or there.units.origin.any()
-    assert len(str(there)) > len(str(near))  # only the first text describes its units
+    assert len(str(there)) > len(str(near))  # only the text of `there` describes other units
     assert 0 < there.depth / scale < 10
     np.testing.assert_allclose(there.units.origin + there.units.scale * there.C, camera.C, rtol=1e-12)
 

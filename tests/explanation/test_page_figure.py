@@ -102,7 +102,7 @@ def test_figure_lines_in_the_image_equal_those_in_the_world(subject: str) -> Non
     for line in found["lines"]:
         ends = np.column_stack([line["points"], np.ones(len(line["points"]))]) @ P.T
         if len(line["pixels"]) == 1 == len(ends) - 1 and (ends[:, 2] > 0.1).all():
-            # Measured from the picture's corner instead of the centre of the first pixel.
+            # Pixel coordinates of figures start at the image's corner instead of the first pixel's centre.
             pixels = ends[:, :2] / ends[:, 2:] + 0.5
             seen = np.array(line["pixels"][0])
             way = (pixels[1] - pixels[0]) / np.linalg.norm(pixels[1] - pixels[0])

@@ -66,7 +66,7 @@ def test_fork_waits_for_other_threads() -> None:
     entered.wait()
     child = os.fork()
     if child == 0:
-        with no_fork():  # no thread holds the child's own condition
+        with no_fork():  # the child's guard is not held by any thread
             os._exit(0)
     order.append("forked")
     builder.join()

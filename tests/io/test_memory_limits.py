@@ -78,8 +78,8 @@ def test_memory_high_counts_as_a_limit(machine: Path) -> None:
 
 
 def test_limits_inside_a_container_are_found(machine: Path) -> None:
-    # With its own namespace, the root of version 2 is the container's group; otherwise, the group's path does
-    # not exist here.
+    # In a cgroup namespace, the root folder of version 2 is the container's group. Without a namespace, the
+    # group's path does not exist in the container.
     for path in ("/", "/system.slice/docker-1234.scope", "/../../pod/1"):
         write(machine / "proc/self/cgroup", f"0::{path}")
         group(machine / "cgroup", limit=2 * GIB, used=GIB)

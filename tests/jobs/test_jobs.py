@@ -289,7 +289,7 @@ def test_shards_that_end_together_assemble_the_result_once(tmp_path: Path) -> No
         first.remove()
     thread.join()
     assert seen == [False]
-    with second.assembling() as there:  # the job does not exist later either
+    with second.assembling() as there:  # a later call does not find the removed job either
         assert not there
 
 

@@ -81,8 +81,9 @@ def test_flipped_bit_invalidates_its_line_and_adds_no_entry(path: Path) -> None:
     for place in range(len(data)):
         path.write_bytes(data[:place] + bytes([data[place] ^ 1 << place % 8]) + data[place + 1 :])
         found = entries(path)
-        assert len(found) in (1, 2)  # a flipped line break joins two lines
-        # Without its line break, the last line is incomplete.
+        # If the flipped bit belongs to a line break, two lines are joined and both entries are lost.
+        assert len(found) in (1, 2)
+        # If it belongs to the last line break, the last line is incomplete, which is not damage.
         assert len(damaged(path)) == (0 if place == len(data) - 1 else 1)
         assert all(entry in ENTRIES for entry in found)
 

@@ -60,7 +60,7 @@ def test_corrected_pattern_passes_through_the_drivers_points(raw: float, two_poi
     azimuths = 2 * math.pi * 10 * pattern.times
     laser_of = pattern.lasers.tolist()
     expected = [driver_point(lasers[i], a, raw) for i, a in zip(laser_of, azimuths.tolist(), strict=True)]
-    # A real beam is straight, but near an axis the driver's absolute values bend the line by the beam's offset.
+    # The driver's formula uses absolute values of x and y, so points near an axis deviate from a straight beam.
     apart = np.abs(points - np.array(expected)).max(axis=1)
     crossing = np.abs(np.array(expected)[:, :2]).min(axis=1) < 0.3
     assert apart[~crossing].max() < 1e-9

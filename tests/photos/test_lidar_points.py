@@ -147,8 +147,9 @@ def test_resolution_and_angle_of_a_lidar_equal_the_closed_form() -> None:
 
 def test_half_hidden_face_has_the_fraction_of_its_area_for_a_lidar() -> None:
     world = wall()
-    # A lid in front of the wall hides the part with y < 0; the part with y > 0 is 1/4 of the triangle. Samples up to
-    # half their distance, 0.05 m, beyond the border of 1 m are nearest to a point as well: up to 0.02 of the area.
+    # A lid in front of the wall hides the part with y < 0; the part with y > 0 is 1/4 of the triangle. A sample up to
+    # 0.05 m (half of the samples' distance) beyond the border may also be nearest to a measured point, which adds up to
+    # 0.02 of the area.
     world.add_mesh(
         [[1, -5, -5], [1, 0, -5], [1, 0, 5], [1, -5, 5]],
         [[0, 1, 2], [0, 2, 3]],

@@ -32,7 +32,7 @@ def test_pixels_and_footprints_equal_opencv(lens: dict) -> None:
     )
     assert 100 < len(shown) < 400
     np.testing.assert_allclose(sight.pixels, pixels[:, 0], atol=1e-9)
-    # The derivatives with respect to the translation are those of a point in camera axes.
+    # The derivatives of a pixel by the translation equal those by the point in camera axes.
     by_point = derivatives[:, 3:6].reshape(-1, 2, 3) @ camera.R
     towards = camera.C - shown
     cosine = (towards * normals[sight.index]).sum(axis=1) / np.linalg.norm(towards, axis=1)

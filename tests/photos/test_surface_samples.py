@@ -64,8 +64,9 @@ def test_points_visible_to_a_lidar_are_on_the_disc_within_its_range() -> None:
     lidar = fan(60_000, max_range=5.0).placed([0, 0, 3])
     found = raycam.sample_surface(world, 2000, visible_to={"top": lidar})
     radius = np.hypot(found.points[:, 0], found.points[:, 1])
-    assert radius.max() < 4 + 0.4  # the radius, plus the diagonal of a face
-    # Uniform by area: the squares of the radii are uniform, except for the faces at the border.
+    # The disc within the lidar's range has the radius 4; faces at its border extend by a diagonal of up to 0.4.
+    assert radius.max() < 4 + 0.4
+    # For points that are uniform by area, the squares of the radii are uniform. Faces at the border are excluded.
     inner = radius[radius < 3.6] ** 2
     assert scipy.stats.kstest(inner, "uniform", args=(0, 3.6**2)).pvalue > 1e-4
     camera = raycam.Camera.look_at([0, 0, 3], [5.3, 0, 0], up=[0, 0, 1], fov=10, size=(64, 64))

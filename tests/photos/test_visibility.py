@@ -112,8 +112,8 @@ def test_rolling_shutter_visibility_uses_the_position_of_each_line() -> None:
     start, end = (
         raycam.Camera.look_at([x, 0, 2], [x, 0, 0], up=[0, 1, 0], fov=100, size=(64, 64)) for x in (0, 2.2)
     )
-    # The face is in the lower part of the image, which is read when the camera is at about x = 1.85 and sees past the
-    # lid; from the pose at the middle, x = 1.1, the lid hides the face.
+    # The face is in the lower part of the image, which is read when the camera is at about x = 1.85. From there, the
+    # face is visible past the lid; from the middle of the motion, x = 1.1, the lid hides the face.
     rolling = start.moving(end, readout=0.03)
     assert raycam.surface_visibility(world, [rolling.still()]).views[0] == 0
     assert raycam.surface_visibility(world, [rolling]).views[0] == 1

@@ -117,7 +117,7 @@ def huge_ground(rng):
     return world
 
 
-# Name: the world, its size, and its location.
+# For each scene, a function that creates its world, the world's size, and its distance from the origin.
 SCENES = {
     "boxes": (lambda rng: shapes(rng, count=1), 1.0, 0.0),
     "shapes": (lambda rng: shapes(rng, count=5), 1.0, 0.0),

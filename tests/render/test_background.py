@@ -167,7 +167,8 @@ def test_pixels_outside_of_the_photo_are_counted_in_a_notice() -> None:
     with np.errstate(invalid="ignore"):
         inside = (table >= -0.5).all(axis=2) & (table <= [39.5, 29.5]).all(axis=2)
     most = np.count_nonzero(~inside)
-    assert 0.95 * most <= count <= most  # a pixel partly outside shows the part inside
+    # A pixel that is only partly outside of the photo is not counted.
+    assert 0.95 * most <= count <= most
 
 
 def test_world_files_define_background_photos(tmp_path: Path) -> None:

@@ -151,7 +151,7 @@ def test_cancelled_image_continues_to_the_same_bytes(
         picture.add_for(86400, cancel=cancel)
     watch.join()
     assert cancel.is_cancelled
-    # When it was stopped, some tiles were up to one round of 64 samples ahead.
+    # When the image was stopped, some tiles were up to one round of 64 samples ahead.
     reached = picture.samples + 64
     picture.add(64)
     assert bytes_of(picture.frame()) == expected(world, camera, reached, integrator="path")

@@ -93,7 +93,9 @@ class Tab:
     def open(self, url: str) -> None:
         """Loads a page and waits for its first image."""
         self.wait("globalThis.isLeft = true")
-        if "loaderId" not in self.call("Page.navigate", url=url):  # the same document with another fragment
+        if "loaderId" not in self.call(
+            "Page.navigate", url=url
+        ):  # only the fragment of the address has changed
             self.wait("(globalThis.isLeft = false) === false")
         self.wait("!globalThis.isLeft && document.getElementById('status-picture')?.textContent")
 

@@ -236,7 +236,7 @@ def test_instanced_prototypes_have_the_transforms_of_openusd(tmp_path: Path) -> 
     world_from = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(source.GetPrim()))
     turn = np.array(shape.GetLocalTransformation())
     world = raycam.load(tmp_path / "a.usda")
-    assert (world.counts["objects"], world.counts["meshes"]) == (3, 1)  # the prototypes are equal
+    assert (world.counts["objects"], world.counts["meshes"]) == (3, 1)  # equal prototypes share a mesh
     corners = np.hstack([np.array(shape.GetPointsAttr().Get()), np.ones((4, 1))])
     shown = world.triangles().reshape(3, -1, 3)
     for copy, own, found in zip(np.array(copies)[:3], (turn, np.eye(4), turn), shown, strict=True):

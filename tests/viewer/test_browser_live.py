@@ -193,7 +193,7 @@ def test_view_through_a_distorted_lens_equals_render(tab: Tab, live: Server, wor
         for each in shown
         if each.shape == (*session.view.size[::-1], 3)
     ]
-    assert min(same) <= 2  # a JPEG image
+    assert min(same) <= 2  # the tolerance for JPEG compression
     tab.show(1280, 800)
 
 
@@ -288,7 +288,7 @@ def test_variant_list_changes_the_materials(tab: Tab, tmp_path: Path) -> None:
         shown = on_the_screen(tab, session.view.size)
         assert (
             min(np.abs(each - expected.astype(int)).mean() for each in shown if each.shape == expected.shape)
-            <= 2  # a JPEG image
+            <= 2  # the tolerance for JPEG compression
         )
     finally:
         server.close()

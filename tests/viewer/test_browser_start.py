@@ -21,9 +21,8 @@ SPACE = "(({ width, height }) => [width, height])(picture.getBoundingClientRect(
 @pytest.fixture
 def viewer() -> Iterator[Viewer]:
     world = raycam.World()
-    world.add_object(
-        box={"size": 1}, name="box"
-    )  # without a camera: the first one has the shape of the window
+    # The world has no camera, so the first camera has the shape of the window.
+    world.add_object(box={"size": 1}, name="box")
     with Viewer(world, port=0, samples=8) as made:
         yield made
 
@@ -52,9 +51,10 @@ def test_server_knows_the_images_size_before_the_client_runs(tab: Tab, viewer: V
     tab.open(viewer.url)
     session = newest_session(viewer, 2)
     until(lambda: session.images.still is not None)
-    assert [round(side) for side in tab.evaluate(SPACE)] == before  # the client does not change the layout
+    # The client does not change the size of the image's space, so the image is rendered only once.
+    assert [round(side) for side in tab.evaluate(SPACE)] == before
     assert tab.evaluate("location.hash") == ""
-    assert session.images.version == 1  # so the image is rendered once
+    assert session.images.version == 1
 
 
 def test_page_without_a_token_reports_it(tab: Tab, viewer: Viewer) -> None:

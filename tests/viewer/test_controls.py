@@ -149,7 +149,7 @@ def test_view_in_a_cell_is_released_with_its_output(small_world: raycam.World) -
     assert views.scheduler is not None
     del viewer
     gc.collect()
-    assert found() is not None  # the output still exists
+    assert found() is not None  # the viewer is kept, because its output still exists
     views.hear({"view": "a", "said": None})
     assert views.scheduler is None
     gc.collect()

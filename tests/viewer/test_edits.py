@@ -98,7 +98,7 @@ def test_edits_can_be_undone_and_reach_all_sessions(small_world: raycam.World) -
     assert contents["objects"][0] == {"name": "box", "visible": False}
     assert (contents["undo"], contents["redo"]) == (1, 0)
     receive(first, {"type": "undo"})
-    assert second.view.base is first.view.base is not small_world  # a copy, without acceleration structures
+    assert second.view.base is first.view.base is not small_world  # undo shows a copy of the world
     assert second.view.base.to_bytes() == small_world.to_bytes()
     receive(first, {"type": "redo"})
     assert not second.view.base.objects[0].visible

@@ -109,7 +109,7 @@ def test_reload_keeps_the_camera(tab: Tab, served: Server) -> None:
     tab.wait(f"document.getElementById('status').textContent.includes('{SAMPLES} samples')")
     before = len(served.sessions)
     tab.evaluate("document.getElementById('picture').focus()")
-    for kind in ("keyDown", "keyUp"):  # the position of the key is decisive, not its letter
+    for kind in ("keyDown", "keyUp"):  # commands depend on a key's position, not on its letter
         tab.call("Input.dispatchKeyEvent", type=kind, key="\u0441", code="KeyC")
     until(lambda: any(each.view.camera_name == "side" for each in served.sessions.values()))
     tab.evaluate("location.reload()")

@@ -111,7 +111,7 @@ TAKEN = {
     **{("overlay", field): (True,) for field in ("cameras", "explained", "grid")},
     **{("pose", field): (1.5, -1) for field in ("roll", "pitch", "yaw")},
     ("film", "seconds"): (1.5,),
-    ("upload", "data"): ("x" * 2000,),  # valid base64
+    ("upload", "data"): ("x" * 2000,),  # this text is valid base64
     ("film", "degrees"): (1.5, -1),
     **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when the message is handled
     ("edit", "value"): ([], True, 1.5, -1, PATH),

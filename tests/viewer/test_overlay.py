@@ -63,7 +63,9 @@ def test_grid_lies_on_the_ground_with_round_cell_sizes(up: Literal["y", "z"], mo
         ends = seen.project(np.array([np.zeros(3), axis]))[0] - seen.corner
         assert np.allclose([line[0], line[-1]], ends, atol=0.06)
     corners = np.full((2, 3), -2.0)
-    corners[1, [axis for axis in range(3) if axis != k]] = 6.0  # whole cells around the bounds
+    corners[1, [axis for axis in range(3) if axis != k]] = (
+        6.0  # the grid consists of whole cells around the bounds
+    )
     lines = made["grid of 1 m"]["lines"]
     assert len(lines) == 2 * 9
     ends = seen.project(corners)[0] - seen.corner

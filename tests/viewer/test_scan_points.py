@@ -39,7 +39,7 @@ def test_drawn_points_are_projections_of_visible_points(hall: raycam.World) -> N
     pixels, _ = seen.project(points.positions[numbers])
     np.testing.assert_allclose(drawn[:, 1:], pixels - seen.corner, atol=0.051)
     assert ((drawn[:, 1:] >= 0) & (drawn[:, 1:] <= [64, 48])).all()
-    # Behind the box, the lidar sees no wall; the camera sees the wall beside the box, but not through it.
+    # Drawn points must be visible to the camera: points of the wall that the box hides are not drawn.
     origins, directions = seen.rays(drawn[:, 1:] + seen.corner)
     hits = hall.cast_rays(origins, directions, fields=["position"])
     assert np.nanquantile(np.linalg.norm(hits["position"] - points.positions[numbers], axis=1), 0.95) < 0.2

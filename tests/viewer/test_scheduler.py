@@ -37,7 +37,9 @@ def step(scheduler: Scheduler) -> Session | None:
 
 
 def test_moving_views_are_rendered_first_in_order_of_age(small_world: raycam.World) -> None:
-    rests, late, early = (ready(small_world) for _ in range(3))  # the session `rests` also has work to do
+    rests, late, early = (
+        ready(small_world) for _ in range(3)
+    )  # `rests` has no moving view, but an image to refine
     early.images.restart()
     late.images.restart()
     late.images.touched = early.images.touched + 1e-3
@@ -78,7 +80,7 @@ def test_failed_preparation_does_not_prevent_images(small_world: raycam.World) -
 
 
 def test_refinement_starts_after_a_pause(small_world: raycam.World) -> None:
-    # The session was touched so late that no delay of a busy machine matters.
+    # The last change is in the future, so that the pause lasts long even on a busy machine.
     session = ready(small_world, time.monotonic() + PATIENCE)
     assert Scheduler(lambda: [session])._next() is None
     session.images.touched -= PATIENCE + REST_S

@@ -177,7 +177,7 @@ def test_moving_camera_is_sent_once_for_each_image(session: Session) -> None:
     assert [kind for kind, _ in heard].count("camera") == 1
     session.connection.send_image({"type": "picture", "moving": True}, [b""])
     cameras = [C for kind, C in heard if kind == "camera"]
-    assert cameras[1:] == [session.view.camera_message(0)["C"]]  # the newest one, before the image
+    assert cameras[1:] == [session.view.camera_message(0)["C"]]  # the newest camera is sent before the image
     assert heard[-1][0] == "picture"
     receive(session, orbited(session.view.camera_message(0), 4))
     receive(session, {"type": "home", "seq": 99})
@@ -338,7 +338,11 @@ def test_clicked_pixels_call_the_callback(
         viewer.on_pick(fail)
         session = viewer._session()
         width, height = session.view.size
-        for u, v in ((width // 2, height // 2), (0, 0), (1279, 1000)):  # the last one is outside of the image
+        for u, v in (
+            (width // 2, height // 2),
+            (0, 0),
+            (1279, 1000),
+        ):  # the last pixel is outside of the image
             receive(session, {"type": "pick", "u": u, "v": v})
         until(lambda: len(told) == 2)
     seen = raycam.render(

@@ -55,7 +55,8 @@ def test_circles_surround_the_centre_of_the_objects_without_the_ground(session: 
 
 
 def test_drag_of_the_horizontal_circle_turns_the_azimuth_in_one_step(session: Session) -> None:
-    middle = middle_of(session)  # the camera is above: from the right of the centre to above it in the image
+    # The camera looks down, so this drag from the right of the centre to its upper side is a quarter turn.
+    middle = middle_of(session)
     for way in ([40, -40], [0, -60]):
         session.receive(
             messages.Gizmo("z", 5, np.add(middle, [60, 0]).tolist(), np.add(middle, way).tolist())

@@ -56,9 +56,8 @@ def test_links_are_nodes_at_their_poses(tmp_path: Path) -> None:
 def test_joint_keyframes_become_an_animation(tmp_path: Path) -> None:
     world = raycam.load(write(tmp_path, WORLD + VIDEO))
     notices = world.to_gltf(tmp_path / "room.glb")
-    assert (
-        notice_codes(notices).count("not_written") == 2
-    )  # categories and a camera's size, but not the video
+    # Only categories and a camera's size are not written; the video becomes an animation.
+    assert notice_codes(notices).count("not_written") == 2
     moving = world.copy()
     moving.set_video(orbit={"target": [0, 0, 0]})
     assert notice_codes(moving.to_gltf(tmp_path / "orbit.glb")).count("not_written") == 3
@@ -70,7 +69,7 @@ def test_joint_keyframes_become_an_animation(tmp_path: Path) -> None:
     ]
     assert moved == [("upper", "rotation")]
     read = raycam.load(tmp_path / "room.glb", up="y")
-    for time in (0.0, 0.325, 1.0):  # at keyframes of objects, which are 1/40 s apart
+    for time in (0.0, 0.325, 1.0):  # these are times of written keyframes, which are 1/40 s apart
         matrices = {item.name: item.matrix for item in read.at(time).objects}
         for item in world.at(time).objects:
             np.testing.assert_allclose(matrices[item.name], Y_UP @ item.matrix, atol=2e-6)

@@ -107,7 +107,7 @@ def test_winding_numbers_of_open_meshes_equal_solid_angles() -> None:
     assert open_box.inside(points).all()
     assert not open_box.inside(points + np.array([0, 0, 1.0])).any()
     assert (open_box.winding_number([[np.nan, 0, 0], [np.inf, 0, 0]]) == 0).all()
-    # A boundary edge lies between the point and infinity along the cone's direction.
+    # In the cone's direction, a boundary edge is in front of the point.
     for point in open_box.triangles()[0] - np.array([[0.36, 0.48, 0.8]]):
         np.testing.assert_allclose(
             open_box.winding_number(point), solid_angles(open_box.triangles(), point[None])[0], atol=1e-9

@@ -158,7 +158,7 @@ def test_hits_of_flattened_objects_equal_exact_rational_arithmetic(name: str) ->
     aims = random.normal(size=(150, 3)) * 0.5 @ matrix[:3, :3].T + matrix[:3, 3]
     origins = random.normal(size=(150, 3)) * 2 + matrix[:3, 3]
     assert agree(world, origins, aims - origins) > 50
-    # The same holds next to other objects, whose boxes do not grow.
+    # Hits are also exact if the world contains other objects, whose boxes are not enlarged.
     world.add_object(sphere={"radius": 0.5}, location=[0, 0, 7])
     assert (world.cast_rays([0, 0, 9], [0, 0, -1])["instance"] == 1).all()
 

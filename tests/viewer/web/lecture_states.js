@@ -1,5 +1,5 @@
 // Sets a figure of the lecture to given states and returns the texts that it shows: its modules run as in the page, with
-// elements and canvases that only remember what they are given.
+// elements and canvases that only store the values passed to them.
 
 class Box {
   constructor(tag) {

@@ -63,7 +63,7 @@ def test_live_page_renders_and_its_numbers_equal_raycam(tmp_path: Path) -> None:
         )
         assert {"C", "x", "a", "b", "c", "f(t)", "r", "v"} <= set(labels[0])
         assert {"u", "g = a + v₃", f"f(t): {inside}"} <= set(labels[1])
-        # The image plane shows the picture itself, without what the window shows around and over it.
+        # The figure's image plane shows only the image, without the window's background and overlays.
         assert tab.evaluate("[...new Set(window.drawn)]") == ["640 480"]
         assert tab.said == []
         assert all(request.startswith(("file:", "blob:", "data:")) for request in tab.requests), tab.requests

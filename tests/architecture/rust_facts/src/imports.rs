@@ -42,7 +42,7 @@ struct Module {
     words: BTreeSet<String>,
 }
 
-/// What a path leads to.
+/// The target of a path: a module, or the file that defines a name.
 enum Found<'a> {
     Module(usize),
     File(&'a Path),

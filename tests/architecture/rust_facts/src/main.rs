@@ -28,8 +28,8 @@ fn main() {
     println!("{}", json!(crates));
 }
 
-/// Facts about one file: its identifiers (`words`), included paths, and without items for tests: types, functions with
-/// their numbers of lines, and the enums that a `match` without a catch-all arm lists.
+/// Facts about one file: its identifiers (`words`) and included paths, its types, its functions with their numbers of
+/// lines, and the enums in `match` expressions without a catch-all arm. Types, functions and enums exclude test items.
 fn file_facts(path: &Path) -> Value {
     let text = fs::read_to_string(path).expect("a readable file");
     let tokens: TokenStream = text.parse().unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -138,7 +138,7 @@ impl Visit<'_> for Variants {
     }
 }
 
-/// True for `_`, for a name, and for these within tuples, `Some`, `Ok` and `Err`.
+/// True for `_` and lower-case names, and for tuples, `Some`, `Ok` and `Err` that contain only such patterns.
 fn is_catch_all(pattern: &syn::Pat) -> bool {
     match pattern {
         syn::Pat::Wild(_) | syn::Pat::Rest(_) => true,
