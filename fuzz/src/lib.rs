@@ -70,7 +70,8 @@ pub fn image(magic: &[u8], bytes: &[u8]) {
         _ => ColorUse::Data,
     };
     let path = Path::new("image");
-    // Fewer pixels than the textures of a mesh may have: more pixels of the same kind would find no further faults.
+    // The budget has fewer pixels than for the textures of a mesh, because more pixels of the same kind would find no
+    // further faults.
     let mut budget = Budget {
         pixels: 1 << 9,
         ..budget()

@@ -70,7 +70,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
         let convert = |(i, item)| convert(&item, &format!("{path}[{i}]"), depth + 1).map(SpannedValue::from);
         return Ok(Value::List(items.into_iter().enumerate().map(convert).collect::<PyResult<_>>()?));
     }
-    // NumPy scalars, and other numbers and paths.
+    // These are NumPy scalars, other numbers, and paths.
     if let Ok(scalar) = value.call_method0("item") {
         return convert(&scalar, path, depth + 1);
     }
@@ -97,7 +97,7 @@ fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value>
         let data = bytes.to_owned_array().iter().map(|&v| table[usize::from(v)]).collect();
         return Ok(Value::Floats { shape, data });
     }
-    // `astype` converts any width and byte order; the order is C, whatever the strides.
+    // `astype` converts any width and byte order; the result is in C order, for any strides.
     let values = |dtype| array.call_method1("astype", (dtype,));
     match kind {
         b'f' => {

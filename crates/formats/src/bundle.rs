@@ -31,7 +31,7 @@ pub fn write(world: &World) -> Result<Vec<u8>> {
     let mut count = ByteCount(0);
     serialize(&world, &mut count)?;
     let mut bytes = Vec::new();
-    // A growing vector would end the process if memory runs out.
+    // The size is known before writing, because a growing vector would end the process if memory ran out.
     bytes.try_reserve_exact(count.0).map_err(|_| {
         FormatError::encode(format!("the world is too large to write: it requires {} bytes of memory", count.0))
     })?;

@@ -64,7 +64,7 @@ pub(crate) fn read(source: &InputFile, budget: &mut Budget) -> Result<IesProfile
     numbers.next("the input watts")?;
     let count = verticals.saturating_mul(horizontals);
     budget.take_elements(path, count.saturating_add(verticals).saturating_add(horizontals))?;
-    // This number of values requires at least as many bytes in the file.
+    // The file must contain at least one byte per value.
     if count > source.bytes.len() as u64 {
         let message = format!("{horizontals} x {verticals} intensities are declared, more than the file can contain");
         return Err(FormatError::whole(path, ErrorCode::ImplausibleSize.message(message)));

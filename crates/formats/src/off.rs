@@ -32,7 +32,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     let text = lexer::plain_text(&source.bytes);
     let mut rows = LineReader { path, lines: Lines::new(&text), line: 0, odd: Diagnostics::default() };
     let (header, [count, face_count]) = rows.header()?;
-    // A row has at least three digits, each with a space or line end.
+    // A vertex row has at least three digits, each followed by a space or line end.
     let left = rows.lines.remaining() + 1;
     if count.checked_mul(6).is_none_or(|n| n > left) || face_count.checked_mul(4).is_none_or(|n| n > left) {
         let message = format!("{count} vertices and {face_count} faces declared, but only {left} bytes follow");
@@ -104,7 +104,7 @@ fn read_vertices(rows: &mut LineReader<'_>, header: OffHeader, vertices: usize) 
         }
         let rest: Vec<&[u8]> = words.collect();
         let (color, uv) = rest.split_at(rest.len() - if header.uvs { rest.len().min(2) } else { 0 });
-        // Colours without the prefix are common.
+        // Many files contain colours without the prefix.
         if header.colors || !color.is_empty() {
             all.colors.add(rows, number, color)?;
         }
@@ -214,7 +214,7 @@ impl<'a> LineReader<'a> {
             .ok_or_else(|| self.error(ErrorCode::EmptyFile.message("the file is empty; expected an OFF file")))?;
         let mut kind = OffHeader::default();
         let first = words.clone().next().unwrap_or_default();
-        // The word may be missing, and the numbers may follow without a space, as in ModelNet.
+        // The word OFF may be missing, or the numbers may follow it without a space, as in ModelNet.
         if lexer::integer(first).is_none() {
             let end = first.windows(3).position(|window| window == b"OFF");
             let parts = end.map(|at| (&first[..at], &first[at + 3..]));

@@ -117,7 +117,7 @@ fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile> {
 fn format_of_content(path: &Path, bytes: &[u8]) -> Result<&'static FileFormat> {
     let named = named_format(path);
     let sniffed = file_kind::model_extension(bytes);
-    // A text may look like several formats, so a known extension decides.
+    // Some texts match several formats, so a known extension decides.
     let sniffed = sniffed.or_else(|| named.is_none().then(|| text_extension(bytes)).flatten());
     match (named, sniffed) {
         (Some(format), Some("glb")) if format.extension == "gltf" => Ok(format),

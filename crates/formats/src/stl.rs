@@ -123,7 +123,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     };
     let after = source.len() - HEADER_BYTES;
     let (held, extra) = (after / FACET_BYTES, after % FACET_BYTES);
-    // Programs that write sequentially leave one of these values in place of the number.
+    // Programs that write sequentially do not know the number of facets and write one of these values.
     let unknown = extra == 0 && (count == 0 || count == u32::MAX as usize);
     if count > held && !unknown {
         let message = format!("{count} facets declared, but the file ends after {held}");
@@ -218,7 +218,7 @@ fn facet_colors(
     const OWN: u16 = 1 << 15;
     if let Some([r, g, b, _]) = whole {
         let whole = linear_from_srgb8([r, g, b]);
-        // Bit 15 means that a facet has the colour of the whole object.
+        // In Magics files, bit 15 means that the facet has the colour of the whole object.
         let of = |&bits: &u16| if bits & OWN != 0 { whole } else { color_of_bits(bits) };
         return Ok(Some(attributes.iter().map(of).collect()));
     }
@@ -237,7 +237,7 @@ fn facet_colors(
             format!("{}: {without} facets without a colour are grey", path.display()),
         ));
     }
-    // Blue is in the lowest bits.
+    // In VisCAM files, blue is in the lowest bits.
     let of = |&bits: &u16| {
         let [b, g, r] = color_of_bits(bits);
         if bits & OWN == 0 { [0.8; 3] } else { [r, g, b] }
@@ -408,7 +408,7 @@ impl TextParser<'_> {
                 self.begin_solid(line, String::new())?;
                 P::Loop
             }
-            // The normal is computed from the corners.
+            // The facet's normal is ignored, because it is computed from the corners.
             (P::Facet, S::Facet) => P::Loop,
             (P::Facet, S::EndSolid) => P::Solid,
             (P::Loop, S::Loop) => P::Vertex,

@@ -292,7 +292,7 @@ impl RenderRequest<'_> {
     ) -> Result<(), RenderError> {
         let start = Instant::now();
         control.start(PROGRESS_STEPS as usize);
-        // Number of samples that still fit into the time after this many.
+        // Estimated number of further samples that fit into the remaining time, after `taken` samples.
         let fit = |taken: u32| {
             let spent = start.elapsed().as_secs_f64();
             (seconds - spent) / (spent / f64::from(taken))

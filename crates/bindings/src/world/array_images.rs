@@ -90,7 +90,7 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
     if height == 0 || width == 0 || height > 65_536 || width > 65_536 {
         return Err(world_error(format!("image of {width} x {height} texels; expected 1 to 65536 columns and rows")));
     }
-    // Memory for the RGBA texels, and for copies in another order or width.
+    // Checks the memory for the RGBA texels, and for copies in another order or width.
     let texel_bytes = if array.dtype().kind() == b'f' { 48 } else { 8 };
     check_memory(&format!("an image of {width} x {height} texels"), width * height * texel_bytes)?;
     let texels = if let Ok(bytes) = array.cast::<PyArrayDyn<u8>>() {

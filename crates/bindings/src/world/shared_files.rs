@@ -61,7 +61,7 @@ impl SharedFiles {
     /// Keeps a mesh file for other worlds.
     pub(crate) fn keep_mesh(&self, file: &str, up: Option<Up>, mesh: &SingleMesh, notices: &[Notice]) {
         let images: usize = mesh.textures.iter().map(|texture| image_bytes(&texture.image)).sum();
-        // Positions, normals and texture coordinates of each vertex, indices of each triangle.
+        // The size of positions, normals and texture coordinates of each vertex, and of the indices of each triangle.
         let bytes = images + mesh.mesh.vertices.len() * 44 + mesh.mesh.triangles.len() * 12;
         let read = (mesh.clone(), notices.to_vec());
         self.lock().keep(bytes, |files| {

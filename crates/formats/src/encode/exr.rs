@@ -127,7 +127,7 @@ pub fn encode(
         },
     };
     let mut file = std::io::Cursor::new(Vec::new());
-    // Not parallel, because the crate uses rayon's global pool, which does not survive a fork.
+    // Encoding is not parallel, because the crate uses rayon's global pool, which does not survive a fork.
     image.write().non_parallel().to_buffered(&mut file).map_err(|e| FormatError::encode(format!("EXR: {e}")))?;
     let mut file = file.into_inner();
     sort_header(&mut file);
@@ -166,7 +166,8 @@ fn channels_of(layers: &[Layer<'_>], [columns, rows]: [usize; 2]) -> Result<Vec<
 /// Sorts the header's attributes by name, because the crate writes them in the order of a hash map, which varies. The
 /// header keeps its length, so that the following offsets stay valid.
 fn sort_header(file: &mut [u8]) {
-    // After the magic number and the version: name, 0, type, 0, length, value; a 0 instead of a name ends the list.
+    // After the magic number and the version, each attribute consists of name, 0, type, 0, length, value; a 0 in place
+    // of a name ends the list.
     const START: usize = 8;
     let mut attributes = Vec::new();
     let mut at = START;

@@ -38,7 +38,7 @@ pub fn coco_rle(mask: &[bool], width: usize, height: usize) -> String {
 /// all polygons restores the mask.
 pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>> {
     let mut found = vec![];
-    // Ranges of columns that have not been outlined yet.
+    // These are the ranges of columns that have not been outlined yet.
     let mut parts = vec![(0, width)];
     while let Some((left, right)) = parts.pop() {
         let loops = trace_outlines(mask, [width, height], left, right);

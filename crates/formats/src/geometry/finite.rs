@@ -32,7 +32,7 @@ pub(crate) fn drop_non_finite(mesh: &mut Mesh) -> NonFinite {
     }
     let all = mesh.vertices.len();
     let finite = |triangle: &[u32; 3]| {
-        // An index beyond the vertices is reported elsewhere.
+        // Indices beyond the vertices are reported elsewhere.
         triangle.iter().all(|&i| i as usize >= all || mesh.vertices[i as usize].is_finite())
     };
     let kept: Vec<bool> = mesh.triangles.iter().map(finite).collect();

@@ -165,7 +165,7 @@ mod tests {
         let mut state = 7_u64;
         let mut random = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            // Few distinct values, so that points coincide and lie on sides.
+            // The coordinates have few distinct values, so that points coincide and lie on sides.
             ((state >> 60) as f64) / 4.0
         };
         let points: Vec<DVec2> = (0..300).map(|_| DVec2::new(random(), random())).collect();

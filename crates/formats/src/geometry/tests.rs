@@ -114,7 +114,7 @@ fn triangulation_covers_combs_and_spirals_exactly_once() {
 
 #[test]
 fn degenerate_polygons_keep_their_signed_area() {
-    // Polygons that intersect themselves, are collinear, have all corners at one point, or are not planar.
+    // These polygons intersect themselves, are collinear, have all corners at one point, or are not planar.
     let pentagram: Vec<_> = (0..5).map(|i| (f64::from(i) * 2.0 * 72.0).to_radians().sin_cos().into()).collect();
     let bow = vec![[0., 0.], [2., 2.], [2., 0.], [0., 2.1], [-1., 1.]];
     for points in [pentagram, bow, vec![[0., 0.], [1., 0.], [2., 0.], [3., 0.]], vec![[1., 1.]; 6]] {

@@ -96,7 +96,7 @@ impl<P: WeldKey> VertexWelder<P> {
 
     #[inline]
     fn insert_hashed(&mut self, point: P, hash: u64) -> u32 {
-        // Most points are known and stored at the slot of their hash.
+        // Most points are already known and are stored at the slot of their hash.
         let at = hash as usize & self.table.len().wrapping_sub(1);
         match self.table.get(at) {
             Some(&found) if found > 0 && self.points[found as usize - 1].bits() == point.bits() => found - 1,
@@ -304,7 +304,7 @@ mod tests {
 
     #[test]
     fn block_size_does_not_change_welding() {
-        // Cases with few and many points, with points in many blocks, and with zeros of both signs.
+        // The cases have few or many points, points in many blocks, and zeros of both signs.
         for (count, turns) in [(0_u32, 3_u32), (1, 3), (1000, 40), (20_000, 50_000)] {
             let corner = |i: u32| {
                 let i = i.wrapping_mul(2_654_435_761) % turns;

@@ -31,7 +31,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> 
     let (mut diagnostics, allowance) = (Diagnostics::default(), MemoryAllowance::default());
     let container = Container::open(source, &mut diagnostics)?;
     allowance.grant(source.len());
-    // Each object of the document takes memory, even if its text is short.
+    // Each JSON object takes memory, even if its text is short, so objects are charged separately.
     let json = &source.bytes[container.json.clone()];
     let objects = json.iter().filter(|&&byte| byte == b'{').count();
     allowance.charge(path, "the JSON", objects as u64, 700)?;

@@ -64,7 +64,7 @@ impl BmpHeader {
     fn runs_fit(&self, bytes: &[u8]) -> Option<()> {
         let mut bytes = bytes.iter();
         let mut next = || bytes.next().map(|&byte| usize::from(byte));
-        // `column` is the sum of the run lengths, `at` the number of pixels in the row.
+        // `column` is the sum of the run lengths in the row so far, `at` the number of pixels.
         let (mut row, mut at, mut column) = (0, 0, 0);
         while row < self.rows {
             match (next()?, next()?) {

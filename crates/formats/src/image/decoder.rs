@@ -71,7 +71,7 @@ impl Decoder<'_> {
 
     /// Adds the notice about a colour profile other than sRGB.
     pub(crate) fn profile_notice(&mut self, profile: &[u8]) {
-        // "sRGB" in the profile's description, as text or as UTF-16, requires no conversion.
+        // A profile whose description contains "sRGB", as text or as UTF-16, requires no conversion.
         let srgb = profile.windows(4).any(|w| w == b"sRGB") || profile.windows(7).any(|w| w == b"s\0R\0G\0B");
         if !srgb {
             self.notice(

@@ -204,8 +204,8 @@ fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, Show
     }
     let layers: Vec<(usize, String)> =
         flat().flat_map(|(i, part)| color_layers(part).map(move |name| (i, name))).collect();
-    // The layer that contains the whole image, by the name that Blender and other programs use; otherwise the first
-    // layer.
+    // Blender and other programs use these names for the layer that contains the whole image. Without such a layer, the
+    // first layer is used.
     let whole = |(_, name): &&(usize, String)| {
         ["combined", "rgba", "beauty"].iter().any(|word| name.to_lowercase().ends_with(word))
     };
@@ -285,7 +285,7 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) ->
     }
     let most = (4 * part.max_block_byte_size() + SMALL) as u64;
     let reader = ::exr::block::read(Cursor::new(file.bytes), false);
-    // Smaller levels are not read.
+    // Levels other than the largest are not read.
     let largest = Vec2(0, 0);
     let chunks = reader.and_then(|reader| {
         reader.filter_chunks(false, |_, tile, block| block.layer == index && tile.level_index == largest)

@@ -70,7 +70,7 @@ fn end_of_block(bytes: &[u8], start: usize, frame: bool) -> Option<usize> {
         true => start + 11 + table_bytes(*bytes.get(start + 9)?),
         false => start + 2,
     };
-    // Data blocks, each preceded by its length, up to an empty block.
+    // The data consists of blocks, each preceded by its length, up to an empty block.
     loop {
         match *bytes.get(at)? {
             0 => return Some(at + 1),

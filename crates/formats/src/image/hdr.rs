@@ -14,7 +14,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     let rest = rest.or_else(|| file.bytes.strip_prefix(b"#?RADIANCE"));
     let rest = rest.unwrap_or_default();
     let found = Orientation::parse(rest);
-    // The decoder receives a supported orientation, and the texels are rearranged afterwards.
+    // The decoder receives the file with an orientation that it supports, and the texels are rearranged afterwards.
     let (line, after) = match &found {
         Some((orientation, line)) => (orientation.standard_header(), line.end),
         None => (String::new(), 0),
@@ -33,7 +33,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
             file.notice(NoticeCode::IgnoredColorProfile, format_args!("the image's {key} of {value} is ignored"));
         }
     }
-    // Factor on all values of the file.
+    // All values of the file are divided by this factor.
     let exposure = metadata.exposure.unwrap_or(1.0);
     let fault = |file: &Decoder<'_>| {
         file.fault(
@@ -130,7 +130,7 @@ fn changes_colors(key: &str, value: &str) -> bool {
     let expected: &[f32] = match key {
         "COLORCORR" => &[1.0; 3],
         "PIXASPECT" => &[1.0],
-        // Red, green and blue of Rec. 709; Radiance's own green differs by 0.01.
+        // These are the primaries of Rec. 709; the green primary of Radiance differs by 0.01.
         "PRIMARIES" => &[0.64, 0.33, 0.3, 0.6, 0.15, 0.06],
         _ => return false,
     };

@@ -368,7 +368,7 @@ fn plain_texels(file: &mut Decoder<'_>, level: &[u8], sample: SampleType, channe
             file.texels8(texels)
         }
         SampleType::U16 => {
-            // Linear for any use, because there is no 16-bit sRGB format.
+            // The values are linear for every use, because KTX2 has no 16-bit sRGB format.
             Texels::Linear16(spread(level, channels, [0, u16::MAX], u16::from_le_bytes))
         }
         SampleType::F16 => {

@@ -41,7 +41,7 @@ fn check_complete(bytes: &[u8]) -> Option<()> {
     let map = if head[1] == 1 { colors * entry } else { 0 };
     let bytes = bytes.get(usize::from(head[0]) + map..)?;
     let (mut left, size) = (two(12) * two(14), usize::from(head[16]).div_ceil(8));
-    // True if all pixels have a colour.
+    // True if every pixel's index has a colour in the map.
     let known = |pixels: &[u8]| {
         let in_map = |index: usize| (first..first + colors).contains(&index);
         match (head[2] & 7, size) {

@@ -77,7 +77,7 @@ impl<'a> ByteSource<'a> {
         size: usize,
         mut each: impl FnMut(usize, &[u8]),
     ) -> io::Result<()> {
-        // The source may contain no bytes.
+        // Without elements nothing is read, because the source may be empty.
         if count == 0 {
             return Ok(());
         }

@@ -64,7 +64,8 @@ pub(crate) fn plain_text(bytes: &[u8]) -> Cow<'_, [u8]> {
     let big = match bytes {
         [0xfe, 0xff, ..] => true,
         [0xff, 0xfe, ..] => false,
-        // Without a mark, text with one byte per character contains no zeros.
+        // Text without a mark counts as UTF-16 if one of its first two bytes is zero, because text with one byte per
+        // character contains no zeros.
         [0, second, ..] if *second != 0 => true,
         [first, 0, ..] if *first != 0 => false,
         _ => return Cow::Borrowed(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
@@ -254,7 +255,7 @@ mod tests {
             let (ours, std) = (number(word.as_bytes()).unwrap(), word.parse::<f64>().unwrap());
             assert_eq!(ours.to_bits(), std.to_bits(), "{word}");
         }
-        // Pseudo-random numbers of up to 16 digits, compared with the standard library.
+        // The test compares pseudo-random numbers of up to 16 digits with the standard library.
         let mut state = 1_u64;
         for _ in 0..200_000 {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

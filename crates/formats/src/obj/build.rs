@@ -81,7 +81,7 @@ pub(crate) fn build_part(
     };
     let has_uvs = !obj.uvs.is_empty() && any(|c| c.uv != NO_INDEX);
     let has_normals = !obj.normals.is_empty() && any(|c| c.normal != NO_INDEX);
-    // Without corner attributes, the mesh's vertices are the file's vertices.
+    // Without attributes at corners, the mesh's vertices are the file's vertices.
     let plain = used.is_none() && !has_uvs && !has_normals;
     if !plain {
         begin(vertices, obj.positions.len());
@@ -144,7 +144,7 @@ fn cut_polygons(
         materials: Vec::new(),
     };
     let mut slot_of = HashMap::new();
-    // Last polygon that got a normal, and the index of that normal.
+    // The last polygon that got a normal of its own, and the index of this normal.
     let mut flat = None;
     let several = runs.iter().any(|other| other.run.material != runs[0].run.material);
     let position = |c: Corner| positions[c.position as usize];

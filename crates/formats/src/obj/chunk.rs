@@ -350,7 +350,7 @@ impl Chunk {
             if value > self.max_index[kind].0 {
                 self.max_index[kind] = (value, line);
             }
-            // Larger indices are detected at the end.
+            // Indices beyond the end of the lists are detected after all statements have been read.
             return Ok(u32::try_from(value - 1).unwrap_or(NO_INDEX - 1).min(NO_INDEX - 1));
         }
         if value == 0 {
@@ -408,7 +408,7 @@ pub(crate) fn split_chunks(text: &[u8], size: usize) -> Vec<&[u8]> {
     let mut stretches = Vec::new();
     let mut rest = text;
     while rest.len() > size {
-        // Cut after a line end that is not continued, and not between the two bytes of a line end.
+        // The text is cut after a line end that is not continued, and not between the two bytes of a line end.
         let is_end = |at: &usize| {
             let at = *at;
             let end = rest[at] == b'\n' || rest[at] == b'\r' && rest.get(at + 1) != Some(&b'\n');

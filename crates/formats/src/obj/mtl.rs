@@ -118,7 +118,7 @@ impl MtlMaterial {
                 principled.metallic.texture = texture(MapRole::Metallic);
                 principled.roughness.texture = texture(MapRole::Roughness);
                 principled.sheen_color.texture = texture(MapRole::Sheen);
-                // A map replaces a value whose default is 0.
+                // A map has an effect although the default of the value is 0, because the map replaces the value.
                 if principled.metallic.texture.is_some() && principled.metallic.value == 0.0 {
                     principled.metallic.value = 1.0;
                 }
@@ -260,7 +260,7 @@ impl Statement<'_> {
             return;
         }
         if let Some((_, set)) = NUMBERS.iter().find(|(key, _)| *key == lower) {
-            // `d -halo 0.5` depends on the viewing direction.
+            // With `-halo`, the opacity would depend on the viewing direction.
             if Words(self.rest).next().is_some_and(|word| word.starts_with(b"-halo")) {
                 return notice_once(unused, self.line, self.text);
             }
@@ -283,7 +283,7 @@ impl Statement<'_> {
             },
             b"ni" => match Words(self.rest).next().and_then(lexer::number) {
                 Some(value) if (0.001..=10.0).contains(&value) => material.ior = value as f32,
-                // Several exporters write 0 for an unknown index.
+                // Several exporters write the index 0 if they do not know it.
                 Some(0.0) => {}
                 _ => {
                     self.note(NoticeCode::ReplacedValue, odd, "a number from 0.001 to 10, or 0 for unknown", "ignored")
@@ -332,7 +332,7 @@ impl Statement<'_> {
         let values: Option<Vec<f64>> = Words(self.rest).map(lexer::number).collect();
         let values = values.filter(|values| matches!(values.len(), 1 | 3 | 4) && values.iter().all(|v| v.is_finite()));
         let values = match values.as_deref() {
-            // "If only r is specified, then g, and b are assumed to be equal to r."
+            // The specification: "If only r is specified, then g, and b are assumed to be equal to r."
             Some(&[grey]) => [grey; 3],
             Some(&[r, g, b]) => [r, g, b],
             Some(&[r, g, b, _]) => {
@@ -359,7 +359,7 @@ impl Statement<'_> {
 
     /// The statement's number, clamped to 0..=1; `None` if the word is not a number.
     fn unit_number(&self, odd: &mut Diagnostics) -> Option<f32> {
-        // Programs that use Tr as opacity write 1 for opaque.
+        // Programs that use Tr as opacity instead of transparency write 1 for opaque.
         let value = self.number("0 to 1", 0.0..=1.0, odd)? as f32;
         if value == 1.0 && self.key.eq_ignore_ascii_case(b"tr") {
             let message = "Tr 1 (invisible) is treated as opaque, because exporters confuse it; use d 0 for invisible";

@@ -102,7 +102,7 @@ pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mu
         odd.note(NoticeCode::ReplacedValue, Location::Line(line), format!("{key} without a file name"));
         return None;
     }
-    // In the file v points upwards: 1 - v' = s (1 - v) + o.
+    // In the file, v increases upwards: 1 - v' = s (1 - v) + o.
     let ([su, sv], [ou, ov]) = (options.scale, options.offset);
     let image_from_mesh = [[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]].map(|row| row.map(|v| v as f32));
     Some(MtlMap {

@@ -67,7 +67,8 @@ pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
 fn in_white(material: &Material) -> Material {
     let mut white = material.clone();
     if let MaterialModel::Phong { specular, .. } = &mut white.model {
-        // For any vertex colours, the material reflects at most as much light as arrives.
+        // Highlights are removed, so that the material reflects at most as much light as arrives, for any vertex
+        // colours.
         *specular = [0.0; 3];
     }
     white.color = WHITE;

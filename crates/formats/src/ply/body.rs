@@ -37,7 +37,7 @@ fn in_memory<'b>(path: &Path, bytes: &'b mut ByteSource<'_>) -> Result<&'b [u8]>
     }
     match bytes {
         ByteSource::Memory(bytes) => Ok(bytes),
-        ByteSource::Disk { .. } => Ok(&[]), // all bytes have just been read into memory
+        ByteSource::Disk { .. } => Ok(&[]), // not reached: all bytes have been read into memory
     }
 }
 

@@ -70,7 +70,7 @@ impl PlyColors {
             note(NoticeCode::ClampedValue, format!("{odd} colour values outside 0 to {white} are clamped"));
         }
         let value = |value: f64| {
-            // NaN becomes 0.
+            // The conversion maps NaN to 0.
             let share = (value.max(0.0) / white).min(1.0) as f32;
             if linear { share } else { linear_from_srgb(share) }
         };

@@ -239,7 +239,7 @@ impl<'a> Ply<'a> {
                     strip.iter().map(|&index| self.position(body, number, index)).collect();
                 for (i, triangle) in strip?.windows(3).enumerate() {
                     let &[mut a, mut b, c] = triangle else { continue };
-                    // Repeated corners only continue the strip.
+                    // A triangle with repeated corners only continues the strip and is omitted.
                     if a == b || b == c || c == a {
                         continue;
                     }
@@ -318,7 +318,7 @@ impl<'a> Ply<'a> {
     fn cut_polygons(&mut self, assets: &mut AssetRoot) -> Result<Option<Vec<i64>>> {
         let path = self.path;
         let Self { mesh, polygons, triangles, face_colors, corner_uvs, images, .. } = self;
-        // Without separate texture coordinates, corners are the file's vertices.
+        // Without texture coordinates per corner, the mesh's vertices are the file's vertices.
         let seams = !corner_uvs.is_empty();
         let mut vertices = VertexDeduper::new(if seams { mesh.vertices.len() } else { 0 });
         if seams {

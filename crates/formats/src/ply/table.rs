@@ -40,7 +40,7 @@ impl<'a> FixedTable<'a> {
     where
         T: Copy + Default + Send,
     {
-        // The last column with a role is used.
+        // If several columns have the role, the last column is used.
         let place = |role| self.places.iter().rev().find(|(m, ..)| *m == role);
         let mut places = [(ScalarType::F64, 0); N];
         for (to, role) in places.iter_mut().zip(columns) {

@@ -96,7 +96,7 @@ impl TriangleRows<'_> {
                         return;
                     };
                     let triangle @ [a, b, c] = [a, b, c].map(&word);
-                    // A negative index is far above every valid vertex here.
+                    // As an unsigned number, a negative index is far above every valid index.
                     largest = largest.max(a).max(b).max(c);
                     whole &= is_three(&row[self.three.clone()]);
                     *to = triangle;

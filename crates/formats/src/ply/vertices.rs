@@ -60,7 +60,7 @@ fn at_once(columns: &Columns<'_>, table: &FixedTable<'_>) -> Option<PlyVertices>
         uvs = Some(table.read([U, V], |[u, v]| flipped_uv(u, v))?);
     }
     Some(PlyVertices {
-        // Optimised to a no-op, because the layout is the same.
+        // This conversion takes no time, because both types have the same memory layout.
         positions: positions.into_iter().map(DVec3::from_array).collect(),
         normals,
         colors,

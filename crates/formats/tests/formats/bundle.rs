@@ -113,7 +113,7 @@ fn bundle_read_errors_name_the_fault() {
     let budget = Budget { bytes: 10, ..Budget::default() };
     let refused = bundle::read(&bytes, Path::new("w"), budget).unwrap_err();
     assert!(refused.to_string().contains("budget"));
-    // Invalid corners: an index that does not exist is detected before anything is traced.
+    // An index that does not exist is detected before anything is traced.
     let mut broken = world();
     broken.objects[0].mesh = 99;
     assert!(text(&bundle::write(&broken).unwrap()).contains("mesh 99"));
@@ -145,7 +145,7 @@ fn bundle_stores_image_files_instead_of_texels() {
     assert_eq!(back.textures[0].image.texels, texture.image.texels);
     assert!(Arc::ptr_eq(&back.textures[0].image, &back.textures[1].image));
     assert_eq!(bundle::write(&back).unwrap(), bytes);
-    // Pixels are charged like those of any file.
+    // Pixels in the bytes of a world are charged to the budget like pixels of a file.
     let small = Budget { pixels: 1000, ..Budget::default() };
     assert!(matches!(bundle::read(&bytes, Path::new("w"), small), Err(raycam_formats::FormatError::Budget { .. })));
     // An image that differs from its file is stored as its texels.

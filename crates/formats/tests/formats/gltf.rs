@@ -231,7 +231,7 @@ fn animations_move_nodes_and_meshes() {
 
 #[test]
 fn common_exporter_faults_are_read_as_intended() {
-    // A text chunk that ends in zeros.
+    // The text chunk ends in zeros.
     let json = triangle();
     let mut bytes = glb(&format!("{json}   "), &[]);
     let end = bytes.iter().rposition(|&b| b == b'}').unwrap() + 1;

@@ -63,7 +63,7 @@ fn faces_with_one_or_two_corners_are_skipped() {
 
 #[test]
 fn faces_with_more_than_a_million_corners_are_refused() {
-    // Far more corners than the step limit allows, and one corner fewer and more than the maximum.
+    // The polygon has far more corners than the step limit allows, and one corner fewer or more than the maximum.
     let error = |corners: usize| {
         let indices: String = (0..corners).map(|i| format!(" {}", i % 4)).collect();
         let file = format!("OFF\n4 1 0\n{SQUARE}{corners}{indices}\n");

@@ -202,7 +202,7 @@ fn corners_may_have_separate_texture_coordinates_and_an_image() {
     fs::write(&path, text).unwrap();
     let model = read_model(&path, &Budget::default()).unwrap();
     let mesh = &model.parts[0].mesh;
-    // Corner 0 has two positions in the image, corner 2 one.
+    // Corner 0 has two positions in the image, and corner 2 has one.
     assert_eq!(mesh.vertices.len(), 5);
     let uvs = mesh.uvs.as_ref().unwrap();
     assert_eq!(

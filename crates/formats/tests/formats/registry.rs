@@ -49,7 +49,7 @@ fn every_format_reports_empty_truncated_and_foreign_files() {
         let name = format!("a.{extension}");
         let text = triangle(extension);
         for bytes in [&b""[..], &text[..text.len() * 2 / 3], b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0", &[0; 4096]] {
-            // An empty world file is an empty world.
+            // An empty world file is valid and gives an empty world.
             if extension == "toml" && bytes.is_empty() {
                 continue;
             }
@@ -103,7 +103,7 @@ fn parts_become_objects_with_unique_names() {
 
 #[test]
 fn material_libraries_next_to_files_with_relative_paths_are_found() {
-    // The tests run in the folder of the crate.
+    // Relative paths work because the tests run in the folder of the crate.
     let world = load(Path::new("tests/data/concave_polygon.obj"), &Budget::default()).unwrap();
     assert_eq!(world.materials[0].name, "test");
     assert!(world.notices.is_empty(), "{:?}", world.notices);
@@ -118,7 +118,7 @@ fn large_glb(value: f32) -> Vec<u8> {
     for i in 0..count {
         let place = [i as f32 * 0.5, (i % 97) as f32, if i + 1 == count { value } else { 1.0 }];
         place.iter().for_each(|v: &f32| bytes.extend(v.to_le_bytes()));
-        // A normal and texture coordinates, interleaved with 4 unused bytes.
+        // Each vertex has a normal and texture coordinates, interleaved with 4 unused bytes.
         [0.0, 0.0, 1.0_f32].iter().for_each(|v| stride.extend(v.to_le_bytes()));
         stride.extend([(i % 251) as u8, 7, (i % 250) as u8, 9, 1, 2, 3, 4]);
     }

@@ -162,11 +162,11 @@ fn with_attributes(header: &str, attributes: [u16; 4]) -> MeshFile {
 #[test]
 fn facet_colours_of_viscam_and_magics_are_read() {
     let (red, green, blue) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
-    // VisCAM: bit 15, red in the high bits; grey without it.
+    // VisCAM files: bit 15 marks a colour, with red in the high bits; facets without bit 15 are grey.
     let (colors, notices) = colored("viscam", [0xfc00, 0x83e0, 0x801f, 0]);
     assert_eq!(colors.unwrap(), [red, green, blue, [0.8; 3]]);
     assert_eq!(notices, ["a.stl: 1 facets without a colour are grey"]);
-    // Magics: red in the low bits, and bit 15 for the colour of the whole object.
+    // Magics files: red is in the low bits, and bit 15 selects the colour of the whole object.
     let header = "COLOR=\u{0}\u{7f}\u{0}\u{7f},MATERIAL=";
     let (colors, notices) = colored(header, [0x001f, 0x03e0, 0x7c00, 0x8000]);
     let whole = ((0x7f as f64 / 255.0 + 0.055) / 1.055).powf(2.4) as f32;
@@ -174,7 +174,7 @@ fn facet_colours_of_viscam_and_magics_are_read() {
     assert_eq!(colors[..3], [red, green, blue]);
     assert!((colors[3][1] - whole).abs() < 1e-6 && colors[3][0] == 0.0, "{colors:?}");
     assert_eq!(notices, ["a.stl: the transparency of the header's colour is ignored"]);
-    // Other bytes are not colours.
+    // Other values of the two bytes are not colours.
     let (colors, notices) = colored("other", [1, 0, 2, 0]);
     assert_eq!(colors, None);
     assert_eq!(notices, ["a.stl: the attribute bytes of 2 facets are not colours and are ignored"]);

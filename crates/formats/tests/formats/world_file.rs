@@ -232,7 +232,7 @@ fn long_world_files_are_read_like_short_world_files() {
     let found = world(&quoted).unwrap();
     assert_eq!(found.objects.len(), count);
     assert_eq!(found.objects[1777].name, "[[object]]\ntile 1777");
-    // Keys that a text may contain only once.
+    // These keys may occur only once in a text.
     for twice in ["[render]\nsamples = 1\n", "[camera]\nsize = [4, 3]\nfov = 50\nlocation = [0, 0, 0]\nyaw = 0\n"] {
         let text = long(count, twice, 7, twice);
         let error = world(&text).unwrap_err();

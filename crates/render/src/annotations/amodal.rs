@@ -237,7 +237,7 @@ impl TileCone {
         let count = rays.len() as f64;
         let origin = rays.iter().map(|ray| ray.0).sum::<DVec3>() / count;
         let axis = rays.iter().map(|ray| ray.1).sum::<DVec3>().normalize_or_zero();
-        // The NaN of a missing ray is kept; such tiles are not culled.
+        // If any ray is NaN, the angle is NaN too, and the tile is not culled.
         let widest = |a: f64, b: f64| if a >= b { a } else { b };
         let angle = rays.iter().map(|ray| ray.1.angle_between(axis)).fold(0.0, widest);
         let width = rays.iter().map(|ray| ray.0.distance(origin)).fold(0.0, widest);
@@ -289,7 +289,7 @@ fn merge_tiles(object: usize, patches: &[(Tile, TileBits)], margin: [u32; 2]) ->
             }
         }
     }
-    // The extended image fits int32.
+    // The coordinates of the extended image fit into int32.
     let [x, y] = [0, 1].map(|axis| low[axis] as i32 - margin[axis] as i32);
     Some(AmodalMask { object, region: [x, y, width as i32, height as i32], mask })
 }

@@ -84,7 +84,7 @@ impl BsdfModel for Diffuse<'_> {
         let pdf = self.pdf(wi, cosine);
         let weight = match self.guiding {
             Some(_) => self.albedo * mixture_weight(cosine, pdf),
-            // This is exact: value and density differ only by the factor albedo.
+            // Without guiding, the weight is exactly the albedo: the value is the density times the albedo.
             None => self.albedo,
         };
         Some(BsdfSample { wi, weight, pdf, is_specular: false, eta_scale: 1.0 })

@@ -188,7 +188,8 @@ impl<'a> LayeredBsdf<'a> {
         let wi = frame.to_local(wi_world);
         let is_reflection = frame.geometric.dot(wi_world) > 0.0;
         if is_reflection != (wi.z > 0.0) || wi.z == 0.0 {
-            // The coat has its own normal: it reflects where a mapped normal of the base faces away.
+            // The coat has its own normal, so it may reflect in directions in which the base's mapped normal faces
+            // away.
             return if is_reflection { self.eval_coat(wi_world) } else { BsdfEval::default() };
         }
         let (coat, sheen) = self.cover_transmittance(frame, wi_world);
@@ -275,8 +276,8 @@ impl<'a> LayeredBsdf<'a> {
     fn eval_transmission(&self, wi: Vec3) -> BsdfEval {
         let (stack, wo) = (&self.stack, self.wo);
         let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
-        // Radiance scales with the squared index, as for refraction, so that light keeps its energy if it enters by one
-        // lobe and leaves by another.
+        // The value contains the squared relative index of refraction, as for refraction, so that light keeps its
+        // energy if it enters by one lobe and leaves by another.
         let scale = 1.0 / (stack.eta * stack.eta);
         let mut eval = BsdfEval {
             value: stack.diffuse_transmission * (self.eval_base(mirrored) * scale) + self.eval_multiscatter(wi),

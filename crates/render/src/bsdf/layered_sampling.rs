@@ -36,7 +36,7 @@ impl LayeredBsdf<'_> {
             0.0,
         ];
         if self.has_microfacet_transmission() {
-            // Each microfacet chooses between reflection and refraction.
+            // Each microfacet either reflects or refracts, so both are sampled as a single lobe.
             weights[SPECULAR] += weights[REFRACTION];
             weights[REFRACTION] = 0.0;
         }

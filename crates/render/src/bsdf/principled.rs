@@ -107,8 +107,8 @@ fn ggx(p: &Principled, hit: &MaterialHit, roughness: f32) -> Ggx {
     let strength = hit.value(&p.anisotropy, 2);
     Ggx {
         alpha_x: alpha + (1.0 - alpha) * strength * strength,
-        // A surface may be a mirror along one direction and rough along the other; float32 then requires a minimum
-        // roughness.
+        // A surface that is rough along one direction may be a mirror along the other; the minimum roughness keeps
+        // float32 numbers finite.
         alpha_y: if strength > 0.0 { alpha.max(1e-3) } else { alpha },
     }
 }

@@ -213,7 +213,7 @@ mod tests {
             let [x, y, width, height] = region;
             let planes = written(region, &channels);
             for (row, column) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
-                // Blocks begin at the region's corner.
+                // The grid of blocks begins at the region's corner.
                 let tile = Tile { x: x + column / 8 * 8, y: y + row / 8 * 8, width: 8, height: 8 };
                 let number = (y + row) * 10_000 + x + column;
                 let at = (row * width + column) as usize;

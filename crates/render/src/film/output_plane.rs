@@ -14,7 +14,7 @@ pub const MAX_FRAME_BYTES: u64 = 8 << 30;
 /// Returns the number of pixels of a region, or an error if there is not enough memory for the region's planes.
 pub(crate) fn check_size([_, _, width, height]: [u32; 4], channels: &[Channel]) -> Result<usize, RenderError> {
     let pixels = u64::from(width) * u64::from(height);
-    // Saturating arithmetic: with sides near 2^32, the number of bytes exceeds 64 bits.
+    // The arithmetic saturates, because with sides near 2^32 the number of bytes exceeds 64 bits.
     let bytes = pixels.saturating_mul(channels.iter().map(|channel| channel.bytes()).sum());
     let what = || format!("a frame of {width} x {height} pixels with {} channels", channels.len());
     let too_large = || RenderError::TooLarge { what: what(), bytes, limit: MAX_FRAME_BYTES };

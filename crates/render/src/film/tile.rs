@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn only_adjacent_tiles_are_merged() {
         let mut tiles = Tile::tiles_of([5, 7, 100, 70]);
-        tiles.remove(5); // in the middle of the second row
+        tiles.remove(5); // this tile is in the middle of the second row
         tiles.reverse();
         let found: Vec<_> = Tile::merge_rows(tiles)
             .into_iter()

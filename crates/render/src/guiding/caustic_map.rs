@@ -102,7 +102,7 @@ impl CausticMap {
     /// Creates the map of a caster's photons.
     pub fn new(caster: &CausticCaster, deposits: impl Iterator<Item = PhotonDeposit>) -> Self {
         let photons: Vec<_> = deposits.map(|deposit| MapPhoton::new(caster, &deposit)).collect();
-        // Allocated on the heap from the start, because worker threads have small stacks.
+        // The arrays are allocated directly on the heap, because worker threads have small stacks.
         let none = || vec![GuideTarget::default(); CELL_COUNT].try_into().expect("one for each cell");
         let (mut first, mut second): (CellTargets, CellTargets) = (none(), none());
         let mut size = 1;

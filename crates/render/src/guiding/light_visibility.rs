@@ -56,7 +56,7 @@ impl LightVisibility {
     #[inline]
     pub fn rate(&self, position: DVec3, sees_light: impl FnOnce([DVec3; 2]) -> bool) -> f32 {
         let last = (self.counts - UVec3::ONE).as_dvec3();
-        // Points outside belong to the nearest cube.
+        // Points outside all cubes belong to the nearest cube.
         let cell = ((position - self.lower) * self.cells_per_unit).clamp(DVec3::ZERO, last).as_uvec3();
         let index = (cell.z * self.counts.y + cell.y) * self.counts.x + cell.x;
         let state = &self.cells[index as usize];

@@ -108,7 +108,8 @@ impl<'a> PhotonPass<'a> {
             let deposits = self.trace_photons(index, 0..photons);
             let own = deposits.iter().filter(|(last, _)| *last == index);
             let fluence = own.map(|(_, deposit)| deposit.power).sum::<f64>() / f64::from(photons);
-            // The fluence times the sphere's cross-section, divided by the flux of a uniform light.
+            // Light through the bounding sphere: the fluence times the sphere's cross-section, relative to the flux of
+            // all lights.
             let fraction = fluence * self.candidates[index].radius.powi(2) / phi;
             if fraction.is_finite() { fraction } else { 0.0 }
         };
@@ -152,7 +153,8 @@ impl<'a> PhotonPass<'a> {
         let contexts = LightSampleContexts::from(&context);
         let sampling = LightSampling::Importance;
         let sample = self.lights.sample(&contexts, self.geometry, sampling, choice, &light_random.into())?;
-        // BSDF samples never hit delta lights, and infinite lights are reachable from every caster.
+        // Only lights with a position and an extent emit photons: BSDF samples never hit delta lights, and infinite
+        // lights are reachable from every caster.
         let p_light = sample.p_light.filter(|_| !sample.is_delta)?;
         let photon = Photon {
             sampler,

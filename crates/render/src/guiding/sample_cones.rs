@@ -257,8 +257,8 @@ mod tests {
             let count = (SAMPLES * LANES) as f64;
             let (chi2, freedom) = statistic(seen.into_iter().zip(expected.iter().map(|e| e * count)));
             assert!(freedom > 500.0 && chi2 < limit(freedom, 1), "{chi2} of {freedom}");
-            // A fifth of the samples is guided, except to the caster that contains all points; with maps, three tenths
-            // of that fraction remain.
+            // A fifth of the samples is guided, except towards the caster that contains all points. With caustic maps,
+            // the casters keep three tenths of this fifth.
             let shares: Vec<_> = aims.weight[..aims.count].iter().map(|s| s[5]).collect();
             let (whole, balls) = shares.split_at(5);
             let (&[spot], balls) = balls.split_first_chunk().unwrap();

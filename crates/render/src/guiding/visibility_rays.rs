@@ -19,8 +19,8 @@ const POINTS: [std::ops::Range<u32>; 2] = [0..4, 4..32];
 
 /// True if rare light sampling may be faster: see [`crate::guiding::light_visibility::LightVisibility`].
 pub(crate) fn needs_light_visibility(lights: &Lights, settings: &Settings) -> bool {
-    // Infinite lights are visible from everywhere except closed rooms. A single light requires no random number for its
-    // selection.
+    // With infinite lights, the test is not useful, because they are visible from everywhere except closed rooms. With
+    // a single light, no light is selected at random.
     settings.integrator == Integrator::Path
         && !lights.has_infinite_samples()
         && lights.needs_choice(LightSampling::Importance)
@@ -121,7 +121,7 @@ mod tests {
         let (world, guiding) = (world(), LearnedGuiding::default());
         guiding.learn(&world.geometry, effective_lights(Integrator::Path, &world), &settings(1, 0));
         assert!(guiding.has_rare_light_sampling());
-        // Next to and below the lamps, which shine down.
+        // Points next to and below the lamps, which shine down.
         assert_eq!(rate(&world, &guiding, OPEN - 0.9 * DVec3::Z), 1.0);
         // Points around and inside the globe, whose glass blocks shadow rays.
         assert_eq!(rate(&world, &guiding, DVec3::new(-1.5, 0.6, 0.1)), HIDDEN_RATE);

@@ -156,7 +156,7 @@ impl PathTracer<'_> {
         if choice >= rate {
             return;
         }
-        // The rescaled number is uniform again.
+        // The random number that selected is rescaled, and is uniform again.
         let choice = choice / rate;
         let count = self.settings.light_samples;
         for index in 0..count {
@@ -188,7 +188,7 @@ impl PathTracer<'_> {
         let scattered = point.bsdf.eval(&point.frame, wi);
         let mut light = path.throughput * scattered.value * (radiance / pdf);
         if !sample.is_delta && self.modes.mis_with_bsdf {
-            // The balance heuristic.
+            // Weight by the balance heuristic.
             light /= 1.0 + scattered.pdf / pdf;
         }
         if light == Vec3::ZERO {

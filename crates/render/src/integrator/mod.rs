@@ -174,7 +174,8 @@ fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Li
         split_lights: false,
         ambient_term: match settings.ambient_occlusion {
             None => Some(None),
-            // If surfaces at any distance occlude the environment, it is treated like other lights.
+            // If surfaces at any distance occlude the environment, the environment is sampled like other lights,
+            // without an ambient term.
             Some(distance) if distance.is_infinite() => None,
             Some(distance) => Some(Some(distance as f32)),
         },

@@ -275,7 +275,7 @@ impl PathScratch {
             shadow_rays.trace(tracer.geometry, batch.scene, coherence, media, passes, radiance);
         }
         queues.bsdf_shadow_rays.trace(tracer.geometry, batch.scene, Coherence::Incoherent, media, passes, radiance);
-        // Every entry is overwritten.
+        // Every entry is overwritten, so the initial values do not matter.
         self.hits.resize(queues.next_rays.len(), Hit::MISS);
         let finds = |rays: &RayVisibility| rays.reflection;
         tracer.geometry.closest(batch.scene, &queues.next_rays, &mut self.hits, Coherence::Incoherent, finds);

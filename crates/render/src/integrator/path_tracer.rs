@@ -102,7 +102,7 @@ impl<'a> PathModes<'a> {
         let lights = settings.lights;
         let sampling = settings.light_sampling;
         let has_light_samples = lights.has_light_samples(sampling);
-        // A batch computes the same values, but does not separate them by light and lobe, as passes require.
+        // Not with passes: a batch computes the same values, but does not separate them by light and lobe.
         let batch_direct_lighting = has_light_samples
             && settings.ambient_term.is_none()
             && settings.light_samples <= MAX_SPLIT_SAMPLES
@@ -422,7 +422,7 @@ impl PathTracer<'_> {
     ) -> bool {
         let is_free = self.is_free_bounce(path) && sample.is_specular;
         let depth = u32::from(path.depth) + u32::from(!is_free);
-        // The last segment only searches for lights.
+        // After this segment the path ends, so the segment only searches for lights.
         let is_last = depth >= self.settings.max_depth && !sample.is_specular;
         if depth > self.settings.max_depth || (is_last && !self.modes.mis_with_bsdf) {
             return false;
@@ -432,7 +432,7 @@ impl PathTracer<'_> {
         if self.bounce.saturating_add(2) > MIN_ROULETTE_DEPTH {
             let max_survival = if self.bounce > MAX_CERTAIN_BOUNCES { MAX_LATE_SURVIVAL } else { 1.0 };
             let survival = (throughput.max_element() * eta_scale / ROULETTE_THRESHOLD).min(max_survival);
-            // Most paths are above the threshold and skip the random number, which is expensive.
+            // Paths above the threshold, which are most paths, skip drawing the random number, which is expensive.
             if survival < 1.0 {
                 let dimension = Dimension::OpacityAndRoulette(self.bounce);
                 let [_, random] = self.samplers[path.ray_index()].get_2d(dimension);

@@ -73,7 +73,7 @@ impl ShadowRayQueue {
         passes: Option<Passes>,
         radiance: &mut [Vec3],
     ) {
-        // Every entry is overwritten.
+        // Every entry is overwritten, so the initial values do not matter.
         self.occluded.resize(self.rays.len(), false);
         scene.occluded(&self.rays, &mut self.occluded, coherence);
         if let Some(media) = media {

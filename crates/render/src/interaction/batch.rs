@@ -91,7 +91,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         let normals = geometry.vertex_normals(hit.instance, hit.triangle);
         self.has_normals[lane] = normals.is_some();
         if let Some(normals) = normals {
-            // If all vertex normals are equal, there is no smooth surface other than the triangle.
+            // If all vertex normals are equal, the triangle is not part of a curved surface.
             let is_curved = normals[0] != normals[1] || normals[1] != normals[2];
             self.side_is_smooth[lane] = is_curved && geometry.material(hit).reflects_only;
             self.any_has_normals = true;
@@ -372,7 +372,7 @@ mod tests {
                 apart[hit.instance as usize] += usize::from(alone.shading_normal != alone.side_normal);
             }
         }
-        // For a smooth surface that only reflects, the side is that of its shading normal.
+        // On a curved surface that only reflects, the side normal is the shading normal.
         assert_eq!(apart, [0, 0, 80, 0]);
     }
 }

@@ -121,7 +121,8 @@ impl<'a> PixelCones<'a> {
         let of = |which: usize| PixelEllipse::new(sides.map(|side| side[which]), direction);
         let (start, growth) = (of(0), of(1));
         let width = |mean: f64| if mean.is_finite() { (mean * self.share) as f32 } else { 0.0 };
-        // Rays of a camera differ in their origins or in their directions; seldom in both.
+        // The rays of a camera usually differ either in their directions or in their origins, so one stretch is
+        // sufficient.
         let stretch = if growth.mean > 0.0 { growth.stretch } else { start.stretch };
         RayCone { width: width(start.mean), spread: width(growth.mean), stretch }
     }
@@ -227,7 +228,8 @@ mod tests {
     #[test]
     fn footprint_is_an_ellipse_on_the_triangle() {
         let round = |width| RayCone { width, ..RayCone::default() };
-        // A triangle of two by one metres; seen at 60 degrees along x, the long axis is twice the width.
+        // The triangle has sides of two metres and one metre. Seen at 60 degrees along x, the footprint's long axis is
+        // twice as long as the cone is wide.
         let corners = [DVec3::ZERO, DVec3::X * 2.0, DVec3::Y];
         let direction = Vec3::new(3f32.sqrt() / 2.0, 0.0, -0.5);
         let footprint = Footprint::new(corners, direction, &round(0.1));
@@ -235,7 +237,7 @@ mod tests {
         assert!((long.abs() - Vec2::new(0.1, 0.0)).length() < 1e-6, "{long}");
         assert!((short.abs() - Vec2::new(0.0, 0.1)).length() < 1e-6, "{short}");
         assert!(Footprint::new(corners, direction, &round(0.0)).is_point());
-        // A cone twice as wide in the plane of incidence as across it.
+        // This cone is twice as wide in the plane of incidence as across it.
         let stretch = Stretch::new(Vec3::new(0.5, 0.0, 3f32.sqrt() / 2.0), 1.5);
         let elliptic = RayCone { width: 0.1, stretch, ..RayCone::default() };
         let footprint = Footprint::new(corners, direction, &elliptic);

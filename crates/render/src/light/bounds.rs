@@ -101,7 +101,7 @@ impl LightBounds {
         let directions = 2.0 * PI * (1.0 - cos_normals)
             + PI / 2.0
                 * (2.0 * edge * sin_normals - (normals - 2.0 * edge).cos() - 2.0 * normals * sin_normals + cos_normals);
-        // Degenerate boxes (points, lines) still have a cost.
+        // The second term gives a cost to boxes without area (points and lines).
         self.phi * directions * (area + size.max_element().powi(2))
     }
 }
@@ -141,7 +141,8 @@ impl PreparedLightBounds {
     pub fn importance(&self, position: Vec3, normal: Vec3) -> f32 {
         let away = position - self.center;
         let radius2 = self.radius * self.radius;
-        // Inside the bounding sphere any distance is possible, so its radius is used.
+        // For points inside the bounding sphere, the distance to a light may have any value, so the sphere's radius is
+        // used.
         let distance2 = away.length_squared();
         let inverse = 1.0 / distance2.sqrt().max(f32::MIN_POSITIVE);
         let direction = away * inverse;
@@ -162,7 +163,7 @@ impl PreparedLightBounds {
         let least = height.saturating_sub(half_box).cos;
         let beside = beside | (flat & (least <= 0.0));
         let importance = importance * if flat { least } else { 1.0 };
-        // The tests are applied in reverse order of precedence.
+        // The last assignment that applies has priority.
         let importance = if beside { 0.0 } else { importance };
         let importance = if inside { by_distance } else { importance };
         if below { 0.0 } else { importance }
@@ -203,7 +204,7 @@ impl Angle {
 /// Smallest cone that contains two cones, as axis and cosine of the half angle.
 fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
     let between = a.0.dot(b.0).clamp(-1.0, 1.0);
-    // Usually one cone contains the other, and no angle is computed.
+    // In most cases one cone contains the other, and no angle needs to be computed.
     if cone_contains(a.1, b.1, between) {
         return a;
     }
@@ -217,7 +218,7 @@ fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
         return (Vec3::Z, -1.0);
     }
     let axis = glam::Quat::from_axis_angle(turn.normalize(), half - ta) * a.0;
-    // Slightly wider, to allow for rounding.
+    // The cone is slightly wider, to allow for rounding.
     (axis.normalize(), (half + 1e-4).min(PI).cos())
 }
 

@@ -101,7 +101,7 @@ impl EmissionTable {
             let mix = |i: usize| below[i] + (above[i] - below[i]) * v;
             u = sample_linear(u, mix(0), mix(1));
         } else if column + row == self.size - 1 && u + v > 1.0 {
-            // The cell's square is folded along its diagonal.
+            // A half cell is sampled as a square that is folded along its diagonal.
             (u, v) = (1.0 - u, 1.0 - v);
         }
         let point = [column as f32 + u, row as f32 + v].map(|x| x / self.size as f32);
@@ -221,8 +221,8 @@ mod tests {
     #[test]
     fn tables_sample_texels_in_proportion_to_brightness() {
         let (mean, table) = EmissionTable::measure(8, CellContent::Constant, |point| Vec3::splat(brightness(point)));
-        // The mean of 0.1 + u over the triangle, plus the mean of a texel of brightness 50 that covers 1 / 32 of the
-        // triangle.
+        // The expected mean: the mean of 0.1 + u over the triangle, plus the contribution of a texel of brightness 50
+        // that covers 1 / 32 of the triangle.
         let expected = f64::from(0.1 + 1.0 / 3.0 + 50.0 / 32.0f32);
         assert!((f64::from(mean.x) - expected).abs() < 1e-2 * expected, "{mean}");
         let (found, largest) = estimate(&table.unwrap(), brightness);
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn bilinear_images_have_samples_of_equal_weight() {
         let (mean, table) = EmissionTable::measure(8, CellContent::Bilinear, |point| Vec3::splat(peak(point)));
-        // The volume of the peak, 80 / 64, divided by the triangle's area, 1 / 2.
+        // The expected mean: the volume of the peak, 80 / 64, divided by the triangle's area, 1 / 2.
         let expected = 80.0 / 64.0 * 2.0;
         assert!((f64::from(mean.x) - expected).abs() < 1e-5 * expected, "{mean}");
         let (found, largest) = estimate(&table.unwrap(), peak);

@@ -270,7 +270,7 @@ impl CellGrid {
     /// The grid for vertices in cells of the image.
     fn on_corners(corners: [Vec2; 3], is_interpolated: bool) -> Self {
         let edges = |base: usize| [1, 2].map(|next| corners[(base + next) % 3] - corners[base]);
-        // The vertex whose edges are most parallel to the image's axes.
+        // The grid starts at the vertex whose edges are most parallel to the image's axes.
         let skew = |base: &usize| edges(*base).iter().map(|edge| edge.abs().min_element()).fold(0.0, f32::max);
         let base = [0, 1, 2].into_iter().min_by(|a, b| skew(a).total_cmp(&skew(b))).unwrap_or(0);
         let lengths = edges(base).map(|edge| edge.abs().max_element());
@@ -351,7 +351,7 @@ mod tests {
 
     #[test]
     fn grids_start_at_the_right_angled_corner_of_a_triangle() {
-        // The second triangle of a rectangle with 8 x 4 half texels.
+        // The triangle is the second half of a rectangle with 8 x 4 half texels.
         let corners = [[0.0, 0.0], [8.0, 4.0], [0.0, 4.0]].map(Vec2::from);
         for turn in 0..3 {
             let turned = [0, 1, 2].map(|i| corners[(i + turn) % 3]);

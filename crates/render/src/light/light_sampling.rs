@@ -185,8 +185,8 @@ impl Lights {
                         emissive: f64::from(u8::from(has_emissive)),
                     };
                 }
-                // The light received from infinite lights is unknown, so each is as likely as all finite lights
-                // together.
+                // The amount of light from infinite lights is unknown, so each infinite light is selected as often as
+                // all finite lights together.
                 let near = [self.tree.importance(from), self.emissive_triangles.importance(from)];
                 let total = near[0] + near[1];
                 let groups = infinite_count + usize::from(total > 0.0);

@@ -41,7 +41,7 @@ impl RectangleLight {
         Self {
             corner: center - (u + v) / 2.0,
             edges: [u, v],
-            // Cramer's rule in the plane.
+            // The vectors follow from Cramer's rule in the plane of the light.
             coordinates: [v.cross(normal) / area, normal.cross(u) / area],
             normal,
             area,
@@ -98,7 +98,7 @@ impl RectangleLight {
         let direction = direction.as_dvec3();
         let offset = point - self.corner;
         let (height, slope) = (offset.dot(self.normal), direction.dot(self.normal));
-        // The ray approaches the plane from an emitting side.
+        // Without a hit, the ray moves away from the plane, or starts on a side that does not emit.
         if height * slope >= 0.0 || !(height > 0.0 || self.two_sided) {
             return None;
         }
@@ -147,7 +147,7 @@ impl<const N: usize> WithSimd for SampleRectangle<'_, N> {
     #[inline(always)]
     fn run(self) {
         let Self { light: area, points, random, out } = self;
-        // Copies on the stack can stay in registers.
+        // The data is copied to the stack so that it can stay in registers.
         let (points, random, mut lanes) = (*points, *random, LightLiSamples::<N>::default());
         lanes.set_radiance(area.radiance);
         let mut far = [true; N];
@@ -235,7 +235,7 @@ mod tests {
         let (mut near, mut dark) = (0, 0);
         for (edges, two_sided) in [(edges, false), (edges, true), (slanted, false)] {
             let area = RectangleLight::new(DVec3::new(0.0, 0.0, 1.0), edges, Vec3::ONE, two_sided);
-            // Points around the light, in its plane and far below it.
+            // The points are around the light, in its plane and far below it.
             let points = |lane: usize, axis: usize| {
                 let at = (lane * 3 + axis) as f64;
                 at.sin() * [1.0, 8.0, 1.0, 1e4][lane % 4] + f64::from(lane == 5 && axis == 2)

@@ -26,7 +26,7 @@ impl SunLight {
         let towards = (-DVec3::from(direction)).normalize_or_zero();
         let sin2 = (diameter.to_radians() / 2.0).sin().powi(2);
         let irradiance = Vec3::from(irradiance);
-        // A facing surface receives the integral of the cosine over the cone, pi sin^2.
+        // A surface that faces the sun receives the radiance times the integral of the cosine over the cone, pi sin^2.
         let sin2 = if sin2 < MIN_SIN2 { 0.0 } else { sin2 };
         let radiance = (sin2 > 0.0).then(|| (irradiance.as_dvec3() / (PI * sin2)).as_vec3());
         Self { cone: DirectionCone::new(towards, sin2), irradiance, radiance: radiance.unwrap_or_default() }

@@ -180,6 +180,7 @@ fn absorption_coefficient(color: [f32; 3], distance: f32) -> Vec3 {
     if distance.is_infinite() {
         return Vec3::ZERO;
     }
-    // Black is stored as a large finite coefficient: no light remains after a small part of the distance.
+    // Black would require an infinite coefficient. It is stored as a large finite one, with which no light remains
+    // after a small part of the distance.
     Vec3::from(color.map(|part| -part.max(1e-30).ln() / distance))
 }

@@ -130,7 +130,7 @@ impl MicrofacetEval {
         let wm = (wo + wi * eta).normalize_or_zero();
         let wm = if wm.z < 0.0 { -wm } else { wm };
         let (cosine, cosine_wi) = (wo.dot(wm), wi.dot(wm));
-        // d(wm) / d(wi), without the factor eta^2 that radiance loses in this direction.
+        // The Jacobian d(wm) / d(wi), without the factor eta^2 by which radiance is reduced in this direction.
         let jacobian = -cosine_wi / (cosine + eta * cosine_wi).powi(2);
         let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
         let shape = ggx.d(wm) * ggx.g(wo, mirrored) * cosine / wo.z;

@@ -30,8 +30,8 @@ static ALBEDO_TABLE: LazyLock<[[f32; TABLE_STEPS]; TABLE_STEPS]> = LazyLock::new
 impl Sheen {
     /// The reflectance times the cosine of `wi`.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        // Near the horizon the model would reflect more light than arrives, so it is divided by the excess of either
-        // direction.
+        // Near the horizon, the albedo of the model exceeds 1. The value is divided by the larger albedo of both
+        // directions.
         let excess = self.albedo(wo.z).max(self.albedo(wi.z)).max(1.0);
         self.color * (charlie_brdf(charlie_alpha(self.roughness), wo, wi) * wi.z / excess)
     }
@@ -110,14 +110,15 @@ mod tests {
 
     #[test]
     fn sheen_lobe_matches_the_paper() {
-        // Equations 2 and 3, with table 1 at alpha = 1, where only the soft fit counts.
+        // The expected value follows from the paper's equations 2 and 3, with table 1 at alpha = 1, at which only the
+        // soft fit counts.
         let cosine = 0.6f64;
         let (a, b, c, d, e) = (21.5473, 3.82987, 0.19823, -1.97760, -4.32054);
         let fit = |x: f64| a / (1.0 + b * x.powf(c)) + d * x + e;
         let lambda = (2.0 * fit(0.5) - fit(1.0 - cosine)).exp();
         let sine = (1.0 - cosine * cosine).sqrt();
         let v = Vec3::new(sine as f32, 0.0, cosine as f32);
-        // The viewer's direction equals the light's direction, and therefore the half vector.
+        // The directions towards the viewer and the light are equal, and so is the half vector.
         let density = (2.0 + 1.0) * sine / (2.0 * std::f64::consts::PI);
         let expected = density / ((1.0 + 2.0 * lambda) * 4.0 * cosine);
         let found = f64::from(white(1.0).eval(v, v).x);

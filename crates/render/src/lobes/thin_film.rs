@@ -21,7 +21,7 @@ const INTERFERENCE_ORDERS: u32 = 2;
 impl ThinFilm {
     /// The reflectance over a base with the reflectance `base` at normal incidence.
     pub fn reflectance(&self, cosine: f32, base: Vec3) -> Vec3 {
-        // A film of thickness zero has no interface of its own.
+        // The index fades to 1 for very thin films, because a film without thickness has no interface.
         let fade = (self.thickness / 0.03).clamp(0.0, 1.0);
         let ior = 1.0 + (self.ior - 1.0) * (fade * fade * (3.0 - 2.0 * fade));
         let sin2 = (1.0 - cosine * cosine).max(0.0) / (ior * ior);
@@ -91,7 +91,8 @@ mod tests {
 
     #[test]
     fn thick_films_reflect_like_two_separate_surfaces() {
-        // Out-of-phase light adds up: R1 + T1 R2 T1 / (1 - R1 R2), over the reflections between both surfaces.
+        // Light that is out of phase adds up without interference: R1 + T1 R2 T1 / (1 - R1 R2), summed over the
+        // reflections between both surfaces.
         let film = ThinFilm { ior: 1.4, thickness: 1e6 };
         for cosine in [1.0f32, 0.7, 0.3] {
             let inner = (1.0 - (1.0 - cosine * cosine) / (1.4 * 1.4)).sqrt();

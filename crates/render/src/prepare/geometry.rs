@@ -226,7 +226,8 @@ impl Geometry {
         let start = origin - self.origin;
         let mut moved = 0.0;
         if self.is_far(start) {
-            // The origin is moved to the foot of the perpendicular from the centre, minus twice the radius.
+            // The origin is moved to the point on the ray that is closest to the scene's centre, minus twice the
+            // radius.
             let length = direction.length();
             let foot = -start.dot(direction) / (length * length);
             moved = (foot - 2.0 * self.radius / length).clamp(0.0, t_max.max(0.0));
@@ -237,7 +238,7 @@ impl Geometry {
         let ray = Ray {
             origin: (start + moved * direction).as_vec3().to_array(),
             direction: direction.as_vec3().to_array(),
-            // Rounding must not extend a finite limit.
+            // A finite limit must not become larger by rounding.
             t_max: if t_max.is_finite() { (t_max - moved) as f32 } else { t_max as f32 },
         };
         (ray, moved)

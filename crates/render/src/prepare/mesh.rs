@@ -217,7 +217,8 @@ pub(crate) fn rounded_center(lower: DVec3, upper: DVec3) -> DVec3 {
     let center = lower + half;
     let step = half.length().log2().ceil().exp2() / 8.0;
     let rounded = (center / step).round() * step;
-    // A point has no radius, and very distant positions have no representable step.
+    // The exact centre is used for a mesh without extent, whose step is 0, and for positions so distant that the step
+    // is not finite.
     if step > 0.0 && rounded.is_finite() { rounded } else { center }
 }
 

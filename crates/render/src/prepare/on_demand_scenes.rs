@@ -249,7 +249,7 @@ mod tests {
         moved.objects[1].world_from_mesh.translation.x += 0.1;
         let moved = prepare(&moved, Some(&prepared));
         assert!(moved.geometry.on_demand.flattened.get().is_none());
-        // Instances far apart need more samples.
+        // If instances are far apart, more samples are needed to justify the build.
         let mut apart = world.clone();
         for (i, object) in apart.objects.iter_mut().enumerate() {
             object.world_from_mesh.translation.z += 4.0 * i as f64;
@@ -279,7 +279,7 @@ mod tests {
 
     #[test]
     fn concurrent_renders_do_not_deadlock() {
-        // Enough triangles for a parallel build.
+        // The mesh has enough triangles for a parallel build.
         let mut world = world();
         world.meshes[1] = Arc::new(primitive::sphere(0.5, 6).unwrap());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2);
@@ -302,7 +302,7 @@ mod tests {
     #[test]
     fn exact_rays_use_the_flattened_scene_after_enough_rays() {
         let mut world = world();
-        // Coincident objects: the last object is hit.
+        // Where objects coincide, the last object is hit.
         for i in [0, 1, 0, 2, 0] {
             let object = world.objects[i].clone();
             world.add_object(object).unwrap();

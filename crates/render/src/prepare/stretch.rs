@@ -54,7 +54,8 @@ impl StretchedMeshes {
         if let Some(known) = self.by_mesh.get(&key) {
             return Ok(known.clone());
         }
-        // Triangles are counted per world, so that equal worlds are bit-identical whatever else is in memory.
+        // Triangles are counted for each world separately, so that equal worlds give identical bytes, independent of
+        // other worlds in memory.
         let triangles = self.triangles.saturating_add(mesh.mesh.triangles.len());
         let found = if triangles > MAX_TRIANGLES {
             None

@@ -176,7 +176,7 @@ impl PreparedTexture {
         let size = Vec2::from(self.texture.image.size.map(|n| n as f32));
         let (long, minor) = principal_axes(axes.map(|axis| axis * size));
         let (major, long) = (long.length(), long / size);
-        // Non-finite coordinates are passed to the texture's sampler.
+        // Footprints that are not finite are left to the texture's sampler.
         if self.texture.sampler.mip.is_none() || !(major > 1.0 + ROUNDING && major.is_finite()) {
             return None;
         }

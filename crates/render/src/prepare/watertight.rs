@@ -38,7 +38,7 @@ pub(crate) fn is_watertight(mesh: &Mesh) -> bool {
 
 /// Hash of a position.
 fn vertex_key(vertex: DVec3) -> u64 {
-    // -0 equals 0.
+    // Positions with -0 and 0 must have the same hash.
     let [x, y, z] = (vertex + DVec3::ZERO).to_array().map(f64::to_bits);
     splitmix64(splitmix64(splitmix64(x) ^ y) ^ z)
 }
@@ -71,7 +71,7 @@ mod tests {
     #[test]
     fn closed_meshes_are_watertight() {
         assert!(is_watertight(&mesh(&CORNERS, &SIDES)));
-        // Triangles with separate vertices, as at texture seams.
+        // The triangles have separate vertices, as at texture seams.
         let corners = SIDES.as_flattened().iter();
         let apart: Vec<_> = corners.map(|&i| CORNERS[i as usize]).collect();
         let own = [0, 3, 6, 9].map(|first| [first, first + 1, first + 2]);

@@ -76,7 +76,7 @@ impl PreparedWorld {
         let before = previous.map(|previous| &previous.geometry);
         let list = MeshList::new(world, &family.meshes);
         let work = if Self::is_brief(world, &list) { 0.0 } else { f64::INFINITY };
-        // Otherwise, the work runs in one of this crate's pools, because rayon's global pool does not survive a fork.
+        // Longer work runs in one of this crate's pools, because rayon's global pool does not survive a fork.
         let workers = Workers::for_work(threads, work, true)?;
         let meshes = workers.run(|| instance_meshes(world, list, before, &family.meshes, control))?;
         control.check()?;

@@ -266,7 +266,7 @@ fn refine_f64(geometry: &Geometry, hit: &Hit, ray: &ExactRay) -> ExactHit {
     let determinant = e1.dot(p);
     let q = -a.cross(e1);
     let exact = (-a.dot(p) / determinant, direction.dot(q) / determinant);
-    // Seen edge-on, the plane has no intersection.
+    // If the ray is parallel to the plane, there is no intersection, and the float32 hit is used.
     let known = exact.0.is_finite() && exact.1.is_finite();
     let (u, v) = if known { exact } else { (f64::from(hit.u), f64::from(hit.v)) };
     let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));

@@ -142,7 +142,7 @@ fn animated_velocities(
     let parts: Result<Vec<Vec<DVec3>>, RenderError> = with_pool(threads, || runs.par_iter().map(of_run).collect())?;
     let mut found = vec![[0.0; 3]; order.len()];
     for (&at, velocity) in order.iter().zip(parts?.iter().flatten()) {
-        // A point of an object that appears or disappears has no velocity.
+        // While its object appears or disappears, a point has no velocity.
         found[at] = if velocity.is_finite() { velocity.to_array() } else { [0.0; 3] };
     }
     Ok(found)

@@ -41,7 +41,7 @@ pub fn visible(
             "{n} first points and {other} second points; expected equal numbers"
         )));
     }
-    // False for a margin of NaN.
+    // The comparison is false for NaN, so that a margin of NaN is an error.
     let is_valid = pairs.margin >= 0.0;
     if !is_valid {
         return Err(RenderError::settings(format!("margin is {}; expected a number of at least 0", pairs.margin)));

@@ -89,7 +89,7 @@ fn cone_angle(point: [f64; 3], s: DVec3, ends: [DVec3; 2]) -> f64 {
     if along > 0.0 {
         return 2.0 * det.atan2(along);
     }
-    // The branch must match the crossings: it is the side on which the shifted ray passes the edge.
+    // The sign of the angle must match the crossings: it depends on the side on which the shifted ray passes the edge.
     let side = half_line(point, s).edge_side(ends[0].to_array(), ends[1].to_array());
     2.0 * (det.abs() * f64::from(side)).atan2(along) * f64::from(side.abs())
 }

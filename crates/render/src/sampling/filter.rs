@@ -67,7 +67,7 @@ mod tests {
     fn filter_offsets_are_distributed_like_the_filter() {
         let (mean, variance) = moments(Filter::Box);
         assert!(mean.abs() < 1e-6 && (variance - 1.0 / 12.0).abs() < 1e-6);
-        // Variance of the window, by quadrature of its definition.
+        // The expected variance is computed by quadrature of the window's definition.
         let window = |x: f64| {
             let turn = std::f64::consts::TAU * (x / WINDOW_WIDTH + 0.5);
             0.35875 - 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos() - 0.01168 * (3.0 * turn).cos()

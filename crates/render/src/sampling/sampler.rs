@@ -59,7 +59,7 @@ impl Sampler {
         let within = |v: u32| v & ((1 << BLOCK_BITS) - 1);
         Self {
             block: [block as u32, (block >> 32) as u32],
-            // This hash differs from the block's hash.
+            // The hash of the square must be independent of the block's hash.
             quad: splitmix64(!of_square(1)) as u32,
             morton_bits: (spread_bits(within(x)) | spread_bits(within(y)) << 1).reverse_bits(),
             sample: 0,
@@ -154,7 +154,8 @@ impl Sampler {
         let [exchange, first, second] = self.block_key(number);
         let place = self.permute_pixels(exchange, self.quad_key(number));
         for (bit, apart) in MORTON_XOR.iter().enumerate() {
-            // A word of ones if the bit is set, otherwise zero; the bits are reversed.
+            // The shift produces a word of ones if the bit is set, otherwise zero; the bits of `place` are in reversed
+            // order.
             index ^= apart & ((place << bit) as i32 >> 31) as u32;
         }
         let x = reverse_bits(owen_scramble(index, first));
@@ -177,7 +178,8 @@ struct GeneratePoints2D<'a, W, const K: usize> {
 impl<W: Iterator<Item = usize>, const K: usize> WithSimd for GeneratePoints2D<'_, W, K> {
     #[inline(always)]
     fn run(self) {
-        // Four registers: each number is a chain of about forty multiplications, and independent chains overlap.
+        // The loop fills four registers at a time: each number is a chain of about forty multiplications, and
+        // independent chains overlap.
         const LANES: usize = 64;
         let Self { samplers, mut which, key, pairs, mut out } = self;
         out.iter_mut().for_each(|out| out.clear());
@@ -278,7 +280,7 @@ fn nested_shuffle(mut x: u32, seed: u32) -> u32 {
 /// this yields every order of four pixels. The bits are reversed.
 #[inline(always)]
 fn permute_base4_digit(place: u32, random: u32) -> u32 {
-    // The bits of the digit, and the same bits swapped.
+    // The two bits of the digit, and the same bits exchanged.
     let (here, there) = (place & 0xc000_0000, place << 1 & 0x8000_0000 | place >> 1 & 0x4000_0000);
     let (low, high) = (0x8000_0000, 0x4000_0000);
     let once = there ^ here & high;

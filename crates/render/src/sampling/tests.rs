@@ -71,7 +71,7 @@ fn two_pairs_of_a_group_are_stratified_in_four_dimensions() {
         let [some, many] = [64, 256].map(|samples| even(samples, pairs));
         assert!(some > 0.9 && many == 1.0, "{pairs:?}: {some} {many}");
     }
-    // Other pairs are independent.
+    // All other pairs of dimensions are independent.
     for pairs in [[Bsdf(0), OpacityAndRoulette(1)], [Bsdf(3), Bsdf(4)]] {
         let many = even(256, pairs);
         assert!(many < 0.5, "{pairs:?}: {many}");
@@ -194,7 +194,7 @@ fn together(side: u32, samples: u32, mean: f64, f: impl Fn(&Sampler) -> f64) -> 
 fn errors_of_neighbouring_pixels_cancel() {
     let [product, disk] =
         [|[x, y]: [f32; 2]| f64::from(x * y), |[x, y]: [f32; 2]| f64::from(u8::from(x * x + y * y < 1.0))];
-    // The mean of exp(-3 |x - y|) over the square, cubed.
+    // The integrand is a product of three factors exp(-3 |x - y|); its mean is the cube of the mean of one factor.
     let mean = (2.0 / 3.0 - 2.0 / 9.0 * (1.0 - (-3f64).exp())).powi(3);
     for samples in [1, 4, 7, 16] {
         let ratio = |side, mean, f: fn([f32; 2]) -> f64| {
@@ -206,7 +206,8 @@ fn errors_of_neighbouring_pixels_cancel() {
         assert!(smooth < most, "{samples}: {smooth}");
         let edge = ratio(4, std::f64::consts::FRAC_PI_4, disk);
         assert!(edge < most.max(0.4), "{samples}: {edge}");
-        // Interactions of many dimensions are not stratified; blue noise must not make them much worse.
+        // In functions of many dimensions together, the samples are not stratified; blue noise must not make the error
+        // much larger.
         let much = together(2, samples, mean, |sampler| {
             let [a, b] = sampler.get_2d(Dimension::PixelFilter);
             let [c, d] = sampler.get_2d(Dimension::Bsdf(0));

@@ -255,7 +255,7 @@ impl<'a> TileRenderer<'a> {
         active.clear();
         active.extend(0..pixels.len());
         std::mem::swap(&mut scratch.estimator, state);
-        // The estimator already contains the data for the coverage.
+        // Centre rays are not traced again for the coverage, because the estimator already contains its data.
         let is_rolling = self.shutter.is_some_and(ShutterSlices::is_rolling);
         if self.needs.truth || is_rolling { self.trace_center_rays(scratch, control) } else { Ok(()) }
     }
@@ -374,7 +374,7 @@ impl<'a> TileRenderer<'a> {
             let seen = behind.get(at).unwrap_or(&hit.instance);
             let is_out = *seen != INVALID_ID && world.geometry.is_left_out(self.settings.catchers, *seen);
             let seen = if is_out { &INVALID_ID } else { seen };
-            // A single sample is the centre ray itself.
+            // A single sample is the centre ray itself, so it always hits the same instance.
             let same = !samples || scratch.estimator.is_center(pixel, *seen);
             scratch.estimator.add_sample(pixel, same);
         }

@@ -155,7 +155,7 @@ impl Pilot {
         let mut count = MIN_SAMPLES;
         let mut step = MIN_SAMPLES / 2;
         while f64::from(count) < needed && count < self.max_samples {
-            // 64, 96, 128, 192, 256, 384, ...
+            // The planned numbers are 64, 96, 128, 192, 256, 384, ...
             count += step;
             step = if count.is_power_of_two() { count / 2 } else { step };
         }
@@ -198,7 +198,7 @@ mod tests {
         // The noisy pixel needs 4 / (0.75 * 0.05^2) = 2,133 samples, rounded up to a planned number.
         let (counts, pilot) = plan(&variances, 0.05, 1 << 14);
         assert_eq!(counts[7..10], [3072; 3], "{counts:?}");
-        // The mean of a window of five pixels is a fifth of the variance: 427 samples.
+        // Next to the noisy pixel, the mean variance of the window of five pixels is a fifth: 427 samples are needed.
         assert_eq!([counts[6], counts[10]], [512; 2], "{counts:?}");
         assert_eq!(counts[..6], [MIN_SAMPLES; 6], "{counts:?}");
         assert_eq!(pilot[7..10], [512; 3], "a pilot is at least an eighth of the samples: {pilot:?}");

@@ -41,7 +41,7 @@ fn bright_paths_list_the_mirror_before_the_reflected_plane() {
     let mut world = plane(40.0, 0.5);
     world.add_light(sun([1.0, 0.0, -1.0])).unwrap();
     let mirror = Material { model: MaterialModel::Metal(Metal::named("silver").unwrap()), ..Material::default() };
-    // A lamp above the plane that faces the plane.
+    // The mirror is above the plane and faces the plane.
     let turned =
         DAffine3::from_translation(DVec3::new(0.0, 0.0, 2.0)) * DAffine3::from_rotation_x(std::f64::consts::PI);
     add(&mut world, primitive::plane([1.0, 1.0]).unwrap(), mirror, turned);

@@ -46,7 +46,7 @@ fn sphere_depth_and_normals_match_the_closed_form() {
         let (_, ray) = camera.ray(camera.pixel_center_of(i as u32 % 100, i as u32 / 100));
         let b = (eye - shift).dot(ray);
         let square = b * b - (eye - shift).length_squared() + radius * radius;
-        // Except at the rim, where a facet's depth does not approximate the sphere's.
+        // Pixels at the rim are excluded, because a facet's depth differs from the sphere's depth there.
         if square < 0.25 * radius * radius {
             continue;
         }

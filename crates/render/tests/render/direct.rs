@@ -50,8 +50,8 @@ fn lambertian_plane_under_a_bulb_matches_the_closed_form() {
         let r = position.length();
         let expected = 0.6 * 5.0 * (position.z / r) / (std::f64::consts::PI * r * r);
         close(radiance(&world, EYE, DVec3::ZERO, &settings(1)), expected, 1e-5);
-        // A uniformly bright sphere illuminates any outside point, if it is above the point's horizon, like a point
-        // light at its centre.
+        // A uniformly bright sphere illuminates every outside point like a point light at its centre, if the whole
+        // sphere is above the point's horizon.
         let mut world = plane(4.0, 0.6);
         let radius = 0.4 * position.z;
         world.add_light(bulb(position, 5.0, radius)).unwrap();
@@ -61,7 +61,7 @@ fn lambertian_plane_under_a_bulb_matches_the_closed_form() {
         let color = f32s(&frame, Channel::Color);
         let mean = color.iter().map(|&v| f64::from(v)).sum::<f64>() / color.len() as f64;
         close(mean, expected, 1e-3);
-        // The power spreads over the whole sphere of directions.
+        // The power is distributed evenly over all directions.
         let mut world = plane(4.0, 0.6);
         let power = Some([4.0 * std::f32::consts::PI * 5.0; 3]);
         let light = Light::Point { position: position.to_array(), power, intensity: None, radius: 0.0 };
@@ -124,7 +124,7 @@ fn both_sides_of_a_surface_are_lit_without_leaks() {
     world.add_light(sun(-DVec3::Z, 3.0)).unwrap();
     assert_eq!(radiance(&world, EYE, DVec3::ZERO, &settings(4)), 0.0, "lit from behind");
     close(radiance(&world, -EYE, DVec3::ZERO, &settings(4)), 0.6 * 3.0 / std::f64::consts::PI, 1e-5);
-    // Tilted smooth normals let no light through the triangle.
+    // Tilted vertex normals must not let light through the triangle.
     let mut leaning = primitive::plane([4.0, 4.0]).unwrap();
     leaning.normals = Some(vec![[0.8, 0.0, 0.6]; leaning.vertices.len()]);
     let mut world = World::default();

@@ -113,7 +113,7 @@ fn gap_guiding_does_not_depend_on_threads_slices_or_regions() {
     let plane = |channel, data| OutputPlane { channel, values: PlaneData::F32(data), zero: true };
     slices.develop(vec![plane(Channel::Color, &mut color), plane(Channel::Error, &mut error)]).unwrap();
     assert_eq!([&*color, &*error], channels.map(|channel| f32s(&whole, channel)));
-    // Pixels that stop at the noise threshold have the samples of a shorter image.
+    // Pixels that stop at the noise threshold have the same samples as pixels of an image with fewer samples.
     let stopped = picture(&prepared, true, &Settings { noise_threshold: Some(1e9), samples: 256, ..ten.clone() });
     let short = picture(&prepared, true, &Settings { samples: 64, ..ten });
     assert_eq!(f32s(&stopped, Channel::Color), f32s(&short, Channel::Color));

@@ -11,7 +11,7 @@ use raycam_scene::{
 };
 
 fn seen(world: &World, at: DVec3, samples: u32, integrator: Integrator) -> f64 {
-    // Many pixels at nearly the same position, because rays are traced many at a time.
+    // The image has many pixels that show nearly the same point, because rays are traced in batches.
     const SIDE: u32 = 16;
     let camera = look_at(at + DVec3::new(1e-3, -0.4, 0.4), at, 0.01, [SIDE, SIDE]);
     let settings = Settings {
@@ -31,7 +31,7 @@ fn close(found: f64, expected: f64, relative: f64) {
 
 #[test]
 fn textured_meshes_emit_like_their_texels() {
-    // Two by two texels on a sheet above the floor: four parts, each equal to a separate light.
+    // A sheet above the floor has two by two texels: four parts, each equal to a separate light.
     let radiance = [[8.0f32, 0.0], [1.0, 3.0]];
     let image = Image::new("", [2, 2], Texels::Float(radiance.iter().flatten().map(|&v| [v, v, v, 1.0]).collect()));
     let mut shining = plane(4.0, 0.5);
@@ -46,7 +46,7 @@ fn textured_meshes_emit_like_their_texels() {
     };
     material.emission.value = [1.0; 3];
     material.emission.texture = Some(TextureSlot::plain(texture));
-    // Turned upside down about x: the upper edge, v = 0, is now at y < 0.
+    // The sheet is turned upside down about x: its upper edge, v = 0, is now at y < 0.
     let place = DAffine3::from_translation(DVec3::new(0.2, 0.1, 1.0)) * DAffine3::from_rotation_x(std::f64::consts::PI);
     add(&mut shining, primitive::plane([1.0, 1.0]).unwrap(), material, place);
     let mut sheets = plane(4.0, 0.5);

@@ -109,7 +109,8 @@ fn stacked_layers_transmit_by_fresnel() {
 
 #[test]
 fn nested_interiors_absorb_light() {
-    // Everything has the index of air: two metres of water, of which the glass displaces a quarter of a metre.
+    // All media have the index of air. The path crosses two metres of water, of which the glass displaces a quarter of
+    // a metre.
     let mut world = World::default();
     let tinted = |color, priority| {
         let glass = Glass { ior: 1.0, attenuation_color: color, attenuation_distance: 1.0, ..Glass::default() };
@@ -142,13 +143,13 @@ fn nested_clear_objects_are_invisible_under_a_white_sky() {
     world.add_light(Light::uniform_sky([1.0; 3])).unwrap();
     let camera = look_at(DVec3::new(0.0, -6.0, 0.0), DVec3::ZERO, 22.0, [16, 16]);
     let found = mean(&world, &camera, 256);
-    // Rough surfaces inside other media lose a little light and are noisy.
+    // The tolerance is larger for rough surfaces inside other media, which lose a little light and are noisy.
     assert!((found[0] - 1.0).abs() < 1e-2, "{found:?}");
 }
 
 #[test]
 fn lights_inside_clear_objects_are_attenuated() {
-    // A bulb above a matte floor, both inside an absorbing medium with the index of air.
+    // The scene is a bulb above a matte floor, both inside an absorbing medium with the index of air.
     let seen = |color: [f32; 3]| {
         let mut world = plane(2.0, 0.5);
         let glass = Glass { ior: 1.0, attenuation_color: color, attenuation_distance: 1.0, ..Glass::default() };

@@ -65,7 +65,7 @@ fn sun_and_bulb_shine_through_panes() {
         let expected = 3.0 * 0.8 * transmittance / std::f64::consts::PI;
         assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
     }
-    // A spherical light around the floor's point, at an angle whose cosine is 0.8.
+    // The bulb's light arrives at the point of the floor at an angle whose cosine is 0.8.
     let bulb = Light::Point { position: [1.6, 0.0, 2.0], power: None, intensity: Some([5.0; 3]), radius: 0.0 };
     let found = radiance(&floor_under(&[glass(true)], bulb), Integrator::Direct, None, 16);
     let cosine = 2.0 / (1.5f64 * 1.5 + 4.0).sqrt();
@@ -75,7 +75,7 @@ fn sun_and_bulb_shine_through_panes() {
 
 #[test]
 fn light_samples_and_bsdf_samples_agree_behind_panes() {
-    // A distant lamp that subtends a small angle: its light falls nearly straight down.
+    // The lamp is distant and subtends a small angle, so that its light falls nearly straight down.
     let lamp = |two_sided| Light::Rectangle {
         position: [0.1, 0.0, 6.0],
         u: [2.0, 0.0, 0.0],

@@ -36,9 +36,9 @@ fn glowing_sphere(albedo: [f32; 3]) -> World {
 
 #[test]
 fn closed_sphere_radiance_sums_all_bounces() {
-    // L = E + albedo L everywhere. Roulette decides by the brightest channel: while red continues, almost nothing of
-    // what green and blue still gather depends on chance. If green decided alone, it would have nine times the
-    // variance.
+    // The radiance satisfies L = E + albedo L everywhere. Roulette depends on the brightest channel: while red
+    // continues, most of the remaining light of green and blue does not depend on chance. If green decided alone, its
+    // variance would be nine times larger.
     let camera = look_at(DVec3::ZERO, DVec3::X, 90.0, [8, 8]);
     let world = glowing_sphere([0.97, 0.9, 0.5]);
     let frame = render(&world, &camera, &settings(Integrator::Path, 2048));
@@ -92,7 +92,7 @@ fn last_segments_find_the_same_light_as_shadow_rays() {
         let settings = Settings { max_depth: depth, ..settings(integrator, 16) };
         let [a, b] = [&whole, &seen_through].map(|world| render(world, &camera, &settings));
         let [a, b] = [&a, &b].map(|frame| f32s(frame, Channel::Color));
-        // Rounding decides at the edges of lights and shadows.
+        // A few pixels at the edges of lights and shadows may differ because of rounding.
         let differ = a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > 1e-5 + 1e-5 * **b);
         let differ = differ.count();
         assert!(differ <= 3, "{integrator:?}: {differ} of {}", a.len());
@@ -115,7 +115,7 @@ fn a_white_furnace_stays_white() {
     }
     let whole = mean(&world, &camera, &settings(Integrator::Path, 256));
     assert!(whole <= 1.0005 && whole > 0.95, "{whole}");
-    // Two white balls without smooth normals and without a lobe that extends below the surface lose no light.
+    // The two white balls have no smooth normals and no lobe that extends below the surface, so they lose no light.
     world.meshes = world.meshes.drain(..).map(flat).collect();
     for material in &mut world.materials {
         material.model = MaterialModel::DEFAULT;
@@ -141,7 +141,7 @@ fn screened(alpha: Alpha, opacity: f32) -> World {
 
 #[test]
 fn screens_blend_with_the_background_by_opacity() {
-    // Light and view rays both pass the black screen.
+    // The camera's rays and the light both pass the black screen.
     for (alpha, opacity, expected) in [
         (Alpha::Opaque, 0.3, 0.0),
         (Alpha::Blend, 0.0, 0.5),

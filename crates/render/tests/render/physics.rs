@@ -57,7 +57,7 @@ fn above() -> Camera {
 
 #[test]
 fn form_factors_of_squares_match_the_catalogue() {
-    // J. R. Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", C-11 and C-14.
+    // The closed forms are C-11 and C-14 of J. R. Howell, "A Catalog of Radiation Heat Transfer Configuration Factors".
     let parallel = ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], 0.199_825);
     let upright = ([-0.5, 0.0, 0.5], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], 0.200_044);
     for (position, u, v, expected) in [parallel, upright] {
@@ -151,14 +151,14 @@ fn error_decreases_at_least_with_the_square_root_of_samples() {
         f32s(&render(&world, &camera, &settings), Channel::Color).to_vec()
     };
     let exact = of(16384, 1);
-    // Eight seeds, because a few bright samples of one image would change the slope.
+    // The test uses eight seeds, because a few bright samples of one image would change the slope.
     let off = |samples| {
         let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
         let of_seed = |seed| of(samples, seed).iter().zip(&exact).map(square).sum::<f64>();
         (2..10).map(of_seed).sum::<f64>().sqrt()
     };
     let errors = [16, 32, 64, 128, 256].map(off);
-    // Least squares over the powers of two.
+    // The slope is fitted by least squares over the powers of two.
     let slope = errors.iter().zip([-2.0, -1.0, 0.0, 1.0, 2.0]);
     let slope = slope.map(|(off, x)| off.log2() * x).sum::<f64>() / 10.0;
     assert!(slope <= -0.5, "{slope}: {errors:?}");

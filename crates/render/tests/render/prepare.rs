@@ -129,7 +129,7 @@ fn families_build_each_mesh_once_even_after_worlds_are_dropped() {
     assert_eq!(control.total(), 3);
     PreparedWorld::in_family(&world, &family, None, None, &control).unwrap();
     assert_eq!(control.total(), 0, "no tree must be built again");
-    // A mesh that was dropped is built again.
+    // After all worlds with a mesh have been dropped, the mesh is built again.
     drop((moment, world));
     let world = still_life();
     PreparedWorld::in_family(&world, &family, None, None, &control).unwrap();

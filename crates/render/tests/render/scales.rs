@@ -82,7 +82,7 @@ fn surfaces_do_not_shade_themselves() {
                         let expected = cosine / std::f64::consts::PI / distance.powi(2);
                         let pure = f32s(&frame, Channel::Coverage)[i] == 1.0;
                         let hit = i32s(&frame, Channel::Instance)[i] >= 0;
-                        // Within a pixel, the ball's facets and the distance vary.
+                        // The tolerance includes the variation of the ball's facets and of the distance within a pixel.
                         let tolerance = if samples == 1 { 1e-3 } else { 0.2 };
                         hit && pure && cosine > 0.1 && (color - expected).abs() > tolerance * expected
                     };
@@ -101,7 +101,7 @@ fn surfaces_do_not_shade_themselves() {
 
 #[test]
 fn thin_gaps_let_light_through() {
-    // A lid a thousandth above the ground, seen from the side: grazing light must pass under it.
+    // A lid lies a thousandth above the ground and is seen from the side: grazing light must pass under it.
     for size in [1e-6, 1.0, 1e6] {
         for place in [DVec3::ZERO, DVec3::new(1e3, 1e3, 1e3) * size] {
             let mut world = World::default();
@@ -152,7 +152,7 @@ fn ground_truth_keeps_precision_far_from_the_origin() {
             let mut compared = 0;
             for i in 0..96 * 72 {
                 let ids = |f| (i32s(f, Channel::Instance)[i], i32s(f, Channel::Triangle)[i]);
-                // At edges, rounding of the position itself decides.
+                // Pixels at edges are excluded, because rounding of the position decides what they show.
                 if ids(&far) != ids(&here) || ids(&far).0 < 0 {
                     continue;
                 }

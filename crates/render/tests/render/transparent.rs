@@ -49,7 +49,7 @@ fn ground_truth_skips_transparent_surfaces() {
         let pixel = camera.pixel_center_of(i as u32 % 20, i as u32 / 20);
         assert!((camera.project(at).0 - pixel).length() < 1e-9);
     }
-    // The image shows the first triangles, because the integrator decides how they look.
+    // The colour shows the first triangles, because the integrator handles transparency itself.
     assert_eq!(f32s(&first, Channel::Color), f32s(&solid, Channel::Color));
 }
 
@@ -82,8 +82,8 @@ fn background_is_behind_the_last_transparent_surface() {
 
 #[test]
 fn coverage_counts_the_surfaces_that_ground_truth_shows() {
-    // A small veil in front of the edge of a small solid plane, over a large plane: the visible result is the same with
-    // and without the veil.
+    // A small veil is in front of the edge of a small solid plane, above a large plane. The visible result is the same
+    // with and without the veil.
     let scene = |veiled: bool| {
         let mut world = World::default();
         for (size, z, x) in [(9.0, 0.0, 0.0), (1.5, 1.0, -0.6)] {

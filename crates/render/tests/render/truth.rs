@@ -85,7 +85,7 @@ fn sphere_depth_and_normals_match_the_closed_form() {
     let eye = DVec3::new(2.0, -3.0, 1.0);
     let camera = look_at(eye, DVec3::ZERO, 30.0, [120, 120]);
     let frame = render(&world, &camera, &settings());
-    // 81,920 triangles: edges of about 0.018, whose middles are up to 5e-5 inside the sphere.
+    // The ball has 81,920 triangles, with edges of about 0.018 whose middles are up to 5e-5 inside the sphere.
     let mut hits = 0;
     for i in 0..120 * 120 {
         let (_, ray) = camera.ray(camera.pixel_center_of(i as u32 % 120, i as u32 / 120));
@@ -113,7 +113,7 @@ fn sphere_depth_and_normals_match_the_closed_form() {
 
 #[test]
 fn coverage_equals_the_visible_fraction_of_the_object() {
-    // A half plane whose slanted edge crosses the image.
+    // The world is a half plane whose slanted edge crosses the image.
     let edge = |x: f64, y: f64| x + 0.3 * y;
     let world = {
         let mut world = World::default();
@@ -209,7 +209,7 @@ fn placed_meshes_equal_meshes_with_transformed_vertices() {
         let eye = 6.0 * DVec3::new(angle.cos(), angle.sin(), 0.7 * (2.0 * angle).sin());
         let camera = look_at(eye, DVec3::ZERO, 45.0, [80, 60]);
         let mut settings = settings();
-        // Object coordinates depend on the transform.
+        // Object coordinates differ between the worlds, because they depend on the transform.
         settings.channels.retain(|channel| *channel != Channel::Nocs);
         let (a, b) = (render(&placed, &camera, &settings), render(&flattened, &camera, &settings));
         assert!(bits(&a) == bits(&b));
@@ -366,7 +366,7 @@ fn flat_colours_are_exact_products() {
     let mut painted = material([1.0; 3], 0.0, 0.0, 1.0);
     painted.texture = Some(TextureSlot::plain(texture));
     add(&mut world, mesh, painted, DAffine3::IDENTITY);
-    // One texel per pixel.
+    // The image shows one texel per pixel.
     let k = DMat3::from_cols(DVec3::X * 10.0, DVec3::Y * 10.0, DVec3::new(1.5, 0.5, 1.0));
     let r = DMat3::from_cols(DVec3::X, -DVec3::Y, -DVec3::Z);
     let camera = Camera::new(k, r, DVec3::Z * 10.0, size, PixelCenter::Integer).unwrap();

@@ -50,7 +50,7 @@ pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget)
     };
     shape.check().map_err(|message| fault(ErrorCode::InvalidValue, message))?;
     let ViewHeader { mode, count, stride } = shape;
-    // Checked before any allocation: the minimum length of a stream with this number of elements.
+    // Before any allocation, the length is compared with the minimum length of a stream with this number of elements.
     let least = match mode {
         Mode::Attributes(_) => count.div_ceil(attributes::block_elements(stride)) * (stride / 4),
         Mode::Triangles => count / 3,

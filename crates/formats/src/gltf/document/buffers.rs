@@ -251,7 +251,7 @@ pub(crate) fn read_uri(
         let Some((head, data)) = data.split_once(',') else {
             return Err(fault("a data URI without a comma (INVALID_URI)"));
         };
-        // Decoding never makes either encoding longer.
+        // In both encodings, the decoded text is not longer than the encoded text.
         assets.budget.take_bytes(&source.path, data.len() as u64)?;
         let bytes = match head.strip_suffix(";base64") {
             Some(_) => base64(&percent_decoded(data)),

@@ -124,7 +124,7 @@ impl Container {
         let root = match parse_objects::<Root>(text) {
             Ok(root) => root,
             Err(error) => {
-                // Other versions use a different structure.
+                // Other versions of glTF have different keys, so the version is checked first.
                 let root = serde_json::from_str::<AnyVersion>(text);
                 root.map_or(Ok(()), |root| {
                     let version = &root.asset.version;

@@ -48,7 +48,7 @@ impl Geometry for Corners<'_> {
     }
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        // In MikkTSpace v points upwards, in glTF downwards.
+        // In MikkTSpace, v increases upwards; in glTF, v increases downwards.
         let [u, v] = self.uvs[self.vertex(face, corner)];
         [u, -v]
     }
@@ -66,7 +66,7 @@ pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
     let unchanged = || (0..mesh.vertices.len() as u32).collect();
     let Some(uvs) = mesh.uv_set(set) else { return unchanged() };
     let mut corners = Corners { tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3 * mesh.triangles.len()], uvs, mesh };
-    // The library's error type has no variants yet; for a future error, the mesh is left unchanged.
+    // The library's error type has no variants yet; if an error is added, the mesh stays unchanged.
     if bevy_mikktspace::generate_tangents(&mut corners).is_err() {
         return unchanged();
     }

@@ -82,7 +82,7 @@ impl Builder<'_, '_> {
                             );
                         }
                         let mut found = found.unwrap_or_default();
-                        // Weights of a mesh without morph targets have no effect.
+                        // Channels for weights of a mesh without morph targets have no effect and are omitted.
                         found.retain(
                             |target| !matches!(target, AnimationTarget::Weights(i) if nodes[*i].weights.is_empty()),
                         );
@@ -161,7 +161,7 @@ impl Builder<'_, '_> {
             4 => output.floats::<4>()?.into_flattened(),
             _ => output.floats::<1>()?.into_flattened(),
         };
-        // glTF-Validator's names for possible faults.
+        // The code is glTF-Validator's name of the fault.
         let code = if times.first().is_some_and(|first| *first < 0.0) {
             "ACCESSOR_ANIMATION_INPUT_NEGATIVE"
         } else if times.is_empty() || !times.is_sorted_by(|a, b| a < b) {

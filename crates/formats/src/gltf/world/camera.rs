@@ -49,7 +49,7 @@ impl Builder<'_, '_> {
                 return Ok(None);
             }
         };
-        // From glTF's axes (right, up, back) to raycam's (right, down, forward).
+        // Converts glTF's axes (right, up, back) to raycam's axes (right, down, forward).
         let r = (world_from_camera.matrix3 * flip_yz()).transpose();
         let c = world_from_camera.translation;
         let pixel_center = PixelCenter::default();

@@ -48,7 +48,7 @@ impl Builder<'_, '_> {
             );
         }
         let position = world_from_node.translation.to_array();
-        // Light is emitted along -z; scale does not matter.
+        // Light is emitted along the node's -z axis; the node's scale has no effect.
         let direction = -world_from_node.matrix3.z_axis;
         let Some(direction) = direction.try_normalize() else {
             self.diagnostics.note(
@@ -91,7 +91,7 @@ impl Builder<'_, '_> {
     fn name_light(&mut self, light: usize, node: usize) {
         let name = self.document.root.nodes.get(node).map(|node| node.name.clone());
         let traits = LightTraits { name: name.filter(|name| !name.is_empty()), ..LightTraits::default() };
-        // The default name remains if another light has the node's name.
+        // The light keeps its default name if another light has the node's name.
         let _ = self.world.set_light_traits(light, traits);
     }
 

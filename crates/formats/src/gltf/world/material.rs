@@ -116,7 +116,7 @@ impl Builder<'_, '_> {
         let at = |name: &str| format!("{place}.KHR_materials_{name}");
         if let Some(json) = &extensions.ior {
             let ior = json.ior.unwrap_or(1.5);
-            // An index of 0 is allowed: it stands for a dielectric of infinite index.
+            // An index of refraction of 0 is allowed: it represents a dielectric of infinite index.
             let least = if ior == 0.0 { 0.0 } else { 1.0 };
             p.ior = self.number(&at("ior.ior"), ior, [least, NON_NEGATIVE[1]]);
         }

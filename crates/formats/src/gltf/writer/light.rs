@@ -48,7 +48,7 @@ impl Writer<'_> {
                 let whole = TAU * (1.0 - a + (a - b) / 3.0);
                 let rgb = spread(*power, *intensity, whole).unwrap_or_default();
                 let (inner, outer) = (inner.to_radians(), outer.to_radians());
-                // glTF does not allow an edge of zero width.
+                // glTF does not allow equal inner and outer angles.
                 let inner = if inner < outer { inner } else { outer * (1.0 - 1e-6) };
                 let spot = json!({ "innerConeAngle": inner, "outerConeAngle": outer });
                 let json = json!({ "type": "spot", "spot": spot });

@@ -147,7 +147,7 @@ fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>> {
     file.extend(2_u32.to_le_bytes());
     file.extend(length.to_le_bytes());
     for (kind, data) in chunks {
-        // The length fits into 32 bits, because the length of the whole file does.
+        // The chunk's length fits into 32 bits, because the length of the whole file fits.
         file.extend((data.len() as u32).to_le_bytes());
         file.extend(kind);
         file.extend(data);

@@ -122,7 +122,7 @@ impl Writer<'_> {
         if slot.image_from_mesh == TextureSlot::plain(0).image_from_mesh {
             return None;
         }
-        // The columns are width * (cos, -sin) and height * (sin, cos).
+        // The matrix has the columns width * (cos, -sin) and height * (sin, cos).
         let [mut width, mut height] = [a.hypot(c), b.hypot(d)];
         if a * d - b * c < 0.0 {
             height = -height;
@@ -133,7 +133,7 @@ impl Writer<'_> {
             self.note(NoticeCode::NotWritten, message);
         }
         let mut rotation = rotation;
-        // A half turn mirrors both axes; the simpler of the two representations is used.
+        // A rotation by 180 degrees is equal to mirroring both axes; the simpler of both representations is used.
         if (rotation.abs() - std::f64::consts::PI).abs() < 1e-7 {
             (rotation, width, height) = (0.0, -width, -height);
         }

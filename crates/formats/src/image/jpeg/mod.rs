@@ -66,7 +66,7 @@ fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
     let mut found = SegmentState::default();
     let mut at = 2;
     loop {
-        // Bytes before a marker are skipped, as in decoders.
+        // Bytes before a marker are skipped, as in common decoders.
         at += (bytes[at..].windows(2))
             .position(|pair| pair[0] == 0xff && !matches!(pair[1], 0 | 0xff))
             .ok_or_else(cut)?;
@@ -138,7 +138,7 @@ impl SegmentState {
     /// Reads the header of a scan; returns the number of bytes of `data` that the scan takes.
     fn scan(&mut self, segment: &[u8], data: &[u8]) -> Result<usize, String> {
         let number = self.scans;
-        // Frames of a film may omit the standard tables, which the decoder contains.
+        // Frames of Motion JPEG may omit the standard tables, which the decoder contains.
         if self.tables.as_flattened().iter().all(Option::is_none) {
             self.frame = None;
         }

@@ -105,7 +105,7 @@ impl BitReader<'_> {
     fn fill(&mut self) {
         while self.count <= 56 {
             let Some(&byte) = self.bytes.get(self.at) else { return };
-            // 0xff is written as 0xff and 0; any other pair is a marker.
+            // A data byte 0xff is followed by 0; 0xff before any other byte is a marker.
             if byte == 0xff {
                 if self.bytes.get(self.at + 1) != Some(&0) {
                     return;
@@ -259,7 +259,7 @@ impl Scan<'_> {
             }
         };
         for bits in &mut component.bits[range] {
-            // The scan contains either the first bit, or the bit below the previous bit.
+            // A scan contains either the first bits of a coefficient, or the bit below the lowest bit so far.
             if *bits != (high > 0).then_some(high) {
                 return Err("contains coefficient bits in the wrong order".to_owned());
             }

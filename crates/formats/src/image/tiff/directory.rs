@@ -59,7 +59,7 @@ impl<'a> Directory<'a> {
                 number(at + 4 + width, width)?
             };
             let end = length.and_then(|length| value.checked_add(length));
-            // Values of unused tags may be anywhere.
+            // Only values of used tags must be inside the file.
             if end.is_some_and(|end| end <= bytes.len() as u64) {
                 entries.push(Entry { tag, kind, count: count as usize, at: value as usize });
             } else if (256..=532).contains(&tag) && element_bytes(kind) > 0 {

@@ -116,7 +116,7 @@ fn chunks(file: &Decoder<'_>, tags: &Directory<'_>, layout: &Layout, unpacked: u
     let expected = across * down * if layout.planar { layout.samples } else { 1 };
     let counts = match tags.numbers(count_tag) {
         Some(counts) => counts,
-        // Old programs omit these tags if the values follow from the size.
+        // Old programs omit these tags if the values follow from the image size.
         None if layout.compression == UNCOMPRESSED && offsets.len() == 1 => {
             vec![unpacked.min(file.bytes.len() as u64 - offsets[0].min(file.bytes.len() as u64))]
         }

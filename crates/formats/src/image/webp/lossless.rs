@@ -73,7 +73,7 @@ impl<'a> LosslessValidator<'a> {
         let mut seen = [false; 4];
         while self.read_bits(1)? == 1 {
             let kind = self.read_bits(2)?;
-            // Each transform may occur at most once.
+            // Each kind of transform may occur at most once.
             if std::mem::replace(&mut seen[kind], true) {
                 return None;
             }
@@ -86,7 +86,7 @@ impl<'a> LosslessValidator<'a> {
                 _ => {
                     let colors = self.read_bits(8)? + 1;
                     self.entropy_image([colors, 1], None)?;
-                    // One pixel contains as many indices as fit.
+                    // One pixel contains as many colour indices as fit into it.
                     let bits = match colors {
                         1..=2 => 3,
                         3..=4 => 2,
@@ -195,7 +195,7 @@ impl<'a> LosslessValidator<'a> {
             at += times;
         }
         let code = HuffmanCode::new(&lengths)?;
-        // The decoder has its own table, for codes of up to ten bits.
+        // The decoder allocates a table for each code, with at most ten bits per index.
         let longest = code.counts.iter().rposition(|&count| count > 0)?;
         self.tables = self.tables.checked_sub(4 << longest.min(10))?;
         Some(code)
@@ -311,7 +311,7 @@ impl HuffmanCode {
             let of_length = (0_u16..).zip(lengths).filter(|(_, l)| **l == length);
             symbols.extend(of_length.map(|(symbol, _)| symbol));
         }
-        // All codes together must cover every possible bit sequence.
+        // The codes must cover every possible bit sequence.
         let sum: u32 = (1..16).map(|length| u32::from(counts[length]) << (15 - length)).sum();
         (symbols.len() == 1 || sum == 1 << 15).then_some(Self { counts, symbols })
     }

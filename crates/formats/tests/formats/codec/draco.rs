@@ -64,7 +64,8 @@ fn streams_decode_as_in_googles_library() {
             if a.bytes == b.bytes {
                 continue;
             }
-            // Quantised values are computed in float32, which C++ may contract to fused operations.
+            // A small difference is allowed: quantised values are computed in float32, and C++ compilers may use fused
+            // operations.
             let numbers = |attribute: &Attribute| -> Vec<f32> {
                 let words = attribute.bytes.as_chunks::<4>().0;
                 words.iter().map(|&w| f32::from_le_bytes(w)).collect()

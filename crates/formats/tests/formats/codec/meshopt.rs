@@ -90,7 +90,7 @@ fn streams_decode_as_in_meshoptimizer() {
 
 #[test]
 fn example_of_the_specification_is_decoded() {
-    // Sixteen differences of four bits, followed by two bytes, in the first byte of four-byte elements.
+    // The first byte of the elements has sixteen differences of four bits, followed by two bytes.
     let packed = [0x17, 0x5f, 0xf0, 0xbc, 0x77, 0xa9, 0x21, 0x00, 0x34, 0xb5];
     let differences = [-1, -4, -3, 26, -91, 0, -6, 6, -4, -4, 5, -5, 1, -1, 0, 0_i32];
     let mut stream = vec![0xa0, 0b10];
@@ -109,7 +109,7 @@ fn example_of_the_specification_is_decoded() {
 
 #[test]
 fn filters_match_the_formulas_of_the_specification() {
-    // One element as the baseline, without differences.
+    // The stream contains one element as the baseline, and no differences.
     let filtered = |filter, element: &[u8]| {
         let stride = element.len();
         let mut stream = vec![0xa0];
@@ -120,7 +120,7 @@ fn filters_match_the_formulas_of_the_specification() {
         read(&stream, ViewHeader { mode, count: 1, stride })
     };
     let words = |v: [i16; 4]| v.map(i16::to_le_bytes).concat();
-    // An axis, and a vector of the lower half: (x, x) is folded to (1 - x, 1 - x, 1 - 2 x).
+    // The elements are an axis, and a vector of the lower half: (x, x) is folded to (1 - x, 1 - x, 1 - 2 x).
     let up = filtered(Filter::Octahedral, &[0, 0, 127, 5]).unwrap();
     assert_eq!(up, [0, 0, 127, 5]);
     let down = filtered(Filter::Octahedral, &words([384, 384, 511, -7])).unwrap();
@@ -132,19 +132,19 @@ fn filters_match_the_formulas_of_the_specification() {
         assert!((component(at) - 32767.0 * expected / length).abs() <= 1.0, "{down:?}");
     }
     assert_eq!(component(6), -7.0);
-    // The identity: w, component 3, is the missing one.
+    // The element is the identity; its missing component is w, component 3.
     let identity = filtered(Filter::Quaternion, &words([0, 0, 0, 2047])).unwrap();
     assert_eq!(identity, words([0, 0, 0, 32767]));
-    // 2^-3 * -5, and the largest possible exponent.
+    // The elements are 2^-3 * -5, and a number with the largest possible exponent.
     let float = (-3_i32 << 24 | -5 & 0xff_ffff).to_le_bytes();
     let decoded = filtered(Filter::Exponential, &float).unwrap();
     assert_eq!(decoded, (-0.625_f32).to_le_bytes());
     let float = (127_i32 << 24 | 1).to_le_bytes();
     let decoded = filtered(Filter::Exponential, &float).unwrap();
     assert_eq!(decoded, 2_f32.powi(127).to_le_bytes());
-    // White, opaque, 8 bits.
+    // The colour is opaque white with 8 bits.
     assert_eq!(filtered(Filter::Color, &[255, 0, 0, 255]).unwrap(), [255; 4]);
-    // Undefined cases of the specification are errors.
+    // Cases that the specification leaves undefined are errors.
     for (filter, element) in [
         (Filter::Octahedral, vec![0, 0, 0, 0]),
         (Filter::Octahedral, words([0, 0, -1, 0])),

@@ -12,7 +12,7 @@ fn fill(polygons: &[Vec<[u32; 2]>], width: usize, height: usize) -> Vec<u32> {
         for y in 0..height {
             for x in 0..width {
                 let next = corners.iter().cycle().skip(1);
-                // Edges crossed by a ray from the centre to the left.
+                // Counts the edges that a ray from the pixel's centre to the left crosses.
                 let crossed = corners.iter().zip(next).filter(|(a, b)| {
                     let (low, high) = (a[1].min(b[1]) as usize, a[1].max(b[1]) as usize);
                     a[0] == b[0] && (low..high).contains(&y) && a[0] as usize <= x

@@ -57,7 +57,7 @@ fn all_eight_orientations_give_the_same_image() {
     // 1.
     let (columns, rows) = (5_u8, 3_u8);
     let texel = |x: u8, y: u8| [x + 3, y + 3, 77, 136];
-    // The order of the file is derived from the text of the specification instead of the reader.
+    // The expected order follows from the text of the specification, and not from the reader.
     let rightwards: Vec<u8> = (0..columns).collect();
     let leftwards: Vec<u8> = rightwards.iter().rev().copied().collect();
     let downwards: Vec<u8> = (0..rows).collect();

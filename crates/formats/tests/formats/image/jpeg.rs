@@ -124,7 +124,7 @@ fn bytes_between_segments_are_skipped() {
 
 #[test]
 fn jpeg_frames_without_huffman_tables_use_the_standard_tables() {
-    // Frames with the standard tables.
+    // These files have the standard tables, which are removed.
     for name in ["grey.jpg", "444.jpg", "420.jpg"] {
         let case = jpegs().find(|case| case.name == name).unwrap();
         let mut file = case.file.clone();

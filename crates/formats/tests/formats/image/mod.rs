@@ -149,7 +149,7 @@ fn decoded_images_match_other_readers() {
             Texels::Paged(_) => "paged",
         };
         assert_eq!(kind, case.kind, "{}", case.name);
-        // JPEG and lossy WebP leave upsampling and rounding to the decoder.
+        // The formats JPEG and lossy WebP do not define upsampling and rounding exactly.
         let tolerance = match &case.name[..] {
             "420.jpg" | "422.jpg" | "progressive.jpg" | "restart.jpg" => 6.0,
             name if name.ends_with(".jpg") => 3.0,
@@ -222,7 +222,7 @@ fn ignored_colour_metadata_is_reported() {
 
 #[test]
 fn pixel_counts_too_large_for_the_file_are_refused() {
-    // A uniform file of a few bytes that declares 16384 x 8000 pixels.
+    // A file of a few bytes declares a uniform image of 16384 x 8000 pixels.
     let mut bomb = b"#?RADIANCE\n\n-Y 8000 +X 16384\n".to_vec();
     bomb.extend([2, 2, 64, 0, 255, 255]);
     let error = read("a.hdr", &bomb, ColorUse::Color).unwrap_err().to_string();
@@ -241,7 +241,7 @@ fn pixel_counts_too_large_for_the_file_are_refused() {
 #[test]
 fn uniform_images_may_have_short_files() {
     const SIDE: u32 = 6000;
-    // All of one colour: no code takes a bit.
+    // All pixels have the same colour, so no code takes a bit.
     let mut webp =
         b"RIFF\x1e\0\0\0WEBPVP8L\x11\0\0\0\x2f____\x07\x50\xbc\x22\x17\xa5\xff\x81\x88\xe8\x7f\0\0\0".to_vec();
     webp[21..25].copy_from_slice(&((SIDE - 1) | (SIDE - 1) << 14).to_le_bytes());

@@ -57,7 +57,7 @@ fn assert_near(found: [f32; 3], expected: [f32; 3], at: usize) {
 
 #[test]
 fn normals_are_tilted_against_the_slope() {
-    // Waves with a whole period in each direction: the derivative of a sine is a cosine.
+    // The heights are waves with a whole period in each direction: the derivative of a sine is a cosine.
     let step = TAU / SIDE as f32;
     let slope = |i: usize| 0.4 * step.sin() * (step * (i as f32 + 0.5)).cos();
     let across = model("map_Bump -bm 0.5 heights.png", |x, _| 0.5 + 0.4 * (TAU * x).sin());
@@ -66,7 +66,7 @@ fn normals_are_tilted_against_the_slope() {
     for (i, found) in normals(&across).into_iter().enumerate() {
         assert_near(found, [-slope(i % SIDE), 0.0, 1.0], i);
     }
-    // Rows go downwards, green upwards.
+    // Rows go downwards in the image, but green points upwards.
     let down = model("bump heights.png", |_, y| 0.5 + 0.4 * (TAU * y).sin());
     for (i, found) in normals(&down).into_iter().enumerate() {
         assert_near(found, [0.0, slope(i / SIDE), 1.0], i);
@@ -80,7 +80,7 @@ fn normals_at_the_edges_use_the_neighbours_of_the_wrap_mode() {
     let clamped = normals(&model("bump -clamp on heights.png", ramp));
     assert_near(clamped[0], [-0.5 * step, 0.0, 1.0], 0);
     assert_near(clamped[1], [-step, 0.0, 1.0], 1);
-    // If repeated, the opposite edge is adjacent.
+    // In a repeated texture, the opposite edge is adjacent.
     let repeated = normals(&model("bump heights.png", ramp));
     assert_near(repeated[0], [-0.5 * (2.0 * step - 1.0), 0.0, 1.0], 0);
 }

@@ -18,7 +18,7 @@ fn texels_have_the_values_stored_in_the_file() {
     let (texture, notices) = read("a.png", encode([3, 2], 3, Samples::U8(&pixels)).unwrap());
     assert_eq!((texture.image.size, rgb(&texture).as_flattened()), ([3, 2], &pixels[..]));
     assert!(notices.is_empty(), "{notices:?}");
-    // Recognised by content, whatever the extension.
+    // The format is recognised by the content, for any extension.
     assert_eq!(rgb(&read("a.jpg", encode([3, 2], 3, Samples::U8(&pixels)).unwrap()).0), rgb(&texture));
 }
 
@@ -28,7 +28,7 @@ fn grey_is_expanded_and_16_bits_are_kept() {
     assert_eq!(rgb(&texture), [[7; 3], [200; 3]]);
     let deep = [0, 32896, 65535];
     let (texture, _) = read("a.png", encode([1, 1], 3, Samples::U16(&deep)).unwrap());
-    // 65535 ((32896 / 65535 + 0.055) / 1.055)^2.4 = 14146.4 (IEC 61966-2-1).
+    // The expected value: 65535 ((32896 / 65535 + 0.055) / 1.055)^2.4 = 14146.4 (IEC 61966-2-1).
     let expected = Texels::Linear16(vec![[0, 14146, 65535, 65535]]);
     assert_eq!(texture.image.texels, expected);
 }
@@ -41,7 +41,7 @@ fn ignored_image_properties_cause_notices() {
     assert!(notices[0].to_string().contains("a.png"), "{notices:?}");
     let (_, notices) = read("a.png", encode([1, 1], 2, Samples::U8(&[9, 255])).unwrap());
     assert!(notices.is_empty(), "{notices:?}");
-    // A gAMA chunk of 1.0 in place of the sRGB chunk.
+    // A gAMA chunk with the value 1.0 replaces the sRGB chunk.
     let png = encode([1, 1], 1, Samples::U8(&[9])).unwrap();
     let with = |chunk: &[u8]| {
         let mut file = png[..33].to_vec();
@@ -69,7 +69,7 @@ fn ignored_image_properties_cause_notices() {
 
 #[test]
 fn too_many_pixels_are_refused_before_decoding() {
-    // A file of a few bytes that declares 65535 x 65535 pixels.
+    // A file of a few bytes declares 65535 x 65535 pixels.
     let png = encode([1, 1], 1, Samples::U8(&[0])).unwrap();
     let mut bomb = png.clone();
     bomb[16..24].copy_from_slice(&[0, 0, 255, 255, 0, 0, 255, 255]);

@@ -82,7 +82,7 @@ fn links_to_files_outside_are_not_followed() {
     assert!(error.contains(&expected) && error.contains(&format!("load with folder={around:?}")), "{error}");
     files.mesh("inside.obj").unwrap();
     files.mesh(&root.join("a.obj").display().to_string()).unwrap();
-    // The folder itself, and the file that the user requests, may be links.
+    // Links are allowed for the folder itself, and for the file that the user requests.
     std::os::unix::fs::symlink(&root, root.with_file_name("alias")).unwrap();
     AssetRoot::new(&root.with_file_name("alias"), &Budget::default()).mesh("a.obj").unwrap();
     load(&root.join("link.obj"), &Budget::default()).unwrap();

@@ -29,7 +29,7 @@ fn every_form_of_corner_index_is_read() {
     for face in ["1/1/1 2/2/1 3/3/1", "-3/-3/-1 -2/-2/-1 -1/-1/-1", "1/-3/1 2/2/-1 -1/3/1 # end"] {
         let mesh = mesh("a.obj", format!("{text}f {face}\n"));
         assert_eq!(mesh.triangles, [[0, 1, 2]]);
-        // The origin moves from the bottom left to the top left.
+        // The origin of texture coordinates is at the bottom left in the file and at the top left in the mesh.
         assert_eq!(mesh.uvs.unwrap(), [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
         assert_eq!(mesh.normals.unwrap(), [[0.0, 0.0, 1.0]; 3]);
     }
@@ -78,7 +78,7 @@ fn concave_polygons_keep_their_shape() {
     let model = read_model(&data("concave_polygon.obj"), &Budget::default()).unwrap();
     let mesh = &model.parts[0].mesh;
     assert_eq!(mesh.triangles.len(), 64);
-    // Without overlap, the triangles' total area is the length of the vector area.
+    // If no triangles overlap, their total area is the length of the vector area.
     assert!((area(mesh) - vector_area(mesh).length()).abs() < 1e-12, "{}", area(mesh));
     assert_eq!(model.materials[0].name, "test");
     assert_eq!(model.materials[0].color, [0.141176, 0.184314, 0.411765]);
@@ -173,7 +173,7 @@ fn smoothing_groups_create_normals() {
     for (found, expected) in corner.iter().flatten().zip(expected.as_flattened()) {
         assert!((found - expected).abs() < 1e-6, "{corner:?}");
     }
-    // Without any group nothing is smooth; the file's own normals have priority.
+    // Without smoothing groups, nothing is smooth; the file's own normals have priority.
     let bare = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     assert_eq!(self::mesh("a.obj", format!("{bare}f 1 2 3\n")).normals, None);
     let given = self::mesh("a.obj", format!("{bare}vn 1 0 0\ns 1\nf 1//1 2//1 3//1\n"));
@@ -216,7 +216,7 @@ fn faces_with_one_or_two_corners_are_skipped() {
         read.notices[0].message.rsplit('/').next().unwrap(),
         "a.obj: 3 faces with fewer than 3 corners are skipped, the first in line 6"
     );
-    // One face in each of many pieces of the file, which are read separately.
+    // The skipped faces are distributed over many pieces of the file, which are read separately.
     let row = "f 1 2 3\nf 1 2\n# 0123456789 0123456789 0123456789 0123456789\n";
     let long = model("a.obj", format!("{thin}{}", row.repeat(40_000)));
     assert_eq!(long.parts[0].mesh.triangles.len(), 40_000);
@@ -280,8 +280,8 @@ fn obj_errors_contain_line_and_index() {
 #[test]
 fn damaged_obj_files_cause_an_error_or_a_notice() {
     let text = format!("{CUBE}o two\nvt 0 0\nvt 1 0\nvn 0 0 1\nf 1/1/1 2/2/1 3/1/1 4/2/1 5/1/1\n");
-    // A text without counts may end after any complete statement; faces with fewer than three corners are reported as
-    // such.
+    // The file may end unnoticed after any complete statement, because the format contains no counts. Faces with fewer
+    // than three corners cause a notice.
     truncations("a.obj", text.as_bytes(), |length| {
         let last = text[..length].rsplit('\n').next().unwrap();
         last.is_empty() || !last.starts_with("f ") || last.split_whitespace().count() > 3
@@ -340,7 +340,7 @@ fn vertex_colours_as_fractions_bytes_or_hexadecimal_are_read_or_clamped() {
     let nearly = colors(["1.0000001 0 0", "-0.001 1 0", "0 0 1"]);
     assert_eq!(nearly.0, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     assert!(nearly.1.contains(":1: a vertex colour outside 0 to 1; all vertex colours"), "{}", nearly.1);
-    // ZBrush's colours, in hexadecimal after a mask.
+    // ZBrush writes colours in hexadecimal after a mask.
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     let painted = model("a.obj", format!("{three}#MRGB ffff0000ff00ff00\n#MRGB ff0000ff\nf 1 2 3\n"));
     let primary = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

@@ -95,7 +95,8 @@ fn physically_based_keys_give_a_principled_material() {
     material.validate().unwrap();
     let image = |texture: usize| &model.textures[texture].image;
     let color = material.texture.unwrap();
-    // In the file (u, v) is mapped to (2 u + 0.5, 3 v + 0.25), with v from the bottom: (0.25, 0.75) to (1, 1.0).
+    // In the file, (u, v) is mapped to (2 u + 0.5, 3 v + 0.25), with v upwards: (0.25, 0.75) is mapped to (1, 1.0) in
+    // the mesh's convention.
     assert_eq!(color.coordinates([0.25, 0.75]), [1.0, 0.0]);
     assert!(matches!(image(color.texture).texels, Texels::Srgb8(_)));
     let normal = material.normal_map.unwrap();
@@ -113,7 +114,7 @@ fn refracting_materials_become_glass() {
         panic!("{:?}", material.model);
     };
     assert_eq!((principled.transmission.value, principled.ior), (1.0, 1.6));
-    // alpha^2 = 2 / 1000, and roughness is the square root of alpha.
+    // The exponent gives alpha^2 = 2 / 1000, and the roughness is the square root of alpha.
     assert!((principled.roughness.value - 0.002_f32.powf(0.25)).abs() < 1e-6);
     assert_eq!((material.color, material.alpha), ([0.9, 1.0, 0.9], Alpha::Opaque));
 }
@@ -287,13 +288,13 @@ fn invalid_mtl_values_are_clamped_or_ignored_with_one_notice_per_kind() {
     assert_eq!(phong("Ks 0.5\nillum 99"), ([0.5; 3], 32.0));
     assert_eq!(phong("Ns 1e9"), ([0.0; 3], 1e6));
     assert_eq!(phong("Ns many"), ([0.0; 3], 32.0));
-    // Almost opaque counts as opaque, and 25 is not an index of refraction.
+    // Values that are almost opaque count as opaque, and 25 is not an index of refraction.
     let opaque = model("newmtl m 1\nd 1.000001\n").unwrap();
     assert_eq!((opaque.materials[0].opacity, opaque.materials[0].alpha), (1.0, Alpha::Opaque));
     let glass = model("newmtl m 1\nillum 7\nNi 25\n").unwrap();
     let MaterialModel::Principled(principled) = &glass.materials[0].model else { panic!() };
     assert_eq!(principled.ior, 1.5);
-    // The file name is read as the factor, so the file name is missing.
+    // `-bm` reads the file name as its factor, so the file name is missing.
     assert!(notices("newmtl m 1\nmap_Kd -s wood.png\n").contains("map_Kd without a file name"));
 }
 

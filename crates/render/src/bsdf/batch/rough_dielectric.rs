@@ -210,7 +210,7 @@ impl RoughDielectricModel {
         match *cached {
             Some((material, alpha, table)) if (material, alpha) == key => table,
             _ => {
-                // Lanes without dispersion have a single table.
+                // Lanes without dispersion have a single table for all colours.
                 let tables = &geometry.materials[key.0 as usize].dielectric_tables;
                 let table = tables[0].at_roughness(&self.ggx(lane));
                 *cached = Some((key.0, key.1, table));

@@ -269,7 +269,7 @@ fn rough_dielectric_lanes_equal_scalar_evaluation() {
         p.specular_color.value = [1.0, 0.5, 2.0];
         MaterialModel::Principled(p.into())
     };
-    // The second material loses almost nothing.
+    // The second material loses almost no energy between its microfacets.
     let world =
         world(&[glass(0.4, 1.5), glass(0.04, 1.3), glass(1.0, 1.1), principled(0.3, 0.0), principled(0.9, 0.4)]);
     let counts = compare::<RoughDielectricModel>(&world, |i| match i / LANES % 3 {

@@ -76,7 +76,8 @@ fn check(
             }
         }
     }
-    // The total probability is one: the part without samples must equal the part that uniform random numbers reject.
+    // The density integrates to 1. If samples may be absorbed, the missing part must equal the fraction of random
+    // numbers for which no sample is returned.
     let total: f64 = expected.iter().sum();
     let mut kept = 0.0;
     const SPREAD: usize = 1 << 19;
@@ -133,13 +134,14 @@ fn bsdf_samples_follow_their_density() {
     let cases = || {
         let (lossless, lossy) = all();
         let all: Vec<_> = lossless.into_iter().chain(lossy).collect();
-        // Mirrors have no density. The furnace test covers lobes that are thin strips.
+        // Mirrors are excluded because they have no density, and lobes that are thin strips because the furnace test
+        // covers them.
         let dense = |name: &str| name != "brushed 0.1" && !format!("{name} ").contains(" 0 ");
         let dense: Vec<_> = all.into_iter().filter(|(name, _)| dense(name)).collect();
         dense
     };
     let tests = 2 * cases().len();
-    // There are two threads, each with its own random numbers.
+    // Two threads each test one viewing angle, with their own random numbers.
     let wrong = std::thread::scope(|scope| {
         let halves = [20.0f32, 70.0].map(|degrees| {
             scope.spawn(move || {

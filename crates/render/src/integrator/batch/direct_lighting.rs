@@ -82,7 +82,7 @@ impl DirectLightingBatch {
         }
         self.count = 0;
         for i in tracer.light_sample_indices() {
-            // Indices before `i` that were skipped have no samples.
+            // Light samples whose indices are skipped have no shadow rays.
             for shadow_rays in &mut self.shadow_rays[self.count..i] {
                 shadow_rays.is_active = [false; LANES];
             }
@@ -205,7 +205,7 @@ impl WithSimd for EvaluateDirect<'_> {
             let throughput = lane_vec3(&self.path_lanes.throughput, lane);
             let pdf = samples.pdf[lane];
             let light = throughput * lane_vec3(&evals.value, lane) * (radiance / pdf);
-            // The balance heuristic.
+            // Weight by the balance heuristic.
             let has_mis = self.mis_with_bsdf & !samples.is_delta[lane];
             let light = light / if has_mis { 1.0 + evals.pdf[lane] / pdf } else { 1.0 };
             let origin = interactions.offset_ray_origin(lane, wi);

@@ -211,7 +211,7 @@ impl HitBatch {
             return;
         };
         if self.bsdf.rough_dielectric.load(lane, &material_hit) && !path.interior_list.is_empty() {
-            // Direct lighting requires the throughput at the surface.
+            // Direct lighting requires the throughput at the surface, after absorption along the ray.
             let mut path = *path;
             let position = self.interactions.position(lane);
             let distance = path.distance_to(position);

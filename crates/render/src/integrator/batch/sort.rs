@@ -36,7 +36,7 @@ impl KindSort {
         for next in &mut next {
             (*next, begin) = (begin, begin + *next);
         }
-        // Every entry is overwritten.
+        // Every entry is overwritten, so the initial values do not matter.
         self.paths.resize(paths.len(), 0);
         self.hits.resize(hits.len(), Hit::MISS);
         for ((&kind, &path), &hit) in self.kinds.iter().zip(&*paths).zip(&*hits) {

@@ -72,7 +72,7 @@ impl PreethamSky {
         let frame = EquirectFrame::new(up, 0.0);
         let mut sum = DVec3::ZERO;
         for ring in 0..QUADRATURE_RADIAL {
-            // Uniform in the squared sine: every point has the same weight in the irradiance.
+            // The sines are uniform in their squares, so that every point has the same weight in the irradiance.
             let sine = ((ring as f64 + 0.5) / QUADRATURE_RADIAL as f64).sqrt();
             for turn in 0..QUADRATURE_ANGULAR {
                 let (y, x) = ((turn as f64 + 0.5) / QUADRATURE_ANGULAR as f64 * TAU).sin_cos();

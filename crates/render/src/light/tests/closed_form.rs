@@ -100,9 +100,9 @@ fn area_light_irradiance_follows_lamberts_formula() {
     for (position, u, v) in [
         ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]),
         ([1.0, 0.5, 2.0], [0.0, 3.0, 0.5], [1.0, 0.0, 0.0]),
-        // A parallelogram that is not a rectangle.
+        // This light is a parallelogram without right angles.
         ([1.0, 0.5, 2.0], [0.5, 1.0, 0.0], [1.0, 0.0, 0.3]),
-        // A far and small light.
+        // This light is small and far away.
         ([30.0, 0.0, 400.0], [0.0, 0.1, 0.0], [0.1, 0.0, 0.0]),
     ] {
         let [p, u1, v1] = [position, u, v].map(DVec3::from);
@@ -131,7 +131,8 @@ fn form_factor(light: Light, receiver: impl Fn(DVec2) -> DVec3, normal: Vec3) ->
         let sample = source.sample(&from, random(n))?;
         Some(f64::from(sample.radiance.x) / f64::from(sample.pdf) * f64::from(sample.direction.dot(normal).max(0.0)))
     };
-    // Reciprocity: both squares have the area 1. The light emits pi times its radiance.
+    // By reciprocity, the squares can be exchanged, because both have the area 1. The light emits pi times its
+    // radiance.
     (0..SAMPLES).filter_map(one).sum::<f64>() / f64::from(SAMPLES) / (2.0 * PI)
 }
 
@@ -159,7 +160,7 @@ fn ies_lights_emit_the_measured_intensities() {
     close(irradiance(&source(even), &AT_ORIGIN, 1), 0.25, 1e-5);
     let power = ies(&[1.0, 1.0], &[0.0, 180.0], &[0.0], Some([4.0 * PI as f32; 3]));
     close(irradiance(&source(power), &AT_ORIGIN, 1), 0.25, 1e-4);
-    // A lobe at horizontal angle 90, which is +y for a luminaire that hangs with its front along x.
+    // The lobe is at the horizontal angle 90, which is +y for a luminaire that hangs with its front along x.
     let lobes = [0.0, 0.0, 100.0, 0.0, 0.0];
     let candela: Vec<f32> =
         [0.0f64, 90.0, 180.0, 270.0, 360.0].iter().flat_map(|&h| [0.0, if h == 90.0 { 100.0 } else { 0.0 }]).collect();
@@ -213,8 +214,8 @@ fn environment_yaw_turns_like_camera_yaw() {
 #[test]
 fn daylight_has_the_measured_brightness() {
     let sky = lights(&[daylight(60.0)]);
-    // The zenith luminance by the paper's formula in kcd/m2; its chromaticity was computed by an independent
-    // implementation.
+    // The luminance at the zenith follows from the paper's formula in kcd/m2; the chromaticity was computed by an
+    // independent implementation.
     let (t, angle): (f64, f64) = (3.0, 30f64.to_radians());
     let chi = (4.0 / 9.0 - t / 120.0) * (PI - 2.0 * angle);
     let zenith = (4.0453 * t - 4.9710) * chi.tan() - 0.2155 * t + 2.4192;

@@ -171,7 +171,7 @@ fn light_samples_follow_their_density() {
 fn environments_are_sampled_equally_alone_and_next_to_a_black_environment() {
     let alone = lights(&[hard_environment()]);
     assert!(alone.is_single_infinite(LightSampling::Importance) && !alone.is_single_infinite(LightSampling::Uniform));
-    // A second, black environment.
+    // The second environment is black.
     let dark = environment([16, 8], |_, _| 0.0);
     let several = lights(&[hard_environment(), dark]);
     assert!(!several.is_single_infinite(LightSampling::Importance));

@@ -172,7 +172,7 @@ fn light_samples_match_their_expected_counts() {
 #[test]
 fn light_tree_depth_is_bounded_by_the_number_of_lights() {
     let at = |i: u32| DVec3::X * f64::from(i).exp2();
-    // All lights at one position; and lights whose distances halve from one to the next.
+    // First all lights are at one position, then the distances of the lights halve from one to the next.
     let heap: Vec<LightBounds> = (0..1000).map(|_| LightBounds::isotropic(at(0), at(0), Vec3::ONE)).collect();
     let row: Vec<LightBounds> =
         (0..1000).map(|i| LightBounds::isotropic(at(i % 120), at(i % 120), Vec3::ONE)).collect();
@@ -187,7 +187,7 @@ fn light_tree_depth_is_bounded_by_the_number_of_lights() {
 
 #[test]
 fn large_light_trees_do_not_depend_on_thread_count() {
-    // Built by several threads, mostly from subsamples of the lights.
+    // This number of lights is split by several threads, mostly from subsamples of the lights.
     let lights: Vec<LightBounds> = (0..9000)
         .map(|i| {
             let ([x, y], [z, size]) = (random(2 * i), random(2 * i + 1));

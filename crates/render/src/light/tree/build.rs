@@ -157,7 +157,7 @@ fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
         let mut before = LightBounds::default();
         for plane in 1..BINS {
             before = before.union(&bins[plane - 1]);
-            // An empty bin repeats the previous plane.
+            // If a bin is empty, this plane divides the lights in the same way as the previous plane.
             if bins[plane - 1].phi == 0.0 || behind[plane].phi == 0.0 {
                 continue;
             }
@@ -170,7 +170,7 @@ fn split(lights: &[LightBounds], group: &mut [u32], planes: bool) -> usize {
     let Some((_, axis, plane)) = best else {
         return half;
     };
-    // Stable partition: the tree depends only on the order of the lights.
+    // The partition is stable, so that the tree depends only on the order of the lights.
     let (left, right): (Vec<u32>, Vec<u32>) = group.iter().partition(|&&i| bin(i, axis) < plane);
     let (front, back) = group.split_at_mut(left.len());
     front.copy_from_slice(&left);

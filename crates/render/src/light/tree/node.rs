@@ -117,7 +117,7 @@ pub(crate) struct ChildProbabilities {
 impl ChildProbabilities {
     /// Distribution in proportion to weights.
     pub fn new(weights: [f32; LANES]) -> Self {
-        // Four independent running sums, because each addition waits for the previous one.
+        // The sums are divided into four independent running sums, because each addition waits for the previous one.
         let mut sums = [0.0; LANES];
         for (sums, weights) in sums.chunks_mut(4).zip(weights.chunks(4)) {
             let mut sum = 0.0;
@@ -151,7 +151,7 @@ impl ChildProbabilities {
         let passed = |&end: &f64| usize::from(end <= target);
         let quads: usize = [3, 7, 11].map(|end: usize| passed(&self.sums[end])).iter().sum();
         let before = 4 * quads + self.sums[4 * quads..][..4].iter().map(passed).sum::<usize>();
-        // Rounding may pass the last child.
+        // If rounding leads past the last child, the last possible child is selected.
         let child = match before {
             LANES => (0..LANES).rfind(|&child| self.is_possible(child))?,
             _ => before,
@@ -200,7 +200,7 @@ mod tests {
             let share = f64::from(weight) / total;
             assert!((shares.probability(child) - share).abs() <= 1e-14 * share);
             sum += share;
-            // The random number is in the middle of the child's interval, or near one of its ends.
+            // The random numbers are in the middle of the child's interval and near both of its ends.
             for part in [0.1, 0.5, 0.9].iter().filter(|_| weight > 0.0) {
                 let (found, probability, rest) = shares.sample(at + part * share).unwrap();
                 assert_eq!((found, probability), (child, shares.probability(child)));
