@@ -219,7 +219,7 @@ def from_formula(name: str, camera: raycam.Camera, points: np.ndarray, pixels: n
 
 
 def room(middle: np.ndarray) -> raycam.World:
-    """Returns six walls around a camera, and a bumpy ball in front of it."""
+    """Returns a world of six walls around the camera, and a bumpy ball in front of the camera."""
     world = raycam.World()
     box = np.array([[x, y, z] for x in (-6, 6) for y in (-5, 5) for z in (-4, 4)], dtype=float)
     faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]]

@@ -105,7 +105,7 @@ def overhead(folder: Path, where: object, name: str, frames: int) -> Row:
 
 
 def bare(frames: int) -> Row:
-    """Renders the same frames without a job."""
+    """Returns a row with the time per frame for rendering and encoding frames without a job."""
     one = VideoPlan(world(), integrator="flat", samples=1, fps=frames, seconds=1.0, threads=1)
     one.frame(0)
     start = time.perf_counter()

@@ -101,7 +101,7 @@ def write_files(folder: Path, triangles: int) -> list[Path]:
 
 
 def write_glb(path: Path, faces: np.ndarray, **attributes: np.ndarray) -> None:
-    """Writes one primitive of indexed triangles."""
+    """Writes a GLB file with one primitive of indexed triangles."""
     arrays = [faces.astype(np.uint32).reshape(-1, 1), *(a.astype(np.float32) for a in attributes.values())]
     kinds = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
     views, accessors, start = [], [], 0

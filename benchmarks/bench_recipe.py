@@ -102,7 +102,7 @@ def main() -> None:
                 rendered = time.process_time()
                 raycam.render(world, **how)
                 repeated = time.process_time()
-                # The first worlds also build what the whole recipe shares.
+                # The first two worlds also prepare the meshes and textures that all worlds of the recipe share.
                 if turn >= 2:
                     draw.append(drawn - start)
                     first[image].append(rendered - start)

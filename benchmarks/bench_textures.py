@@ -77,7 +77,7 @@ def make(folder: Path, count: int, side: int) -> None:
 
 
 def main() -> None:
-    """Measures, and saves the table."""
+    """Runs the measurements, and saves the table."""
     options = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

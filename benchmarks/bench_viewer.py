@@ -157,7 +157,7 @@ def limited(seconds: int) -> Iterator[None]:
 
 
 def measured(label: str, part: Callable[[], list[Row]], seconds: int = PATIENCE) -> list[Row]:
-    """Returns the rows of a measurement, or the reason why it failed."""
+    """Returns the rows of a measurement, or a row with the reason why it failed."""
     print(f"{label} ...", file=sys.stderr, flush=True)
     try:
         with limited(seconds):
@@ -167,14 +167,14 @@ def measured(label: str, part: Callable[[], list[Row]], seconds: int = PATIENCE)
 
 
 def figures(values: Sequence[float], unit: str = "ms", scale: float = 1000) -> Row:
-    """Formats the median, 95 % quantile and best of some seconds as the end of a row."""
+    """Returns the end of a row: the median, the 95 % quantile and the best of some seconds."""
     scaled = sorted(scale * value for value in values)
     middle, most = statistics.median(scaled), scaled[min(len(scaled) - 1, round(0.95 * len(scaled)))]
     return [f"{middle:.3g} {unit}", f"{most:.3g} {unit}", f"{scaled[0]:.3g} {unit}"]
 
 
 def one(text: str) -> Row:
-    """Formats a single figure as the end of a row."""
+    """Returns the end of a row for a single figure."""
     return [text, "", ""]
 
 
@@ -251,7 +251,7 @@ def questions(client: Client) -> list[Row]:
 
 
 def on_the_socket(path: Path, size: tuple[int, int], seconds: float) -> list[Row]:
-    """Returns the figures of a world and an image size without a browser."""
+    """Returns rows for a world and an image size, measured by a client without a browser."""
     with Served(path) as served:
         first = served.client((64, 48))
         still(first, SAMPLES)
@@ -314,7 +314,7 @@ def dragged(tab: Tab, seconds: float, step: Callable[[int], tuple[float, float]]
 
 
 def in_the_page(tab: Tab, path: Path, size: tuple[int, int], seconds: float) -> list[Row]:
-    """Returns the figures of a world and an image size in the browser."""
+    """Returns rows for a world and an image size, measured in the browser."""
     tab.call("Page.navigate", url="about:blank")
     with Served(path) as served:
         tab.open(served.url)
@@ -480,7 +480,7 @@ def page_of_rival(tab: Tab, seconds: float) -> list[Row]:
 
 
 def everything(options: argparse.Namespace, folder: Path) -> list[Row]:
-    """Returns all rows."""
+    """Returns the rows of all measurements."""
     rows: list[Row] = []
 
     def add(label: str, part: Callable[[], list[Row]]) -> None:

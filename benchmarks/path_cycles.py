@@ -175,7 +175,7 @@ def picture(
     bpy.ops.wm.read_factory_settings(use_empty=True)
     world = bpy.context.scene
     world.render.engine = "CYCLES"
-    # Cycles counts bounces after the first hit, and a path to a light has one segment more. Its maximum is 1024.
+    # Cycles counts bounces after the first hit, so a path has two more segments than bounces. The maximum is 1024.
     bounces = dict.fromkeys(BOUNCES, (scene.get("depth", DEPTH) or 1026) - 2)
     for name, value in (SETTINGS | bounces | settings).items():
         setattr(world.cycles, name, value)

@@ -36,7 +36,7 @@ def turned(random: np.random.Generator) -> Array:
 
 
 def box() -> tuple[Array, Array]:
-    """Returns a body of size 1 that faces outwards."""
+    """Returns a box of size 1 whose faces point outwards."""
     axes = np.eye(3)
     sides = []
     for axis in range(3):

@@ -182,7 +182,10 @@ def main() -> None:
 
 
 def visit(server: Server, chance: random.Random, minutes: float, rate: float) -> None:
-    """Runs clients that connect, send messages and leave for some minutes; returns the results."""
+    """Runs clients that connect, send messages and leave, for some minutes.
+
+    Then writes the report.
+    """
     first = server.connect()
     first.hear("picture", moving=False)
     first.say("explain", id=1, u=24, v=15)

@@ -27,7 +27,7 @@ def say(text: str) -> None:
 
 
 def eye(number: int) -> np.ndarray:
-    """Returns positions around the world."""
+    """Returns the camera position of image `number`, on a circle around the world."""
     angle = 0.05 * number - 2.0
     return TARGET + np.array([6.5 * np.cos(angle), 6.5 * np.sin(angle), 2.4])
 
