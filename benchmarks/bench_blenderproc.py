@@ -92,7 +92,7 @@ def main() -> None:
     names = {
         "masks": "instance and category, as arrays",
         "all": "colour, depth, normals, instance and category, as arrays",
-        "coco": "a COCO data set, written: theirs has masks and boxes, ours amodal boxes and visible fractions as well",
+        "coco": "a COCO data set; BlenderProc writes masks and boxes, raycam also amodal boxes and visible fractions",
     }
     rows = []
     for name, text in names.items():
@@ -100,9 +100,10 @@ def main() -> None:
         rows.append([text, f"{a:.1f}", f"{b:.1f}", f"{b / a:.1f}"])
     notes = [
         f"BlenderProc {found['blenderproc']} in Blender {found['blender']} as a Python module, Cycles with one sample,"
-        f" no denoiser, {os.cpu_count()} threads; raycam's flat colours. {options.frames} frames of"
-        f" {SIZE[0]} x {SIZE[1]} of twenty objects on a table, the same triangles and cameras; frames a second, best of"
-        f" {options.rounds} rounds in turn, without starting and without what is built once.",
+        f" no denoiser, {os.cpu_count()} threads; raycam renders flat colours. {options.frames} frames of"
+        f" {SIZE[0]} x {SIZE[1]} pixels of twenty objects on a table, with the same triangles and cameras. "
+        "Rates are frames"
+        f" per second: the best of {options.rounds} rounds in alternation, without start-up and preparation.",
     ]
     report.write(
         "blenderproc",

@@ -291,12 +291,13 @@ def main() -> None:
     notes = [
         f"project: the largest distance in pixels from OpenCV {cv2.__version__} over {options.points:,} points, or from"
         f" the model's formula in 40 digits (mpmath) over {options.digits:,}. ray: the largest sine of the angle"
-        f" between ray(project(X)) and X - C (of parallel rays, X less the start of its ray) over {options.points:,}"
+        f" between ray(project(X)) and X - C (for parallel rays, X minus the start of the ray) over {options.points:,}"
         " points."
-        " near, far: the largest distance in pixels between a pixel and the image of the surface"
-        " point that its ray meets, in a room around the origin and in one a million units from it along each axis.",
-        f"ms: the median of {options.rounds} flat pictures of {SIZE[0]} x {SIZE[1]} with four rays a pixel, depth and"
-        " ids; times: that of the pinhole.",
+        " near, far: the largest distance in pixels between a pixel and the projection of the surface"
+        " point that its ray hits, in a room at the origin and in a room a million units away along each axis.",
+        f"ms: the median of {options.rounds} flat images of {SIZE[0]} x {SIZE[1]} pixels with four rays per "
+        "pixel, depth"
+        " and ids. times: ms relative to the pinhole.",
     ]
     head = ["model", "beside", "project, px", "ray, sine", "near, px", "far, px", "ms", "times"]
     report.write(

@@ -43,9 +43,9 @@ def storms(folder: Path, count: int, pause: float) -> list[Row]:
         back = "during the job" if seen.returned else "after the job"
         rows.append(
             [
-                f"{seen.killed} of {WORKERS} workers killed at random, another stopped for {seen.paused:.0f} s, "
-                f"back {back}; every answer twice",
-                f"{seen.frames} frames, {seen.asked} handed over, {seen.seconds:.0f} s",
+                f"{seen.killed} of {WORKERS} workers killed at random, another paused for {seen.paused:.0f} s, "
+                f"back {back}; every result delivered twice",
+                f"{seen.frames} frames, {seen.asked} assigned, {seen.seconds:.0f} s",
                 "0 bytes differ",
             ]
         )
@@ -66,7 +66,7 @@ def poisons(folder: Path) -> list[Row]:
         [
             "a frame that ends every worker that renders it",
             f"100 frames, {seconds:.0f} s",
-            f"given up after {scheduler.MAX_ATTEMPTS} deaths, 99 finished; with --retry-failed 0 bytes differ",
+            f"abandoned after {scheduler.MAX_ATTEMPTS} deaths, 99 finished; with --retry-failed, 0 bytes differ",
         ]
     ]
 
@@ -106,7 +106,9 @@ def main() -> None:
         for part in options.parts:
             rows += parts[part]()
     notes = [
-        f"Every job is compared, byte for byte, with one of a single process. {SHARE:.0%} of {WORKERS} workers are two."
+        f"Every job is compared, byte for byte, with a job of a single process. {SHARE:.0%} of {WORKERS} "
+        "workers, rounded up,"
+        " are killed.",
     ]
     report.write("cluster", "A cluster with many faults", notes, ["what", "how much", "result"], rows)
 

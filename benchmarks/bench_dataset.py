@@ -110,13 +110,14 @@ def main() -> None:
         )
         print(rows[-1], file=sys.stderr)
     notes = [
-        f"{options.frames} frames of {SIZE[0]} x {SIZE[1]} of twenty objects on a table, flat colours, labels, no"
-        " light; every file synced to the disk. MiB is the peak of the process. Growth is that of the"
-        " peak of the resident memory: of the second half with the index files beside the first half without its first"
+        f"{options.frames} frames of {SIZE[0]} x {SIZE[1]} pixels of twenty objects on a table, flat colours, "
+        "labels, no"
+        " light; every file is synced to the disk. MiB is the peak memory of the process. Growth compares the peak"
+        " resident memory of the second half, including the index files, with that of the first half without its first"
         " quarter.",
-        "BlenderProc itself is measured by bench_blenderproc.py. What its users quote: about 50 pictures a minute (0.8"
-        " a second; DLR-RM/BlenderProc issue 6, colour with labels by path tracing, size and machine not told) and 17"
-        " pictures in 10.5 minutes (0.03 a second; issue 496, segmentation).",
+        "bench_blenderproc.py measures BlenderProc itself. Its users report about 50 images per minute (0.8 per"
+        " second; DLR-RM/BlenderProc issue 6, colour with labels by path tracing, size and machine not stated) and 17"
+        " images in 10.5 minutes (0.03 per second; issue 496, segmentation).",
     ]
     report.write("dataset", "Data sets", notes, ["format", "seconds", "frames/s", "MiB", "growth"], rows)
 

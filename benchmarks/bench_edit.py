@@ -134,7 +134,9 @@ def fresh() -> list[str]:
             start = time.process_time()
             raycam.render(world.at(0.1 * i), camera(), channels="depth")
             spent.append(f"{1e3 * (time.process_time() - start):.1f}")
-        notes.append(f"Depth of four moments of a world never rendered, {name}: {', '.join(spent)} ms.")
+        notes.append(
+            f"Depth images of a world at four times, never rendered before, {name}: {', '.join(spent)} ms."
+        )
     return notes
 
 
@@ -164,8 +166,9 @@ def many(rounds: int) -> list[str]:
         together, apart, fixed = cpu_in_turn(loops, rounds)
         together /= 1000
         notes.append(
-            f"A thousand poses by render_many, ball of {name}: {together:.0f} a picture; its rays {apart - fixed:.0f} "
-            f"(a picture {apart:.0f} less one of 1 x 1, {fixed:.0f}); ratio {together / (apart - fixed):.2f}."
+            f"A thousand poses with render_many, ball of {name} triangles: {together:.0f} per image; its rays: "
+            f"{apart - fixed:.0f} (an image, {apart:.0f}, minus an image of 1 x 1 pixels, {fixed:.0f}); ratio "
+            f"{together / (apart - fixed):.2f}."
         )
     return notes
 
@@ -182,7 +185,9 @@ def small() -> list[str]:
     for _ in range(200):
         raycam.render(world, one, channels="depth")
     wall = (time.perf_counter() - start) / 200
-    return [f"One ray {ray:.0f}, a depth picture of 1 x 1 {pixel:.0f} (wall {1e6 * wall:.0f})."]
+    return [
+        f"One ray: {ray:.0f}; a depth image of 1 x 1 pixels: {pixel:.0f} (elapsed time {1e6 * wall:.0f})."
+    ]
 
 
 def main() -> None:

@@ -143,7 +143,8 @@ def main() -> None:
             rows.append([what, f"{finished} of {FRAMES}, whole", f"`{said}`"])
             print(rows[-1], file=sys.stderr)
     notes = [
-        "Exit status 1 each time. Repaired, the same command goes on: 0 bytes differ from a run without trouble."
+        "The exit status is always 1. After the repair, the same command resumes: 0 bytes differ from an "
+        "undisturbed run."
     ]
     report.write(
         "faults", "Faults of disks", notes, ["what", "finished frames", "what the command prints"], rows

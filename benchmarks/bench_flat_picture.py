@@ -224,10 +224,10 @@ def main() -> None:
         best, median = report.spread(times)
         rows.append([CONTENDERS[name][0], f"{best:.3f}", f"{median:.3f}", f"{median / ours:.2f}"])
     notes = [
-        f"{SIZE[0]} x {SIZE[1]} pixels, one ray each, of a generated rock (seed {options.seed}) of"
-        f" {len(faces):,} triangles, already prepared. Seconds, {options.rounds} rounds in turn."
+        f"{SIZE[0]} x {SIZE[1]} pixels with one ray each, of a generated rock (seed {options.seed}) of"
+        f" {len(faces):,} triangles, already prepared. Seconds, {options.rounds} rounds in alternation."
     ]
-    report.write("flat_picture", "A flat picture", notes, ["what", "best", "median", "times raycam"], rows)
+    report.write("flat_picture", "A flat image", notes, ["what", "best", "median", "times raycam"], rows)
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ def main() -> None:
             frame, once = seconds(**(BASE | {name: value}))
             rows.append([name, f"{value:,}", f"{1000 * frame:.1f}", f"{1000 * once:.0f}"])
     base = ", ".join(f"{value:,} {name}" for name, value in BASE.items())
-    notes = [f"Milliseconds, median of 3 frames; all else as in {base}. Once: building what tracing needs."]
+    notes = [f"Milliseconds, median of 3 frames; other values: {base}. once: preparation of the world."]
     report.write("growth", "Growth of the time of a frame", notes, ["of", "so many", "a frame", "once"], rows)
 
 

@@ -44,7 +44,7 @@ def kills(folder: Path, count: int) -> list[Row]:
             raise AssertionError(one)
         return finished, 0
 
-    for part, name in ((False, "before"), (True, "half way or after")):
+    for part, name in ((False, "before"), (True, "during or after")):
         step = 0
         while True:
             step += 1
@@ -83,7 +83,11 @@ def kills(folder: Path, count: int) -> list[Row]:
         finished, _ = recover(one)
         between += 0 < finished < 8
     rows.append(
-        ["kills at random instants", f"{count} ({between} amid the frames)", "0 damaged, 0 lost, 0 differ"]
+        [
+            "kills at random times",
+            f"{count} ({between} after the first frame and before the last)",
+            "0 damaged, 0 lost, 0 differ",
+        ]
     )
     return rows
 
@@ -174,8 +178,8 @@ def scaling(folder: Path, rounds: int, frames: int, samples: int) -> Row:
         count: min(times[1:]) for count, times in seconds.items()
     }  # the first round includes starting the workers
     return [
-        f"2 workers beside 1, frames of {best[1] / frames:.2f} s",
-        f"{rounds} rounds of {frames} frames in turn, the best of each",
+        f"2 workers compared with 1, frames of {best[1] / frames:.2f} s",
+        f"{rounds} rounds of {frames} frames in alternation, the best of each",
         f"{best[1] / best[2]:.2f}x",
     ]
 

@@ -151,7 +151,7 @@ def rates(meshes: dict[str, Mesh], count: int, rounds: int) -> None:
     report.write(
         "queries",
         "Queries compared with Open3D and trimesh",
-        [f"Millions of queries a CPU second of all threads, {count} random queries, best of {rounds}."],
+        [f"Million queries per CPU second of all threads, {count} random queries, best of {rounds} rounds."],
         ["mesh: query", "raycam", "Open3D", "trimesh", "to Open3D", "to trimesh"],
         rows,
     )
@@ -260,9 +260,10 @@ def right() -> None:
         versions.append(f"libigl {importlib.metadata.version('libigl')}")
     report.write(
         "queries-right",
-        "Correctness of the answers",
+        "Correctness of the results",
         [
-            f"Wrong answers; points on surfaces are left out. raycam {raycam.__version__}, {', '.join(versions)}."
+            f"Number of wrong results; points on surfaces are excluded. raycam {raycam.__version__}, "
+            f"{', '.join(versions)}."
         ],
         [
             "",

@@ -25,8 +25,8 @@ def main() -> None:
     width, height = found.camera.size
     notes = [
         f"A ChArUco board of 9 x 7 squares through a camera of {width} x {height} pixels with"
-        f" five coefficients; {found.views} views, {options.samples} rays a pixel, {found.corners} corners;"
-        f" {seconds:.0f} s. The residual is the {found.cause}'s.",
+        f" five coefficients; {found.views} views, {options.samples} rays per pixel, {found.corners} corners;"
+        f" {seconds:.0f} s. The remaining error is caused by the {found.cause}.",
     ]
     rows = [
         [name, unit.format(one(found.detected)), unit.format(one(found.exact))]

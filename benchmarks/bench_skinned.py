@@ -152,18 +152,24 @@ def main() -> None:
         return [what, f"{seconds:.2f} s", f"{1000 * seconds / count:.1f} ms", f"{seconds / once:.2f}"]
 
     rows = [
-        row("raycam, frames as 8-bit pictures, 1 sample", once),
+        row("raycam, frames as 8-bit images, 1 sample", once),
         row("raycam, the same, 4 samples", smooth),
         row("of this time: skinning, and refitting the moving meshes", moving),
-        row("skinning, and building the tree again instead", anew),
-        row("raycam, `raycam video` as a whole with H.264, 1 sample", whole),
-        row("pyrender with OSMesa, flat, skinned vertices given and uploaded", theirs),
+        row("skinning, and rebuilding the tree instead of refitting it", anew),
+        row("the whole command `raycam video`, with H.264, 1 sample", whole),
+        row("pyrender with OSMesa, flat, with uploading of skinned vertices", theirs),
     ]
     notes = [
         f"{count} frames of {SIZE[0]} x {SIZE[1]}, {Path(options.model).name}, {len(vertices[0]) // 3:,} triangles, "
         "textured."
     ]
-    report.write("skinned", "A moving skinned model", notes, ["what", "all", "a frame", "times raycam"], rows)
+    report.write(
+        "skinned",
+        "A moving skinned model",
+        notes,
+        ["program", "total", "per frame", "relative to raycam"],
+        rows,
+    )
 
 
 if __name__ == "__main__":

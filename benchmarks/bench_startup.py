@@ -100,8 +100,9 @@ def main() -> None:
             numpy_median = median if numpy_median is None else numpy_median
             rows.append([name, f"{best:.3f}", f"{median:.3f}", f"{median - numpy_median:+.3f}"])
     notes = [
-        f"Wall seconds of whole processes, {options.rounds} rounds in turn. The last column is the median"
-        " beyond `import numpy` of the same environment."
+        f"Elapsed seconds of whole processes, {options.rounds} rounds in alternation. The last column is the "
+        "median minus"
+        " the median of `import numpy` in the same environment."
     ]
     report.write(
         "startup", "Time until the first image", notes, ["process", "best", "median", "beyond numpy"], rows

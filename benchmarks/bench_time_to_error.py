@@ -203,16 +203,16 @@ def main() -> None:
     head = ["scene", *(f"raycam's error at {samples}" for samples in LADDER)]
     depth = HARD_DEPTH if options.hard else DEPTH
     notes = [
-        f"{SIZE[0]} x {SIZE[1]}, paths of at most {depth} segments, box filter; relMSE against {REFERENCE} samples "
-        f"of the same renderer; best time and mean error of {options.pictures} pictures."
+        f"{SIZE[0]} x {SIZE[1]}, paths of at most {depth} segments, box filter; relMSE relative to {REFERENCE} samples "
+        f"of the same renderer; best time and mean error of {options.pictures} images."
     ]
     if ratios:
         head += ["error to reach", "raycam ms", "Mitsuba ms", "Cycles ms", "best of them", "times faster"]
         mean = float(np.exp(np.mean(np.log(ratios))))
-        notes.append(f"Geometric mean of the times faster: {mean:.2f}.")
+        notes.append(f"Geometric mean of the last column: {mean:.2f}.")
     kind = "_hard" if options.hard else "_further" if options.further else ""
     name = f"time_to_error{kind}"
-    report.write(name, "Time to equal error beside Mitsuba 3 and Cycles", notes, head, rows)
+    report.write(name, "Time to equal error, compared with Mitsuba 3 and Cycles", notes, head, rows)
 
 
 if __name__ == "__main__":

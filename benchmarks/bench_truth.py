@@ -79,9 +79,9 @@ def main() -> None:
         row = [name] + [f"{best:.4f}" for best, _ in spreads]
         rows.append([*row, *(f"{spreads[3][k] / spreads[1][k]:.2f}" for k in (0, 1))])
     notes = [
-        f"{SIZE[0]} x {SIZE[1]} pixels, one ray each, worlds generated and already prepared. Seconds, best of"
-        f" {options.rounds} in turn; the last columns compare all of the truth with the flat picture.",
-        f"Colour alone; flat: {', '.join(FLAT)}; few: {', '.join(FEW)}; truth: {', '.join(TRUTH)}.",
+        f"{SIZE[0]} x {SIZE[1]} pixels with one ray each; the worlds are generated and already prepared. Seconds, best"
+        f" of {options.rounds} in alternation; the last columns compare all ground truth with the flat image.",
+        f"colour: colour only; flat: {', '.join(FLAT)}; few: {', '.join(FEW)}; truth: {', '.join(TRUTH)}.",
     ]
     head = ["world", "colour", "flat", "few", "truth", "ground truth / flat image, best times", "median"]
     report.write("truth", "The time of ground truth", notes, head, rows)

@@ -224,7 +224,7 @@ def moving(client: Client, seconds: float) -> list[Row]:
     return [
         ["time from a movement to its image", *figures([each[0] - said[each[2]] for each in shown])],
         [
-            "pictures a second while moving",
+            "images per second while moving",
             *one(f"{sum(each[0] <= ended for each in shown) / (ended - begun):.1f}"),
         ],
         ["bytes of an image in motion", *figures([each[4] for each in shown], "kB", 1e-3)],
@@ -337,7 +337,7 @@ def in_the_page(tab: Tab, path: Path, size: tuple[int, int], seconds: float) -> 
         before = tree_time(tab.pid)
         took = dragged(tab, seconds, lambda number: (100 + number % 400, 200 + 20 * np.sin(0.05 * number)))
         count = tab.evaluate("shown.length")
-        rows.append(["pictures a second while dragging", *one(f"{count / took:.1f}")])
+        rows.append(["images per second while dragging", *one(f"{count / took:.1f}")])
         cost = 1000 * (tree_time(tab.pid) - before) / max(count, 1)
         rows.append(["the browser's processor time per image", *one(f"{cost:.0f} ms")])
         return rows
@@ -388,7 +388,7 @@ def samples_in_slices() -> list[Row]:
         stops.append(time.perf_counter() - before)
     ratio = min(times["slices"]) / min(times["whole"])
     return [
-        [f"{most} samples in slices of 30 ms beside one call, processor time", *one(f"{ratio:.3f}")],
+        [f"{most} samples in slices of 30 ms relative to one call, processor time", *one(f"{ratio:.3f}")],
         ["a stop", *figures(stops)],
     ]
 
@@ -476,7 +476,7 @@ def page_of_rival(tab: Tab, seconds: float) -> list[Row]:
         "globalThis.frames60 = 0; (function next() { frames60++; requestAnimationFrame(next); })(); null"
     )
     took = dragged(tab, seconds, lambda number: (200 + number % 300, 240 + 20 * np.sin(0.05 * number)))
-    return [["pictures a second while dragging", *one(f"{tab.evaluate('frames60') / took:.1f}")]]
+    return [["images per second while dragging", *one(f"{tab.evaluate('frames60') / took:.1f}")]]
 
 
 def everything(options: argparse.Namespace, folder: Path) -> list[Row]:
@@ -523,15 +523,16 @@ def main() -> None:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         rows = everything(options, Path(folder))
     notes = [
-        f"Load of the machine before: {load:.1f}; all of it took {time.perf_counter() - begun:.0f} s. "
-        f"Moves come {RATE} times a second. Pictures keep the camera's aspect, 16 : 10, within the view; "
-        f"still ones have {SAMPLES} samples.",
-        "To reach, on a quiet machine: 50 ms, 95 % 80 (640 x 480), 70 and 110 (1280 x 720) from a move to its picture; "
-        "25 and 15 pictures a second; 250 ms from rest to exact numbers; slices 1.05; a stop 10 ms; a probe 5 ms, "
-        "95 % 15; an explanation 0.6 s (spot), 2 s (million); 70 kB a moving picture; 1 s to the first picture in an "
-        "open browser; 100 and 300 MB a session; pages of 2 and 4 MB, 0.5 s to their first picture.",
-        "Others: a rasteriser in software (no graphics card here), one colour, no shadows, all pinholes; the same "
-        "triangles as spot's, 640 x 480, and 160 x 120 of viser, whose browser draws WebGL in software.",
+        f"Load of the machine before: {load:.1f}; duration of all measurements: {time.perf_counter() - begun:.0f} s. "
+        f"There are {RATE} moves per second. Images have the camera's aspect ratio, 16 : 10, within the view; "
+        f"still images have {SAMPLES} samples.",
+        "Targets on a quiet machine: from a move to its image 50 ms (95 %: 80 ms) at 640 x 480, 70 ms (110 ms) at "
+        "1280 x 720; 25 and 15 images per second; 250 ms from rest to exact numbers; slices 1.05; a stop 10 "
+        "ms; a probe "
+        "5 ms (95 %: 15 ms); an explanation 0.6 s (spot), 2 s (million); 70 kB per image in motion; 1 s to the first "
+        "image in an open browser; sessions of 100 and 300 MB; pages of 2 and 4 MB, 0.5 s to their first image.",
+        "The other viewers rasterise in software (there is no graphics card), with one colour, no shadows and pinhole "
+        "cameras. They show spot's triangles at 640 x 480; viser, whose browser draws WebGL in software, at 160 x 120.",
     ]
     report.write("viewer", "The live view", notes, ["what", "median", "95 %", "best"], rows)
 

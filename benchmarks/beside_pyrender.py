@@ -208,12 +208,15 @@ def main() -> None:
         "beside-pyrender",
         "Programs for pyrender with raycam's replacement",
         [
-            "Eight programs, unchanged, under pyrender 0.1.45 (OpenGL) and under `raycam.compat.pyrender`, "
-            f"{SIZE[0]} x {SIZE[1]}. Outline: pixels where one alone sees a surface, of those where pyrender does. "
-            "Depth: relative difference where both do, median and 99 %. Colour: difference in steps of 255, median and "
-            "99 %.",
-            "pyrender reads the depth of a sample beside the pixel's centre (MSAA), and that of orthographic cameras "
-            "as if they were perspective; raycam's is that of the pixel's centre, along the camera's axis.",
+            "Eight unchanged programs with pyrender 0.1.45 (OpenGL) and with `raycam.compat.pyrender`, "
+            f"{SIZE[0]} x {SIZE[1]} pixels. outline: number of pixels that show a surface in only one image, and "
+            "number "
+            "of pixels that show a surface with pyrender. depth: relative difference of pixels that show a surface in "
+            "both images, median and 99 %. colour: difference in steps of 255, median and 99 %.",
+            "pyrender returns the depth of a sample next to the pixel's centre (MSAA), and converts depths of "
+            "orthographic "
+            "cameras as if they were perspective. raycam returns the depth of the pixel's centre, along the "
+            "camera's axis.",
         ],
         ["program", "outline", "depth", "colour"],
         rows,

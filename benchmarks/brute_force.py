@@ -18,16 +18,16 @@ import report
 
 ROOT = Path(__file__).resolve().parent.parent
 NOTES = [
-    "Twenty meshes of a kind, of 1 to 90 triangles, scaled 1e-3 to 1e4, around the origin or 20 sizes beside it;",
-    "rays at triangles, edges and corners, along axes, from surfaces and from afar, long and short, each asked",
-    "for its nearest hit and for any hit, one in eight for its float64 hit, any float64 hit, the number of its",
-    "crossings (counted: where none is within the band) and the point closest to its origin. The instruction sets",
-    "and the three qualities take turns. Brute force has every triangle in float64, in Plücker coordinates. The",
-    "tie band is 1e-6 of the distance from the ray's origin to the triangle on either side of an edge, and as",
-    "many times that on either side of its plane as it is longer than wide (float64 answers: 1e-13). An answer is",
-    "wrong if its triangle is not met within the band, if its t is off by more, or if anything met outside of the",
-    "band is nearer. Ties are hits that lie within the band of an edge, of another triangle or of an end of the",
-    "ray.",
+    "There are twenty meshes of each kind, with 1 to 90 triangles, scaled by 1e-3 to 1e4, at the origin or at a",
+    "distance of 20 times their size. Rays are aimed at triangles, edges and corners, along axes, from surfaces and",
+    "from far away, and are long or short. For each ray, the nearest hit and any hit are found. For one ray in eight,",
+    "the float64 hit, any float64 hit, the number of crossings (counted: if no crossing is within the band) and the",
+    "point closest to the ray's origin are found too. Instruction sets and the three qualities alternate. Brute force",
+    "intersects every triangle in float64, in Plücker coordinates. On both sides of an edge, the tie band is 1e-6 of",
+    "the distance from the ray's origin to the triangle; on both sides of the triangle's plane, it is this value times",
+    "the triangle's ratio of length to width (float64 results: 1e-13). A result is wrong if the ray misses its",
+    "triangle by more than the band, if its t differs by more, or if a nearer hit is outside the band. Ties are hits",
+    "within the band of an edge, of another triangle, or of an end of the ray.",
 ]
 
 
@@ -45,7 +45,11 @@ def main() -> None:
     rows = [[name, *(f"{int(n):,}" for n in numbers)] for name, *numbers in found]
     head = ["kind", "rays", "hits", "ties", "counted", "points", "wrong"]
     report.write(
-        "brute-force", "Hits, crossings and closest points against brute force", [" ".join(NOTES)], head, rows
+        "brute-force",
+        "Hits, crossings and closest points compared with brute force",
+        [" ".join(NOTES)],
+        head,
+        rows,
     )
     sys.exit(done.returncode)
 

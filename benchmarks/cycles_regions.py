@@ -40,10 +40,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--python", default=sys.executable, help="a Python that has bpy")
-    parser.add_argument("--samples", type=int, default=128, help=f"of each of {PICTURES} images")
+    parser.add_argument("--python", default=sys.executable, help="Python interpreter with bpy")
+    parser.add_argument(
+        "--samples", type=int, default=128, help=f"samples per pixel of each of the {PICTURES} images"
+    )
     parser.add_argument("--scenes", nargs="+", default=NAMES, metavar="NAME")
-    parser.add_argument("--save", type=Path, help="a folder for the regions' means")
+    parser.add_argument("--save", type=Path, help="folder that keeps the regions' means")
     given = parser.parse_args()
     print(
         "| scene | whole image | largest difference of a region | its standard error | in standard errors |"

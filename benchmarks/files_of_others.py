@@ -95,7 +95,7 @@ def image(path: Path) -> dict[str, Any]:
             deep = opened.mode.startswith("I")
             table = np.asarray(opened if deep else opened.convert("RGB"), float) / (65535 if deep else 255)
     except (OSError, SyntaxError, ValueError):
-        return {"others": "Pillow does not read it"}
+        return {"others": "Pillow cannot read the file"}
     height, width = table.shape[:2]
     table = np.broadcast_to(table.reshape(height, width, -1), (height, width, 3))
     linear = np.where(table <= 0.04045, table / 12.92, ((table + 0.055) / 1.055) ** 2.4)

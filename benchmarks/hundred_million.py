@@ -80,7 +80,8 @@ def main() -> None:
         frame.save(options.picture)
     met = (frame["color"].sum(-1) > 0).mean()
     notes = [
-        f"{count:,} triangles, {n * n:,} vertices; {met:.0%} of the pixels show them. Memory: resident, at most."
+        f"{count:,} triangles, {n * n:,} vertices; {met:.0%} of the pixels show them. Memory is the peak of "
+        "the resident memory."
     ]
     head = ["step", "seconds", "peak memory so far in GB"]
     report.write("hundred-million", "A hundred million triangles", notes, head, rows)

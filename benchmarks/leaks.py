@@ -72,15 +72,15 @@ def main() -> None:
         leaked = [f"{count:,} ({inside:,})" for _, count, inside in (fast, robust)]
         rows.append([name, f"{int(rays):,}", through, f"{fast[0]:,}", *leaked])
     notes = [
-        "Rays through points on vertices (a quarter) and edges of closed meshes, or within 4 ulp of them:",
-        "half from inside, half from outside, at 0.01 to 1000 times the mesh's size, to a point deep inside.",
-        "Each is asked for its nearest hit and for any hit, in packets and alone, and one in 16 for its",
-        f"float64 hit; a miss of any is a leak. raycam: {ours[-1][3]}, qualities fast, default and high in",
-        "turn. Embree: the same first rays of every mesh, nearest and any hit, through embreex; where raycam",
-        "places a mesh by a matrix, Embree gets it placed already. In brackets: leaks of rays from inside.",
+        "Rays are aimed at points on vertices (a quarter of the rays) and edges of closed meshes, or within 4 ulp of",
+        "such points. Half of the rays start inside; the others start outside, at 0.01 to 1000 times the mesh's size,",
+        "and end deep inside. For each ray, the nearest hit and any hit are found, in packets and as a single ray, and",
+        f"for one ray in 16 also the float64 hit; every miss is a leak. raycam: {ours[-1][3]}; the qualities fast,",
+        "default and high alternate. Embree: nearest and any hits of the first rays of every mesh, through embreex; if",
+        "raycam places a mesh by a matrix, Embree uses the transformed mesh. In brackets: leaks of rays from inside.",
     ]
     head = ["mesh", "rays", "leaks", "rays for Embree", "Embree's leaks", "Embree robust"]
-    report.write("leaks", "Rays that get through closed meshes", [" ".join(notes)], head, rows)
+    report.write("leaks", "Rays that pass through closed meshes", [" ".join(notes)], head, rows)
     sys.exit(done.returncode)
 
 

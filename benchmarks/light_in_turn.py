@@ -150,7 +150,7 @@ def main() -> None:
         print(json.dumps(measure(options)))
         return
     if not (options.before or options.mitsuba or options.cycles or options.pbrt):
-        parser.error("nothing to compare with: give --before, --mitsuba, --cycles or --pbrt")
+        parser.error("no renderer to compare with; use --before, --mitsuba, --cycles or --pbrt")
     rows, gains = [], []
     depth = HARD_DEPTH if options.hard else DEPTH
     depth = None if options.unlimited else depth

@@ -104,7 +104,7 @@ def until(tab: Tab, path: Path, is_true: Callable[[np.ndarray], bool], what: str
     deadline = time.monotonic() + PATIENCE
     while not is_true(shown := picture(tab, path)):
         if time.monotonic() > deadline:
-            raise RuntimeError(f"{what} did not appear, see {path}")
+            raise RuntimeError(f"{what} did not appear; the screenshot is {path}")
         time.sleep(0.5)
     return shown
 

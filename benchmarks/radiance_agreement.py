@@ -119,9 +119,9 @@ def compare(renderer: str, name: str, doc: str | None, settings: dict[str, str])
                 save(options.pictures / f"{renderer}-{scene}.png", np.hstack([mine[0], its[0]]))
     notes = [f"{name}: {', '.join(chosen.values())}."] if chosen else []
     notes += [
-        f"{size[0]} x {size[1]}, {PICTURES * options.samples} samples per pixel in {PICTURES} independent pictures, "
+        f"{size[0]} x {size[1]}, {PICTURES * options.samples} samples per pixel in {PICTURES} independent images, "
         f"paths of at most {path_scenes.DEPTH} segments, box filter.",
     ]
     head = ["scene", "raycam", name, "difference", "standard error", "standard errors"]
     head += ["t within 99.75 %", "Sidak test passed"]
-    report.write(renderer, f"The same pictures as {name}", notes, head, rows)
+    report.write(renderer, f"Radiance compared with {name}", notes, head, rows)

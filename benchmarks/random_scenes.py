@@ -195,9 +195,10 @@ def main() -> None:
         "largest t",
     ]
     notes = [
-        f"{SIZE[0]} x {SIZE[1]}, paths of at most {DEPTH} segments, box filter; {PICTURES} pictures "
-        f"of {options.samples} samples of each renderer, beside Mitsuba's {options.variant}. The worlds are generated.",
-        f"Of {tested} blocks {beyond} have a t beyond 4.1: one in a thousand would by chance, where noise is normal.",
+        f"{SIZE[0]} x {SIZE[1]}, paths of at most {DEPTH} segments, box filter; {PICTURES} images "
+        f"with {options.samples} samples by each renderer; Mitsuba uses {options.variant}. The worlds are generated.",
+        f"In {beyond} of {tested} blocks, t exceeds 4.1. If noise is normal, this happens by chance once in a "
+        "thousand.",
     ]
     report.write("random_scenes", "Random worlds compared with Mitsuba 3", notes, head, rows)
 

@@ -103,9 +103,10 @@ def main() -> None:
     head += [f"{n} threads to {one}" for n in more]
     head += [f"build, Mtri/s, {options.threads[-1]} threads", "held, B/tri", "peak, B/tri"]
     notes = [
-        f"{size[0]} x {size[1]} rays. Times on {one} thread, Embree's on one; best of {options.repeat} (Embree: 7). "
+        f"{size[0]} x {size[1]} rays. raycam's times on {one} thread, Embree's on one; best of "
+        f"{options.repeat} (Embree: 7). "
         "Builds: best of 3. "
-        "`for 4x`: the factor for four times the triangles, from the row above.",
+        "`for 4x`: the factor for four times as many triangles, computed from this row and the row above.",
     ]
     report.write("scaling", "Time of primary rays by the number of triangles", notes, head, rows)
 

@@ -260,15 +260,15 @@ def tell(
     wrong = [text for each in done for text in each.wrong]
     notes = [
         f"Resident memory of the server, mean of {SPAN} minutes: {begin:.1f} MiB from minute {warm} on, {end:.1f} at "
-        f"the end, {growth:+.1%}; the most was {most:+.1%}; to reach: {GROWTH:.0%}.",
-        f"{len(done)} clients. Left over after they went: {max(0, left[0])} threads beyond those of the warm-up, "
-        f"{max(0, left[1])} descriptors. The server ended with {ended}. "
-        f"Thrown out by a keepalive, on a busy machine: {sum(each.thrown_out for each in done)}. "
+        f"the end, {growth:+.1%}; maximum {most:+.1%}; limit {GROWTH:.0%}.",
+        f"{len(done)} clients. After all clients left: {max(0, left[0])} more threads than after the warm-up, "
+        f"{max(0, left[1])} more descriptors. The server's exit status: {ended}. "
+        f"Clients disconnected by a keepalive timeout, on a busy machine: {sum(each.thrown_out for each in done)}. "
         f"Load of the machine at the end: {os.getloadavg()[0]:.1f}.",
-        "Heard: " + ", ".join(f"{count:,} {kind}" for kind, count in sorted(heard.items())) + ".",
-        f"Older views after newer ones, and errors: {len(wrong)}. {'; '.join(sorted(set(wrong))[:5])}",
+        "Messages received: " + ", ".join(f"{count:,} {kind}" for kind, count in sorted(heard.items())) + ".",
+        f"Older views after newer views, and errors: {len(wrong)}. {'; '.join(sorted(set(wrong))[:5])}",
     ]
-    head = ["minute", "memory, MiB", "threads", "descriptors", "messages said", "pictures heard"]
+    head = ["minute", "memory, MiB", "threads", "descriptors", "messages sent", "images received"]
     report.write("soak_viewer", "A live view for half an hour", notes, head, rows)
     if growth > GROWTH or max(left) > 0 or wrong:
         raise SystemExit("the result is not as expected")

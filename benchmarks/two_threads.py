@@ -36,7 +36,7 @@ def main() -> None:
     """Measures and writes the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--size", type=int, nargs=2, default=[2896, 2172], help="of the picture, in pixels")
+    parser.add_argument("--size", type=int, nargs=2, default=[2896, 2172], help="image size in pixels")
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
     size = (options.size[0], options.size[1])
@@ -68,8 +68,9 @@ def main() -> None:
     rows.append(["geometric mean", "", "", "", means[0], "", "", means[1]])
     head = ["scene", "class", "raycam, 1 thread", "2", "ratio", "Embree, 1 thread", "2", "ratio"]
     notes = [
-        f"Million rays a second; scenes of seed {options.seed}, generated; {size[0]} x {size[1]} primary rays, and the "
-        f"shadow and bounce rays from where they hit; best of {options.rounds} times 5 (Embree: 7)."
+        f"Million rays per second; generated scenes with seed {options.seed}; {size[0]} x {size[1]} primary "
+        "rays, and the "
+        f"shadow and bounce rays from their hits; best of {options.rounds} times 5 (Embree: 7)."
     ]
     report.write("two_threads", "Two threads compared with one thread", notes, head, rows)
 

@@ -181,7 +181,7 @@ def measure(name: str, options: argparse.Namespace, tab: Tab, folder: Path) -> s
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--viser", metavar="PYTHON", help="interpreter that has viser")
+    parser.add_argument("--viser", metavar="PYTHON", help="Python interpreter with viser")
     parser.add_argument("--model-viewer", metavar="FILE", help="the script model-viewer.min.js")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=4, help="seconds of each drag")

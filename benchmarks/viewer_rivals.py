@@ -103,7 +103,7 @@ def f3d(path: str) -> None:
         camera.position = tuple(eye(number))
         return engine.window.render_to_image()
 
-    say(json.dumps({"a picture through a given camera, in process, no browser, 640 x 480": timed(picture)}))
+    say(json.dumps({"an image of a given camera, rendered without a browser, 640 x 480": timed(picture)}))
 
 
 def open3d(path: str) -> None:
@@ -123,7 +123,7 @@ def open3d(path: str) -> None:
         renderer.setup_camera(45.0, TARGET, eye(number), [0.0, 0.0, 1.0])
         return np.asarray(renderer.render_to_image())
 
-    say(json.dumps({"a picture through a given camera, in process, no browser, 640 x 480": timed(picture)}))
+    say(json.dumps({"an image of a given camera, rendered without a browser, 640 x 480": timed(picture)}))
 
 
 if __name__ == "__main__":

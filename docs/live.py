@@ -7,9 +7,9 @@ from raycam.viewer.web.live_page import lecture_page, playground_page
 
 WORLDS = Path(__file__).parent / "worlds"
 FIRST = "solids"
-"""The world that the playground begins with."""
+"""The world that the playground shows initially."""
 FOLDER = "extra/live"
-"""The folder of the pages, below that of what is generated."""
+"""The folder of the pages, in the folder of the generated files."""
 PAGES = {"playground": lambda: playground_page(examples()), "lecture": lecture_page}
 MISSING = """<!doctype html>
 <html lang="en">

@@ -20,7 +20,7 @@ COLUMNS = {
 }
 WIDTH, BAR, GAP, LEFT, TOP, HEAD = 720, 9, 9, 70, 62, 30
 LONGEST = 12.0
-"""The longest bar, in times of raycam's; longer ones are cut there and say so."""
+"""The length of the longest bar, relative to raycam's time. Longer bars are cut, and labelled with their value."""
 
 Rows = list[tuple[str, list[float]]]
 

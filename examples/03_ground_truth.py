@@ -28,4 +28,4 @@ z = (frame["position"][v, u] - camera.C) @ camera.R[2]
 assert np.allclose(z, frame["depth"][v, u], rtol=1e-6)
 
 pure = frame["coverage"] == 1
-print(f"{pure.mean():.1%} of the pixels show one object alone")
+print(f"{pure.mean():.1%} of the pixels show a single object")

@@ -22,15 +22,15 @@ origins = np.tile([0.0, 0.0, 1.5], (len(directions), 1))
 hits = world.cast_rays(origins, directions)
 met = np.isfinite(hits["t"])
 on_wagon = (hits["instance"] == wagon).sum()
-print(f"{met.sum()} of {len(met)} beams come back, {on_wagon} of them from the wagon")
-print(f"the farthest measures {hits['t'][met].max():.2f} m")
+print(f"{met.sum()} of {len(met)} beams hit something, {on_wagon} of them the wagon")
+print(f"the farthest point is at {hits['t'][met].max():.2f} m")
 
 # Points from which a lamp, 4 m above the floor, is hidden.
 points = hits["position"][met]
 lamp = np.array([0.0, 0.0, 4.0])
 above = points + 1e-6 * hits["normal"][met]  # slightly above the surface
 dark = world.occluded(above, lamp - above, t_max=1.0)
-print(f"{dark.mean():.0%} of the points lie in the lamp's shadow")
+print(f"{dark.mean():.0%} of the points are not lit by the lamp")
 
 with open("points.ply", "w", encoding="ascii") as file:
     file.write(f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n")
