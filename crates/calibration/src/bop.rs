@@ -88,7 +88,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     Ok(calibration)
 }
 
-/// Number of millimetres that is read back as this number of metres, or the nearest such number.
+/// Converts metres to millimetres such that reading the result back gives the same number of metres, or the nearest
+/// possible number.
 fn millimetres(metres: f64) -> f64 {
     let near = metres * 1000.0;
     let exact = |v: &f64| *v / 1000.0 == metres;

@@ -7,7 +7,7 @@ use raycam_scene::{LensModel, Notice, NoticeCode};
 use crate::CameraRecord;
 use raycam_formats::{FormatError, Result};
 
-/// Contents of a file of cameras.
+/// Contents of a file or folder of cameras.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Calibration {
     /// Cameras in file order.
@@ -16,7 +16,7 @@ pub struct Calibration {
     pub notices: Vec<Notice>,
     /// True if the file contains the poses of a body, and its reader has reported how the mount was used.
     pub poses_of_body: bool,
-    /// True if the reader has used the caller's direction and axes.
+    /// True if the reader has used the direction and axes of poses that the caller specified.
     pub(crate) used_convention: bool,
 }
 
@@ -62,17 +62,17 @@ pub struct ReadHints {
     pub poses: Option<PoseConvention>,
 }
 
-/// Files to write.
+/// Files of a calibration that are to be written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OutputFiles {
-    /// Names relative to the path of the calibration (empty for that path itself), and bytes.
+    /// For each file, its name relative to the path of the calibration (empty for that path itself), and its bytes.
     pub files: Vec<(String, Vec<u8>)>,
     /// Notices about values that the format stores differently, or cannot store.
     pub notices: Vec<Notice>,
 }
 
 impl OutputFiles {
-    /// A single file at the path of the calibration.
+    /// Creates a single file at the path of the calibration.
     pub(crate) fn one(text: String) -> Self {
         Self { files: vec![(String::new(), text.into_bytes())], notices: vec![] }
     }

@@ -14,14 +14,14 @@ pub(crate) struct Folder {
 }
 
 impl Folder {
-    /// Folder at a path; without names if it does not exist.
+    /// Opens the folder at a path; a folder that does not exist has no names.
     pub(crate) fn open(path: &Path, assets: &AssetRoot) -> Self {
         let mut names = assets.folder_names(path);
         names.sort_by(|a, b| by_numbers(a, b));
         Self { path: path.into(), names }
     }
 
-    /// Subfolder, or a sibling folder (`..`).
+    /// Opens a subfolder, or another folder by a path with `..`.
     pub(crate) fn inner(&self, name: &str, assets: &AssetRoot) -> Self {
         Self::open(&self.path.join(name), assets)
     }
@@ -37,18 +37,18 @@ impl Folder {
         full.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
     }
 
-    /// Names with this extension.
+    /// Names in the folder that end with `ending`.
     pub(crate) fn ending<'a>(&'a self, ending: &'a str) -> impl Iterator<Item = &'a String> {
         self.names.iter().filter(move |name| name.ends_with(ending) && !name.starts_with('.'))
     }
 
-    /// File in the folder, decompressed if it is a gzip file.
+    /// Reads a file in the folder, and decompresses it if it is a gzip file.
     pub(crate) fn read(&self, name: &str, assets: &mut AssetRoot) -> Result<InputFile> {
         let packed = assets.read_reference(&self.path.join("any"), name)?;
         zip_members::unpacked(packed, &mut assets.budget)
     }
 
-    /// Path of a name in the folder.
+    /// Path of the file with this name in the folder.
     pub(crate) fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }

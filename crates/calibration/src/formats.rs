@@ -209,7 +209,7 @@ fn read_folder(
             folders.push((found, read));
         }
     }
-    // A data set contains K, sizes and poses; a pose file in it contains only poses.
+    // A data set contains K, sizes and poses, so it is preferred to the files in it that contain only poses.
     if folders.len() == 1 {
         files.retain(|(_, found, ..)| !matches!(found.name, "kitti-poses" | "bop" | "tum"));
     }
@@ -240,7 +240,7 @@ fn read_folder(
     }
 }
 
-/// Cameras of the only calibration file in a folder, whatever its name.
+/// Reads the cameras of the only calibration file in a folder; its name does not matter.
 fn read_only_file(
     folder: &Folder,
     wanted: &dyn Fn(&CalibrationFormat) -> bool,
@@ -311,8 +311,8 @@ fn naming_the_others(found: &[(InputFile, &'static CalibrationFormat, AssetRoot)
     whole.next().filter(|_| whole.next().is_none())
 }
 
-/// The calibration of each subfolder, if there is one subfolder per camera: `left/calib.json` and `right/calib.json`,
-/// `cam0/` and `cam1/`. The camera has the name of its folder.
+/// Reads the calibration of each subfolder, if every camera has its own subfolder: for example `left/calib.json` and
+/// `right/calib.json`, or `cam0/` and `cam1/`. A camera has the name of its folder.
 fn of_camera_folders(
     folder: &Folder,
     wanted: &dyn Fn(&CalibrationFormat) -> bool,
@@ -341,7 +341,7 @@ fn of_camera_folders(
     Ok(found)
 }
 
-/// True for a left and a right file that no format before OpenCV's recognises.
+/// True if the folder contains a left and a right file that no format before OpenCV's in the table recognises.
 fn is_opencv_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
     let sides = opencv::pair_folder::sides(folder, assets);
     sides.iter().all(|source| detected(source).is_some_and(|format| format.name == "opencv"))
@@ -365,7 +365,7 @@ fn is_set_of_names(names: impl Iterator<Item = String>) -> bool {
     bases.len() > 1 && bases.iter().all(|name| *name == bases[0])
 }
 
-/// Cameras of a folder with one file per camera, with their mounts.
+/// Reads the cameras of a folder with one file per camera, with their mounts.
 fn read_single_cameras(
     folder: &Folder,
     found: Vec<(InputFile, &'static CalibrationFormat, AssetRoot)>,
@@ -399,7 +399,7 @@ fn read_single_cameras(
     finish(all, format, &folder.path, known)
 }
 
-/// Format of a file, by its bytes and its name.
+/// Detects the format of a file by its bytes and its name.
 fn detected(source: &InputFile) -> Option<&'static CalibrationFormat> {
     let text = std::str::from_utf8(&source.bytes).unwrap_or("");
     if unread::named_format(text).is_some() {
@@ -481,7 +481,8 @@ fn unknown_file(source: &InputFile) -> FormatError {
     )
 }
 
-/// Assigns the size common to all other cameras to cameras with K whose image is missing, and returns a notice.
+/// If all cameras with a size have the same size, assigns this size to the cameras with K that have none, and returns a
+/// notice.
 fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> {
     let size = records.iter().find_map(|record| record.size).filter(|_| known.size.is_none())?;
     let lacks = |record: &CameraRecord| record.size.is_none() && record.k.is_some();
@@ -573,7 +574,7 @@ fn finish(
     Ok(calibration)
 }
 
-/// Files of `format` that store the cameras; `path` is their future location.
+/// Returns the files that store the cameras in `format`; `path` is the location to which they will be written.
 ///
 /// # Errors
 /// [`FormatError::Encode`] for data that the format cannot store.

@@ -8,7 +8,7 @@ use raycam_formats::Budget;
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// Names of files that contain the calibration of a whole folder; of each line, only the first existing file is used.
+/// Names of files that contain the calibration of a whole folder; of each row, only the first existing file is used.
 const FILES: [&[&str]; 29] = [
     &["cameras.bin", "cameras.txt"],
     &["sparse/0/cameras.bin", "sparse/0/cameras.txt"],
@@ -66,7 +66,7 @@ const ENDINGS: [&str; 18] = [
 const MAX_BYTES: u64 = 4 << 20;
 pub(crate) const MAX_FILES: usize = 64;
 
-/// Folder with the assets to which its files may refer, including assets next to the folder.
+/// Opens a folder, together with the assets to which its files may refer, including assets next to the folder.
 pub(crate) fn open(path: &Path, budget: &Budget) -> (Folder, AssetRoot) {
     let root = match path.components().next_back() {
         Some(Component::Normal(_)) => path.parent().unwrap_or(path),
@@ -83,8 +83,8 @@ pub(crate) fn candidates(folder: &Folder) -> Vec<PathBuf> {
     FILES.iter().filter_map(first).collect()
 }
 
-/// Files of a folder with a calibration's extension: the only such file, or all small files; none if there are too
-/// many. A single small file may have any extension.
+/// Files of a folder that may be calibrations by their extension: the only such file, or all small files; no file if
+/// there are too many. If the folder contains a single small file, it may have any extension.
 pub(crate) fn small_files(folder: &Folder) -> Vec<PathBuf> {
     let small = |path: &PathBuf| path.metadata().is_ok_and(|data| data.len() <= MAX_BYTES);
     let paths = folder.names.iter().filter(|name| !name.starts_with('.')).map(|name| folder.path.join(name));
@@ -107,7 +107,7 @@ fn has_known_ending(path: &Path) -> bool {
     name.rsplit_once('.').is_some_and(|(_, ending)| ENDINGS.contains(&ending))
 }
 
-/// File of a folder, with the assets that it may refer to.
+/// Reads a file of a folder, with the assets that the file may refer to.
 pub(crate) fn read_file(folder: &Path, file: &Path, budget: &Budget) -> Result<(InputFile, AssetRoot)> {
     let root = match folder.components().next_back() {
         Some(Component::Normal(_)) => folder.parent().unwrap_or(folder),

@@ -6,11 +6,11 @@ use std::path::Path;
 use raycam_formats::io::AssetRoot;
 use raycam_scene::{Notice, NoticeCode};
 
-/// Number of bytes in which an image's header is searched: usually only the first ones, otherwise all, because
-/// thumbnails and colour profiles may precede it.
+/// Numbers of bytes at the start of an image file in which the size is searched for: first a few, then many, because
+/// thumbnails and colour profiles may precede the size.
 const HEADERS: [u64; 2] = [1 << 12, 1 << 20];
 
-/// Columns and rows of the first existing image; names are relative to the file `from`.
+/// Returns the numbers of columns and rows of the first existing image; names are relative to the file `from`.
 pub(crate) fn size_of_picture<S: AsRef<str>>(
     assets: &mut AssetRoot,
     from: &Path,
@@ -34,7 +34,8 @@ pub(crate) struct PictureSizes {
 }
 
 impl PictureSizes {
-    /// Sizes of images whose names are relative to the file `from`; `known` is the size specified by the caller.
+    /// Creates the sizes for images whose names are relative to the file `from`; `known` is the size specified by the
+    /// caller.
     pub(crate) fn new<S: AsRef<str>>(
         assets: &mut AssetRoot,
         from: &Path,
@@ -45,7 +46,7 @@ impl PictureSizes {
         Self { known, first, measured: 0, lent: 0 }
     }
 
-    /// Size of a camera whose image has one of several names.
+    /// Returns the size of a camera whose image has one of several names.
     pub(crate) fn size<S: AsRef<str>>(
         &mut self,
         assets: &mut AssetRoot,
@@ -58,7 +59,7 @@ impl PictureSizes {
         own.or(self.known).or(self.first)
     }
 
-    /// Notices about the origin of the sizes.
+    /// Returns notices that state where the sizes come from.
     pub(crate) fn notices(&self) -> impl Iterator<Item = Notice> {
         let own = format!("the file has no image sizes; {} cameras have the sizes of their images", self.measured);
         let lent = format!(
@@ -87,7 +88,8 @@ fn jpeg(bytes: &[u8]) -> Option<[u32; 2]> {
         match marker {
             0xff => at += 1,
             0x01 | 0xd0..=0xd7 => at += 2,
-            // Frame markers, excluding Huffman tables, extensions and arithmetic conditioning.
+            // These markers start a frame; the excluded ones are Huffman tables, extensions and arithmetic
+            // conditioning.
             0xc0..=0xcf if !matches!(marker, 0xc4 | 0xc8 | 0xcc) => return Some([side(at + 7)?, side(at + 5)?]),
             _ => at += 2 + side(at + 2)? as usize,
         }

@@ -9,11 +9,13 @@ use crate::CameraRecord;
 use crate::files::about_cameras;
 use raycam_formats::{FormatError, Result};
 
-/// Tolerance for comparing the ratios of principal point and image centre in x and in y.
+/// Maximum difference between the ratios of the principal point to the image centre in x and in y at which they count
+/// as equal.
 const SAME_RATIO: f64 = 0.04;
-/// Minimum ratio that indicates another resolution instead of a principal point off the centre.
+/// Minimum ratio of the principal point to the image centre that indicates another resolution, not a principal point
+/// off the centre.
 const OTHER_RESOLUTION: f64 = 1.25;
-/// Size of the pixel grid on which undistortion is tested.
+/// Number of columns and of rows of the pixel grid on which undistortion is tested.
 const GRID: u32 = 12;
 
 /// Notices about cameras that are valid but probably mistaken; one for each kind of mistake.
@@ -25,7 +27,7 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
     let mut short = Vec::new();
     let mut before: Option<(&CameraRecord, Option<f64>)> = None;
     for record in records {
-        // K of a camera matrix P comes from its decomposition.
+        // If the record contains a camera matrix P, K comes from its decomposition.
         let Ok(k) = record.require_k("") else { continue };
         if focal_length_of_few_pixels(record, k) {
             short.push((record.name.as_str(), k.x_axis.x));
@@ -52,7 +54,7 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
         } else if !(panorama || (-0.5..=width).contains(&cx) && (-0.5..=height).contains(&cy)) {
             outside.push((record, cx, cy));
         }
-        // True if the principal point is at the centre of the image after columns and rows are exchanged.
+        // True if the principal point would be at the image centre if width and height were exchanged.
         let middle = |at: f64, side: f64| (2.0 * at / side - 1.0).abs() < SAME_RATIO;
         let is_turned = middle(cx, height) && middle(cy, width) && (width / height - 1.0).abs() > 4.0 * SAME_RATIO;
         turned.extend((is_turned && !panorama).then_some((record, size)));
@@ -130,7 +132,7 @@ fn focal_length_of_few_pixels(record: &CameraRecord, k: DMat3) -> bool {
     focal < 8.0 && side.is_none_or(|side| side > 8.0 * focal) || pinhole && side.is_some_and(|side| focal < 0.05 * side)
 }
 
-/// Fraction of pixels without a ray; None for an invalid camera.
+/// Fraction of the pixels that have no ray; `None` for an invalid camera.
 fn share_without_rays(record: &CameraRecord) -> Option<f64> {
     if matches!(record.lens, Lens::Pinhole | Lens::Equirectangular | Lens::Cylindrical) {
         return Some(0.0);

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DMat3, DQuat, DVec3};
 use raycam_scene::camera::nearest_rotation;
 
-/// Notice about a quaternion that was scaled.
+/// Text of the notice about a quaternion that was scaled.
 pub(crate) const SCALED_QUATERNION: &str = "the quaternion does not have length 1; it was scaled";
 
 /// Rotation of a pose.
@@ -71,7 +71,7 @@ impl Rotation {
         Ok(Self::Matrix(DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(x, y, z)))))
     }
 
-    /// As a matrix.
+    /// Returns the rotation as a matrix.
     pub fn matrix(self) -> DMat3 {
         match self {
             Self::Matrix(matrix) => matrix,
@@ -102,7 +102,7 @@ impl Rotation {
     }
 }
 
-/// Pose in the direction of its file.
+/// A pose in the direction in which its file stores it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     rotation: Rotation,
@@ -127,12 +127,12 @@ impl Pose {
         Self::camera_from_world(Rotation::Matrix(DMat3::IDENTITY), DVec3::ZERO)
     }
 
-    /// True for the identity.
+    /// True if the pose is the identity.
     pub fn is_identity(&self) -> bool {
         self.r_c() == (DMat3::IDENTITY, DVec3::ZERO)
     }
 
-    /// Inverse transform.
+    /// Returns the inverse transform.
     pub fn inverted(&self) -> Self {
         let (r, c) = self.world_r_c();
         Self::camera_from_world(r, c)
@@ -143,7 +143,7 @@ impl Pose {
         Self::world_from_camera(Rotation::Matrix(r.transpose()), c)
     }
 
-    /// camera_from_world and the centre.
+    /// Returns camera_from_world and the centre.
     pub fn r_c(&self) -> (DMat3, DVec3) {
         let m = self.rotation.matrix();
         if self.world_from_camera {
@@ -153,7 +153,7 @@ impl Pose {
         }
     }
 
-    /// camera_from_world and t, with the file's digits if it contains them.
+    /// Returns camera_from_world and t, with exactly the file's numbers if the file stores this direction.
     pub fn r_t(&self) -> (Rotation, DVec3) {
         if self.world_from_camera {
             let rotation = self.rotation.inverse();
@@ -163,16 +163,16 @@ impl Pose {
         }
     }
 
-    /// world_from_camera and the centre, with the file's digits if it contains them.
+    /// Returns world_from_camera and the centre, with exactly the file's numbers if the file stores this direction.
     pub fn world_r_c(&self) -> (Rotation, DVec3) {
         if self.world_from_camera { (self.rotation, self.translation) } else { (self.rotation.inverse(), self.r_c().1) }
     }
 
-    /// Pose of a camera in the world, if `self` is its pose from the body and `body` the pose of the body: x = R (R' X
-    /// + t') + t.
+    /// Returns the pose camera_from_world, if `self` is camera_from_body and `body` is body_from_world: x = R (R' X +
+    /// t') + t.
     pub fn compose(&self, body: &Pose) -> Self {
         let ((r, t), (r2, t2)) = (self.r_t(), body.r_t());
-        // Otherwise, errors of rounded matrices would multiply.
+        // Nearest rotations are used, because the errors of rounded matrices would multiply.
         let nearest = |r: DMat3| nearest_rotation(r).map_or(r, |(rotation, _)| rotation);
         let (r, r2) = (nearest(r.matrix()), nearest(r2.matrix()));
         Self::camera_from_world(Rotation::Matrix(r * r2), r * t2 + t)
@@ -194,7 +194,7 @@ impl Pose {
 /// Maximum difference between a matrix and a rotation at which the matrix is kept as in the file.
 const UNREPORTED_DIFFERENCE: f64 = 1e-7;
 
-/// Quaternion normalised to length 1; unchanged if its length is almost 1.
+/// Returns the quaternion scaled to length 1; unchanged if its length is almost 1.
 pub(crate) fn normalized(quaternion: [f64; 4]) -> [f64; 4] {
     let length = quaternion.iter().map(|value| value * value).sum::<f64>().sqrt();
     if (length - 1.0).abs() < 1e-6 { quaternion } else { quaternion.map(|value| value / length) }

@@ -9,7 +9,7 @@ use raycam_formats::Result;
 const ROTATION: [&str; 6] = ["rotation", "orientation", "quaternion", "quat", "q", "r"];
 const TRANSLATION: [&str; 6] = ["translation", "position", "trans", "t", "location", "xyz"];
 
-/// The numbers of a map under the first complete set of keys.
+/// Returns the values of a map under the first set of keys that is complete.
 fn named<'a, const N: usize>(at: &Cursor<'a>, sets: &[[&str; N]]) -> Option<[Cursor<'a>; N]> {
     sets.iter().find_map(|set| {
         let found: Vec<Cursor<'a>> = set.iter().filter_map(|key| at.get(key)).collect();
@@ -17,7 +17,7 @@ fn named<'a, const N: usize>(at: &Cursor<'a>, sets: &[[&str; N]]) -> Option<[Cur
     })
 }
 
-/// The quaternion and the translation of a map, by the names of their numbers.
+/// Finds the quaternion and the translation of a map by the names of their numbers.
 fn parts<'a>(at: &Cursor<'a>) -> Option<([Cursor<'a>; 4], Vec<Cursor<'a>>)> {
     let flat = [["qw", "qx", "qy", "qz"], ["q_w", "q_x", "q_y", "q_z"], ["rw", "rx", "ry", "rz"]];
     let names = [["w", "x", "y", "z"], flat[0]];
@@ -36,7 +36,7 @@ pub(crate) fn is_pose_map(at: &Cursor<'_>) -> bool {
     at.is_map() && (parts(at).is_some() || at.any(&["transform", "pose"]).is_some_and(|at| is_pose_map(&at)))
 }
 
-/// The first three rows of the transform of such a map; none for other values.
+/// Reads the first three rows of the transform that such a map contains; `None` for other values.
 pub(crate) fn read(at: &Cursor<'_>) -> Result<Option<[f64; 12]>> {
     if !at.is_map() {
         return Ok(None);

@@ -8,7 +8,7 @@ use crate::Pose;
 use crate::rig_mount::RigMount;
 use raycam_formats::{FormatError, Result};
 
-/// Camera as stored in a file, before it becomes a [`Camera`].
+/// A camera as stored in a file, before it becomes a [`Camera`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraRecord {
     /// Name, unique in a file.
@@ -29,7 +29,7 @@ pub struct CameraRecord {
     pub time: Option<f64>,
     /// Name of the camera's image in the file.
     pub image: Option<String>,
-    /// Millimetres per unit of a depth image (BOP).
+    /// Number of millimetres per unit of the camera's depth image (BOP).
     pub depth_scale: Option<f64>,
     /// Mount on a rig.
     pub mount: Option<RigMount>,
@@ -38,13 +38,13 @@ pub struct CameraRecord {
 }
 
 impl CameraRecord {
-    /// Pinhole without a size, at the origin.
+    /// Creates the record of a pinhole camera at the origin, without a size and without K.
     pub fn new(name: impl Into<String>, pixel_center: PixelCenter) -> Self {
         Self { name: name.into(), pixel_center, ..Self::default() }
     }
 
-    /// Record of a camera. A camera with parallel rays has neither K nor a position: its record contains only the
-    /// matrix.
+    /// Creates the record of a camera. A camera with parallel rays has neither K nor a position: its record contains
+    /// only the matrix.
     pub fn from_camera(name: impl Into<String>, camera: &Camera) -> Self {
         let mut record = Self::new(name, camera.pixel_center());
         record.size = Some(camera.size());
@@ -77,12 +77,12 @@ impl CameraRecord {
         Ok(camera.with_lens(self.lens.clone())?)
     }
 
-    /// camera_from_world and the centre.
+    /// Returns camera_from_world and the centre.
     pub(crate) fn r_c(&self) -> (DMat3, DVec3) {
         self.pose.as_ref().map_or((DMat3::IDENTITY, DVec3::ZERO), Pose::r_c)
     }
 
-    /// The camera's pose; computed from the matrix if there is only a matrix.
+    /// Returns the camera's pose; if the record contains only a matrix, the pose is computed from it.
     pub(crate) fn require_pose(&self) -> Result<Pose> {
         match (&self.pose, self.matrix) {
             (Some(pose), _) => Ok(pose.clone()),
@@ -105,7 +105,7 @@ impl CameraRecord {
         })
     }
 
-    /// K; computed from the matrix if there is only a matrix.
+    /// Returns K; if the record contains only a matrix, K is computed from it.
     pub(crate) fn require_k(&self, what: &str) -> Result<DMat3> {
         match (self.k, self.matrix) {
             (Some(k), _) => Ok(k),
@@ -118,7 +118,7 @@ impl CameraRecord {
         }
     }
 
-    /// Camera of a matrix whose rays start at a point.
+    /// Returns the camera of a matrix; an error if its rays do not start at one point.
     fn with_a_center(&self, matrix: [[f64; 4]; 3]) -> Result<Camera> {
         let camera = Camera::from_matrix(matrix, [1, 1], self.pixel_center)?;
         match camera.center() {
@@ -130,7 +130,7 @@ impl CameraRecord {
         }
     }
 
-    /// K with the pixel centres of a format.
+    /// Returns K, converted to the pixel-centre convention of a format.
     pub(crate) fn k_with(&self, center: PixelCenter, format: &str) -> Result<DMat3> {
         let mut k = self.require_k(format)?;
         let shift = center.offset() - self.pixel_center.offset();
@@ -141,7 +141,7 @@ impl CameraRecord {
         Ok(k)
     }
 
-    /// fx, fy, cx, cy for a format without skew.
+    /// Returns fx, fy, cx and cy for a format without skew; an error if the skew is not 0.
     pub(crate) fn focals_with(&self, center: PixelCenter, format: &str) -> Result<[f64; 4]> {
         let k = self.k_with(center, format)?;
         if k.y_axis.x != 0.0 {
@@ -150,12 +150,12 @@ impl CameraRecord {
         Ok([k.x_axis.x, k.y_axis.y, k.z_axis.x, k.z_axis.y])
     }
 
-    /// Error for a property that a format cannot store.
+    /// Returns the error for a property that a format cannot store.
     pub(crate) fn unsupported_error(&self, format: &str, what: &str) -> FormatError {
         FormatError::encode(format!("camera {:?}: {format} cannot store {what}", self.name))
     }
 
-    /// Rejects a record with a lens.
+    /// Returns an error if the record has a lens.
     pub(crate) fn require_pinhole(&self, format: &str) -> Result<()> {
         match self.lens.coefficients() {
             None => Ok(()),

@@ -29,11 +29,11 @@ pub(crate) fn on_a_body(record: &mut CameraRecord, rig: &str) {
     });
 }
 
-/// Poses of cameras for a format that stores one rig (camera_from_body for cameras on a rig), with notices about what
-/// is lost.
+/// Returns the poses of cameras for a format that stores one rig: camera_from_body for cameras on a rig. Adds notices
+/// about data that is lost.
 ///
 /// # Errors
-/// [`FormatError::Encode`] if they belong to several rigs, or to one rig at several poses.
+/// [`FormatError::Encode`] if the cameras belong to several rigs, or to one rig at several poses.
 pub(crate) fn poses_on_one_rig(records: &[CameraRecord], format: &str, notices: &mut Vec<Notice>) -> Result<Vec<Pose>> {
     let mounts: Option<Vec<&RigMount>> = records.iter().map(|record| record.mount.as_ref()).collect();
     let Some(mounts) = mounts else { return records.iter().map(CameraRecord::require_pose).collect() };

@@ -7,7 +7,7 @@ use crate::Pose;
 pub struct RigMount {
     /// Name of the rig.
     pub rig: String,
-    /// Name of the rig's pose: cameras of one frame exposed at the same time.
+    /// Name of the frame, which is one pose of the rig; the cameras of a frame exposed at the same time.
     pub frame: String,
     /// Name of the camera on the rig.
     pub name: String,

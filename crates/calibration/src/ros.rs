@@ -52,7 +52,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     !has("opencv-matrix") && !has("opencv_storage") && (manager || message)
 }
 
-/// The two files of a pair in a folder.
+/// Returns the names of a pair's left and right files in a folder.
 fn pair_of(folder: &Folder) -> Option<[String; 2]> {
     ["left", "right"]
         .map(|side| {
@@ -78,7 +78,8 @@ pub(crate) fn detect_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
     })
 }
 
-/// Raw cameras of a rectified pair, in the axes of the rectified left one: P contains the baseline, R the rotations.
+/// Reads the raw cameras of a rectified pair. Their poses are in the axes of the rectified left camera: P contains the
+/// baseline, and R the rotations.
 pub(crate) fn read_pair(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let names = pair_of(folder).ok_or_else(|| {
         FormatError::unsupported(
@@ -104,7 +105,7 @@ pub(crate) fn read_pair(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) 
     pair(&sides.iter().map(|(source, node)| (source, node)).collect::<Vec<_>>())
 }
 
-/// Documents of the cameras in a file.
+/// Returns the documents of the cameras in a file.
 fn cameras(source: &InputFile) -> Result<Vec<DocumentNode>> {
     let text = source.text()?;
     match ini::detect(text) {
@@ -145,7 +146,7 @@ fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration> {
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let found = cameras(source)?;
     if let [left, right] = &found[..] {
-        // `ost.txt` of a stereo calibration.
+        // The file is `ost.txt` of a stereo calibration, with both cameras.
         return pair(&[(source, left), (source, right)]);
     }
     let mut calibration = Calibration::default();
@@ -157,7 +158,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// Camera of a document.
+/// Reads the camera of a document.
 fn camera(source: &InputFile, root: &Cursor<'_>) -> Result<Calibration> {
     let either = |keys: &[&str]| root.any(keys).ok_or_else(|| root.fail(format_args!("{} is missing", keys[0])));
     let mut notices = root.unknown_keys(&KEYS)?;

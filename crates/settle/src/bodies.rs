@@ -14,10 +14,11 @@ use crate::surface::{Placed, Surface};
 
 /// Size in metres above which tolerances are constant.
 const FULL_TOLERANCE_SIZE: f64 = 0.1;
-/// Solidity above which a static object is represented by its hull.
+/// Fraction of its convex hull that a static object must fill to be represented by the hull.
 const EXACTLY_CONVEX: f64 = 1.0 - 1e-9;
 
-/// Object that falls. Initially, its body has the world's axes, and its origin is at the centre of the mesh's bounds.
+/// Object that falls. Initially, the axes of its body are the world's axes, and its origin is at the centre of the
+/// mesh's bounds.
 pub(crate) struct Body {
     pub(crate) object: usize,
     pub(crate) name: String,
@@ -30,7 +31,7 @@ pub(crate) struct Body {
     pub(crate) origin: Pose,
     /// Maximum distance of a vertex from the origin.
     pub(crate) radius: f64,
-    /// Longest side of its bounds.
+    /// Longest side of the mesh's bounds.
     pub(crate) size: f64,
 }
 
@@ -44,7 +45,7 @@ pub(crate) struct Obstacle {
 }
 
 impl Body {
-    /// Body of an object.
+    /// Creates the body of an object.
     ///
     /// # Errors
     /// [`SettleError::NoVolume`] for a flat mesh.
@@ -76,21 +77,22 @@ impl Body {
         Ok(Self { object, name, physics, parts, surface, origin: Pose::from_translation(center), radius, size })
     }
 
-    /// Factor for tolerated lengths: 1 for objects of 0.1 m and more, and proportionally less for smaller objects.
+    /// Factor by which tolerated lengths are multiplied: 1 for objects of 0.1 m and more, and proportionally less for
+    /// smaller objects.
     pub(crate) fn tolerance(&self) -> f64 {
         (self.size / FULL_TOLERANCE_SIZE).min(1.0)
     }
 }
 
 impl Obstacle {
-    /// The visible object; `None` if the object has no triangles with area.
+    /// Creates the obstacle for a visible object; `None` if the object has no triangles with area.
     pub(crate) fn new(world: &World, object: usize, physics: Physics) -> Option<Self> {
         let surface = surface_of(world, object, world.objects[object].world_from_mesh)?;
         let bounds = surface.mesh().local_aabb();
         Some(Self { object, name: world.objects[object].name.clone(), physics, surface, bounds })
     }
 
-    /// Obstacle at its position.
+    /// The obstacle's surface at its position in the world.
     pub(crate) fn placed(&self) -> Placed<'_> {
         Placed { surface: &self.surface, pose: Pose::identity(), bounds: self.bounds }
     }
@@ -110,7 +112,7 @@ impl Obstacle {
     }
 }
 
-/// Surface of an object placed by a transform.
+/// Returns the surface of an object placed by a transform; `None` without triangles with area.
 fn surface_of(world: &World, object: usize, place: DAffine3) -> Option<Surface> {
     let mesh = &world.meshes[world.objects[object].mesh];
     let points: Vec<Vector> = mesh.vertices.iter().map(|&v| vector(place.transform_point3(v))).collect();

@@ -13,17 +13,17 @@ const MAX_PENETRATION: f64 = 2e-4;
 /// Maximum distance in metres by which a resting object can be lowered before it touches something, for objects of 0.1
 /// m and more.
 const MAX_GAP: f64 = 5e-4;
-/// This distance as a fraction of the size, for objects with several convex parts, which enclose some space around the
-/// mesh.
+/// The same distance as a fraction of the object's size, for objects with several convex parts, because the parts
+/// enclose some empty space around the mesh.
 const MAX_GAP_OF_PARTS: f64 = 0.02;
 /// Maximum distance in metres by which an object may extend beyond the sides of its target.
 const MAX_OUTSIDE: f64 = 1e-3;
 
-/// Failed check.
+/// A failed check.
 pub(crate) enum Fault {
     /// Bodies penetrate by these depths; lifting the bodies may resolve this.
     Penetration { depths: Vec<f64>, text: String },
-    /// These bodies require new random poses.
+    /// Another check failed: these bodies require new random poses.
     Other { bodies: Vec<usize>, text: String },
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Measures {
     pub(crate) penetration: f64,
 }
 
-/// Bodies at their poses among the obstacles.
+/// Checks of bodies at their poses among the obstacles.
 pub(crate) struct Judge<'a> {
     bodies: &'a [Body],
     placed: Vec<Placed<'a>>,
@@ -73,7 +73,7 @@ impl<'a> Judge<'a> {
         self.reject((0..self.bodies.len()).filter(is_outside).collect(), "fell next to its target")
     }
 
-    /// Fault of these bodies, if there are any.
+    /// Returns a fault of these bodies; no fault if the list is empty.
     fn reject(&self, bodies: Vec<usize>, problem: &str) -> Result<(), Fault> {
         match bodies.first() {
             Some(&first) => {
@@ -101,7 +101,7 @@ impl<'a> Judge<'a> {
         };
         for (i, one) in self.placed.iter().enumerate() {
             for (j, other) in self.placed.iter().enumerate().take(i) {
-                // The upper object is lifted.
+                // Only the upper of the two objects is lifted.
                 let is_upper = (one.bounds.center() - other.bounds.center()).dot(self.up) > 0.0;
                 let (upper, lower) = if is_upper { (i, j) } else { (j, i) };
                 note(upper, &self.bodies[lower].name, one.penetration(other));
@@ -147,7 +147,7 @@ impl<'a> Judge<'a> {
         self.reject(fallen, "fell next to its target")
     }
 
-    /// The body, moved down by the distance within which it must touch something.
+    /// The body, moved down by the distance within which a resting body must touch something.
     fn lowered(&self, number: usize) -> Placed<'a> {
         let body = &self.bodies[number];
         let parts = if body.parts.len() > 1 { MAX_GAP_OF_PARTS * body.size } else { 0.0 };

@@ -1,7 +1,8 @@
 //! Piles: objects of a world that fall and come to rest.
 //!
-//! rapier moves convex parts of the meshes. Afterwards the real meshes are checked: no penetration, support from below,
-//! no motion. A call uses one thread, and equal input gives equal bytes (rapier's `enhanced-determinism`).
+//! rapier simulates convex parts of the meshes. Afterwards, the real meshes are checked: they do not penetrate each
+//! other, are supported from below, and do not move. A call uses one thread, and equal input gives equal bytes
+//! (rapier's `enhanced-determinism`).
 //!
 //! ```text
 //! error         why objects do not settle

@@ -7,9 +7,9 @@ use rapier3d_f64::math::Rotation;
 pub(crate) struct Stream(u64);
 
 impl Stream {
-    /// Stream of a seed, a name and an attempt.
+    /// Creates the stream for a seed, a name and an attempt.
     pub(crate) fn new(seed: u64, name: &str, attempt: u64) -> Self {
-        // FNV-1a over the name, so that an object's random numbers do not depend on the other objects.
+        // The object's name is hashed (FNV-1a), so that an object's random numbers do not depend on the other objects.
         let hash = name
             .bytes()
             .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
@@ -31,12 +31,13 @@ impl Stream {
         (self.next() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// Number between two limits.
+    /// Returns a random number between two limits.
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Uniformly distributed rotation. Source: Marsaglia 1972, points of the unit sphere in four dimensions.
+    /// Returns a random, uniformly distributed rotation. Source: Marsaglia 1972, points of the unit sphere in four
+    /// dimensions.
     pub(crate) fn rotation(&mut self) -> Rotation {
         let (a, b, s) = self.disk();
         let (c, d, t) = self.disk();
@@ -44,7 +45,7 @@ impl Stream {
         Rotation::from_xyzw(a, b, c * scale, d * scale).normalize()
     }
 
-    /// Point of the unit disk other than its centre, and its squared radius.
+    /// Returns a random point of the unit disk other than its centre, and its squared radius.
     fn disk(&mut self) -> (f64, f64, f64) {
         loop {
             let (x, y) = (self.between(-1.0, 1.0), self.between(-1.0, 1.0));
@@ -55,7 +56,7 @@ impl Stream {
         }
     }
 
-    /// Point in a box.
+    /// Returns a random point in a box.
     pub(crate) fn point(&mut self, low: DVec3, high: DVec3) -> DVec3 {
         DVec3::new(self.between(low.x, high.x), self.between(low.y, high.y), self.between(low.z, high.z))
     }

@@ -13,7 +13,8 @@ use crate::start::{Region, Start, present_starts};
 
 /// Maximum number of random draws before settling fails.
 const MAX_ATTEMPTS: usize = 20;
-/// Number of draws after which the poses of all bodies are drawn; the draws between are for rejected bodies only.
+/// Every draw whose number is a multiple of this interval draws the poses of all bodies; all other draws are for
+/// rejected bodies only.
 const FULL_DRAW_INTERVAL: usize = 10;
 /// Maximum number of times that penetrating bodies are lifted and dropped again, for each draw.
 const MAX_LIFTS: usize = 3;
@@ -93,14 +94,14 @@ pub fn settle(world: &World, request: &Request, stop: &dyn Fn() -> bool) -> Resu
     Err(SettleError::NotSettled { message: fault, attempts })
 }
 
-/// Bodies that must be drawn again.
+/// Bodies whose poses must be drawn again.
 struct Rejection {
     bodies: Vec<usize>,
     text: String,
 }
 
-/// Drops the bodies from their starting poses, and again after lifting bodies that penetrate. Returns the measurements
-/// with the motion in another second, or the rejected bodies.
+/// Drops the bodies from their starting poses; if bodies penetrate each other, lifts these bodies and simulates again.
+/// Returns the measurements with the motion in another second, or the rejected bodies.
 fn try_once<'a>(
     simulation: &mut Simulation<'a>,
     starts: &[Start],

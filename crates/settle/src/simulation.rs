@@ -23,10 +23,10 @@ const SKIN: f64 = 1e-4;
 /// because the sag under a load decreases with the square of the frequency.
 const CONTACT_FREQUENCY: f64 = 240.0;
 const CONTACT_DAMPING: f64 = 10.0;
-/// Damping rates in 1/s, while objects fall and towards the end of the time, when rolling must stop too.
+/// Damping rates in 1/s: while objects fall, and towards the end of the simulated time, so that rolling stops too.
 const DAMPING: f64 = 0.1;
 const FINAL_DAMPING: f64 = 10.0;
-/// Fraction of the time after which damping increases.
+/// Fraction of the simulated time after which damping increases.
 const DAMPING_BEGINS: f64 = 0.2;
 
 /// Falling bodies among obstacles.
@@ -52,9 +52,8 @@ impl<'a> Simulation<'a> {
         Self { physics, bodies, handles: vec![None; bodies.len()], up, steps: 0 }
     }
 
-    /// Inserts each body that is not present at its start time and simulates until nothing moves, `seconds` have
-    /// passed after the last start, or a body is lost because it is completely below `lowest`. Returns `None` if `stop`
-    /// returns true.
+    /// Inserts each missing body at its start time, and simulates until nothing moves, `seconds` have passed after the
+    /// last start, or a body is lost because it is completely below `lowest`. Returns `None` if `stop` returns true.
     pub(crate) fn fall(
         &mut self,
         starts: &[Start],
@@ -117,7 +116,7 @@ impl<'a> Simulation<'a> {
         self.poses().iter().enumerate().filter_map(is_below).collect()
     }
 
-    /// Removes a body, so that it can start again.
+    /// Removes a body, so that it can be inserted again.
     pub(crate) fn remove(&mut self, number: usize) {
         if let Some(handle) = self.handles[number].take() {
             self.physics.remove_body(handle);

@@ -22,7 +22,7 @@ pub(crate) struct Start {
     pub(crate) pose: Pose,
 }
 
-/// Bounds above which objects are dropped.
+/// The region above which objects are dropped: the bounds of the target.
 pub(crate) struct Region {
     /// Indices of the target's objects.
     pub(crate) objects: Vec<usize>,
@@ -32,7 +32,7 @@ pub(crate) struct Region {
 }
 
 impl Region {
-    /// Region of obstacles; `None` if there are none.
+    /// Region of the given obstacles; `None` without obstacles.
     pub(crate) fn new<'a>(targets: impl Iterator<Item = &'a Obstacle>, place: Place, up: Up) -> Option<Self> {
         let targets: Vec<&Obstacle> = targets.collect();
         let bounds = targets.iter().map(|target| target.bounds).reduce(|a, b| a.merged(&b))?;
@@ -40,7 +40,7 @@ impl Region {
         Some(Self { objects, bounds, place, up: vector(up.axis()) })
     }
 
-    /// Random starts above the region, one after the other, of the bodies `drawn`, in ascending order. All other bodies
+    /// Random starts above the region of the bodies `drawn`, one after the other, in ascending order. All other bodies
     /// are placed at their poses in the world at the beginning, unless they are already present.
     pub(crate) fn starts(
         &self,
@@ -76,7 +76,7 @@ impl Region {
     fn draw(&self, body: &Body, stream: &mut Stream) -> Pose {
         let level = Vector::ONE - self.up;
         let middle = self.bounds.center();
-        // A body that is wider than the region starts above its centre.
+        // A body that is wider than the region starts above the region's centre.
         let room = (self.bounds.half_extents() - Vector::splat(body.radius)).max(Vector::ZERO) * level;
         let height = self.bounds.maxs.dot(self.up) + 1.05 * body.radius;
         let (low, high) = (middle * level - room, middle * level + room);

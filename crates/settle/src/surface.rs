@@ -18,7 +18,7 @@ const PARITY_DIRECTIONS: [[f64; 3]; 3] = [
 /// Triangles of a mesh, with precomputed data for queries.
 pub(crate) struct Surface {
     mesh: TriMesh,
-    /// True if every edge has equally many triangles in both directions, so that there is an inside.
+    /// True if every edge is used equally often in both directions, so that the surface has an inside.
     pub(crate) is_closed: bool,
     /// The edges; each edge occurs once.
     edges: Vec<[u32; 2]>,
@@ -40,7 +40,7 @@ impl Surface {
         let mut points = Vec::new();
         let mut weld = |i: u32| {
             let vertex = vertices[i as usize];
-            // Adding zero makes -0.0 and 0.0 equal.
+            // Adding zero converts -0.0 to 0.0, so that both have the same bits.
             let key = (vertex + Vector::ZERO).to_array().map(f64::to_bits);
             *numbers.entry(key).or_insert_with(|| {
                 points.push(vertex);
@@ -99,8 +99,8 @@ impl Surface {
         if self.contains(point) { self.distance(point) } else { 0.0 }
     }
 
-    /// Parameters and triangles where the segment from `origin` along `direction` crosses the surface, up to `limit`
-    /// times `direction`, in order.
+    /// Returns where the segment from `origin` to `origin + limit * direction` crosses the surface: the parameter along
+    /// `direction` and the triangle of each crossing, in order.
     fn crossings(&self, origin: Vector, direction: Vector, limit: f64) -> Vec<(f64, u32)> {
         let ray = Ray::new(origin, direction);
         let leaves = self.mesh.bvh().leaves(|node| node.cast_ray(&ray, limit) < f64::MAX);
@@ -114,8 +114,9 @@ impl Surface {
 impl Placed<'_> {
     /// Maximum depth to which two surfaces penetrate each other; 0 if they do not penetrate.
     ///
-    /// For a closed surface, these are the depths of vertices and edge parts inside it. For an open surface: the
-    /// shorter part of an edge on one side of a triangle that the edge crosses.
+    /// For a closed surface, these are the depths of vertices and edge parts inside it. For an open surface, a triangle
+    /// that an edge crosses divides the edge into two parts; the depth is the extent of the shorter part along the
+    /// triangle's normal.
     pub(crate) fn penetration(&self, other: &Placed<'_>) -> f64 {
         if !self.bounds.intersects(&other.bounds) {
             return 0.0;
@@ -136,7 +137,8 @@ impl Placed<'_> {
             && (self.any_edge(other, &mut crosses) || other.any_edge(self, &mut crosses))
     }
 
-    /// Visits the edges near another surface, as start and direction in its coordinates; ends if `visit` returns true.
+    /// Visits the edges near another surface, as start and direction in the other surface's coordinates. Ends if
+    /// `visit` returns true.
     fn any_edge(&self, other: &Placed<'_>, visit: &mut dyn FnMut(Vector, Vector, &Placed<'_>) -> bool) -> bool {
         let there = other.pose.inverse() * self.pose;
         let bounds = other.surface.mesh.local_aabb();
@@ -186,7 +188,7 @@ impl Placed<'_> {
     }
 }
 
-/// Intersection of a ray with a triangle, from either side. Source: Möller and Trumbore 1997.
+/// Returns the intersection of a ray with a triangle, from either side. Source: Möller and Trumbore 1997.
 fn crossing(triangle: &Triangle, origin: Vector, direction: Vector) -> Option<f64> {
     let (u_edge, v_edge) = (triangle.b - triangle.a, triangle.c - triangle.a);
     let p = direction.cross(v_edge);
@@ -202,7 +204,7 @@ fn crossing(triangle: &Triangle, origin: Vector, direction: Vector) -> Option<f6
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0).then_some(t)
 }
 
-/// Each edge once, and true if every edge has equally many triangles in both directions.
+/// Returns each edge once, and true if every edge is used equally often in both directions.
 fn edges_of(triangles: &[[u32; 3]]) -> (Vec<[u32; 2]>, bool) {
     let mut balance: HashMap<[u32; 2], i32> = HashMap::new();
     let mut edges = Vec::new();
@@ -278,7 +280,7 @@ mod tests {
         let lower = bar.at(Pose::from_translation(Vector::ZERO));
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let turned = rapier3d_f64::math::Rotation::from_xyzw(0.0, 0.0, half, half);
-        // Odd offsets, so that no edge midpoint is inside.
+        // The offsets are irregular, so that no midpoint of an edge is inside the other object.
         let upper = bar.at(Pose::from_parts(Vector::new(0.33, 0.27, 0.19), turned));
         assert!((lower.penetration(&upper) - 0.01).abs() < 1e-9, "{}", lower.penetration(&upper));
     }

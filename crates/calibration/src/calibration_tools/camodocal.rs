@@ -39,7 +39,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(Calibration { records: vec![record], notices, ..Calibration::default() })
 }
 
-/// Parameters of a group by name; other parameters that are not 0 are errors.
+/// Reads the parameters with these names from a group; any other parameter that is not 0 is an error.
 fn group<const N: usize>(root: &Cursor<'_>, name: &str, keys: [&str; N]) -> Result<[f64; N]> {
     let at = root.require(name)?;
     for (key, inner) in at.entries()?.into_iter().filter(|(key, _)| !keys.contains(key)) {
@@ -54,7 +54,7 @@ fn group<const N: usize>(root: &Cursor<'_>, name: &str, keys: [&str; N]) -> Resu
     Ok(values)
 }
 
-/// Camera of a file's keys.
+/// Reads the camera that a file's keys describe.
 pub(crate) fn camera(root: &Cursor<'_>, stem: String) -> Result<CameraRecord> {
     let kind = root.require("model_type")?;
     let name = root.get("camera_name").map_or(Ok(stem), |at| at.word().map(str::to_owned))?;

@@ -1,8 +1,8 @@
 //! Kalibr's camchain: `cam0`, `cam1`, ..., each with intrinsics, distortion and pose.
 //!
-//! If every camera has `T_cam_imu` (camera from body), or `T_imu_cam` as written by OpenVINS, that is its pose;
-//! otherwise `T_cn_cnm1` (camera from the previous camera) forms a chain that begins at cam0. Source: Kalibr's wiki,
-//! "Yaml formats" and "Supported models".
+//! If every camera has `T_cam_imu` (camera from body), or `T_imu_cam` as written by OpenVINS, this is the camera's
+//! pose; otherwise `T_cn_cnm1` (camera from the previous camera) forms a chain that begins at cam0. Source: Kalibr's
+//! wiki, "Yaml formats" and "Supported models".
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -92,12 +92,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// True for cam0, cam1, ...
+/// True for the names cam0, cam1, and so on.
 fn is_camera(name: &str) -> bool {
     name.strip_prefix("cam").is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// K and the lens.
+/// Reads K and the lens of a camera.
 fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens)> {
     let model = camera.require("camera_model")?;
     let values = camera.require("intrinsics")?;

@@ -14,11 +14,11 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     text.contains("LENSMODEL_") && text.contains("lensmodel")
 }
 
-/// First letters of the name of a lens model.
+/// Prefix of the names of lens models.
 const MODEL_PREFIX: &str = "LENSMODEL_";
 
 /// Converts the literal to YAML: strings in double quotes, tuples as lists, without comments. Of the byte strings
-/// (`b'...'`), the name of the lens model is kept; the packed input of the optimization is not.
+/// (`b'...'`), only the lens model's name is kept; the packed input of the optimization is removed.
 fn yaml_of(literal: &str) -> String {
     let mut text = String::with_capacity(literal.len());
     let mut chars = literal.chars().peekable();

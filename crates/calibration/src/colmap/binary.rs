@@ -7,7 +7,7 @@ use crate::{Calibration, CameraRecord, OutputFiles, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Names and parameter counts of the camera models, by id (`sensor/models.h`).
+/// Names and parameter counts of the camera models, indexed by model id (`sensor/models.h`).
 const MODELS: [(&str, usize); 18] = [
     ("SIMPLE_PINHOLE", 3),
     ("PINHOLE", 4),
@@ -29,7 +29,7 @@ const MODELS: [(&str, usize); 18] = [
     ("EQUIRECTANGULAR", 2),
 ];
 
-/// Bytes per point of an image.
+/// Number of bytes of each point of an image.
 const POINT2D_BYTES: usize = 24;
 
 pub(crate) fn detect(source: &InputFile, _: &str) -> bool {
@@ -60,7 +60,7 @@ impl ModelFormat for Binary {
     }
 }
 
-/// Bytes, and the offset of the next field.
+/// Reader of a binary file: its bytes, and the offset of the next field.
 pub(crate) struct BinaryReader<'a> {
     path: &'a Path,
     bytes: &'a [u8],

@@ -10,10 +10,10 @@ use crate::rig_mount::RigMount;
 use crate::{Calibration, CameraRecord, Pose, Rotation};
 use raycam_formats::{FormatError, Result};
 
-/// Quaternion w x y z, translation x y z.
+/// A pose: quaternion w x y z, then translation x y z.
 pub(crate) type RigidPose = [f64; 7];
 
-/// Row of `cameras`.
+/// A row of `cameras`.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ColmapCamera {
     pub(crate) id: u32,
@@ -22,7 +22,7 @@ pub(crate) struct ColmapCamera {
     pub(crate) params: Vec<f64>,
 }
 
-/// Row of `images`.
+/// A row of `images`.
 pub(crate) struct ColmapImage {
     pub(crate) id: u32,
     pub(crate) pose: RigidPose,
@@ -43,11 +43,11 @@ pub(crate) struct Frame {
     pub(crate) id: u32,
     pub(crate) rig: u32,
     pub(crate) pose: RigidPose,
-    /// Ids of a camera and of an image.
+    /// For each image of the frame, the id of its camera and its own id.
     pub(crate) images: Vec<(u32, u32)>,
 }
 
-/// Model without its points.
+/// A reconstruction of COLMAP (its "model") without the points.
 #[derive(Default)]
 pub(crate) struct Reconstruction {
     pub(crate) cameras: Vec<ColmapCamera>,
@@ -67,7 +67,7 @@ pub(crate) fn is_rigid(rigid: &RigidPose) -> bool {
 }
 
 impl Reconstruction {
-    /// Cameras of the images or, if there are no images, the cameras without images.
+    /// Returns a camera for every image or, if there are no images, every camera of `cameras`.
     pub(crate) fn calibration(&self, path: &Path) -> Result<Calibration> {
         let fail = |message: String| FormatError::whole(path, message);
         let mut calibration = Calibration::default();
@@ -103,8 +103,8 @@ impl Reconstruction {
         Ok(calibration)
     }
 
-    /// Poses by image from rigs and frames, which take precedence over the poses of the images. A rig with one camera
-    /// does not define a mount.
+    /// Poses of the images according to rigs and frames, by image id. They take precedence over the poses in `images`.
+    /// A rig with one camera does not define a mount.
     fn poses_from_frames(
         &self,
         fail: &dyn Fn(String) -> FormatError,
@@ -135,8 +135,8 @@ impl Reconstruction {
         Ok(placed)
     }
 
-    /// Returns the model of cameras. Equal intrinsics are merged into one camera, except on rigs, where each camera
-    /// stays separate.
+    /// Converts camera records to a model. Equal intrinsics are merged into one camera, except on rigs, where each
+    /// camera stays separate.
     pub(crate) fn from_records(records: &[CameraRecord], names_fit: impl Fn(&str) -> bool) -> Result<Self> {
         let mut model = Self::default();
         let mut owners: Vec<Option<(&str, &str)>> = Vec::new();
@@ -273,7 +273,7 @@ fn add_rig_camera<'a>(
     Ok(())
 }
 
-/// Poses of cameras relative to the first camera, which is the reference and has no pose.
+/// Poses of a rig's cameras relative to its first camera, which is the reference and has no pose.
 fn poses_from_reference(cameras: &[PosedCamera<'_>]) -> Vec<(u32, Option<RigidPose>)> {
     let Some((reference, rest)) = cameras.split_first() else { return vec![] };
     let back = reference.1.inverted();
@@ -288,7 +288,7 @@ fn poses_from_reference(cameras: &[PosedCamera<'_>]) -> Vec<(u32, Option<RigidPo
     std::iter::once((reference.0, None)).chain(rest).collect()
 }
 
-/// Quaternion and translation of a pose.
+/// Converts a pose to a quaternion and a translation.
 fn rigid(pose: &Pose) -> RigidPose {
     let (rotation, t) = pose.r_t();
     let [w, x, y, z] = rotation.quaternion();

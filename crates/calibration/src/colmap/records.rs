@@ -16,7 +16,7 @@ const HEADS: [&str; 5] = [
     "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n",
 ];
 
-/// Kind of file: text or binary.
+/// Format of a model's files: text or binary.
 pub(crate) trait ModelFormat {
     /// Names of the files of cameras, images, rigs, frames and points.
     const NAMES: [&'static str; 5];
@@ -31,7 +31,7 @@ pub(crate) trait ModelFormat {
 
 /// Reads the fields of a file in order. Field names equal the names in the headers and are used in errors.
 pub(crate) trait RecordReader {
-    /// Results of `read` for every record of the file.
+    /// Calls `read` for every record of the file, and returns the results.
     fn records<T>(&mut self, read: impl FnMut(&mut Self) -> Result<T>) -> Result<Vec<T>>;
 
     /// Error in the current record.
@@ -39,26 +39,26 @@ pub(crate) trait RecordReader {
 
     fn u32(&mut self, field: &str) -> Result<u32>;
 
-    /// Number with 64 bits in binary files; `what` is the beginning of the error message for a number that is too
-    /// large.
+    /// Reads a number, which has 64 bits in binary files. `what` is the beginning of the error message for a number
+    /// that is too large.
     fn size(&mut self, field: &str, what: &str) -> Result<u32>;
 
     fn f64(&mut self, field: &str) -> Result<f64>;
 
     fn flag(&mut self, field: &str) -> Result<bool>;
 
-    /// True if the next sensor is a camera.
+    /// Reads the type of a sensor; returns true for a camera.
     fn is_camera(&mut self) -> Result<bool>;
 
-    /// Name of a camera's model.
+    /// Reads the name of a camera's model.
     fn camera_model(&mut self, camera: u32) -> Result<String>;
 
-    /// Parameters of a camera with this model.
+    /// Reads the parameters of a camera with this model.
     fn camera_params(&mut self, model: &str) -> Result<Vec<f64>>;
 
     fn image_name(&mut self) -> Result<String>;
 
-    /// Ends a record; returns an error if the line contains further fields.
+    /// Ends a record; returns an error if the line of a text file contains further fields.
     fn end_record(&mut self) -> Result<()>;
 
     /// Skips the points of an image, which follow the image's record.
@@ -72,14 +72,14 @@ pub(crate) trait RecordWriter: Sized {
 
     fn u32(&mut self, value: u32);
 
-    /// Number with 64 bits in binary files.
+    /// Writes a number, which has 64 bits in binary files.
     fn size(&mut self, value: u32);
 
     fn f64s(&mut self, values: &[f64]);
 
     fn flag(&mut self);
 
-    /// Type and id of a sensor that is a camera.
+    /// Writes the type and the id of a sensor that is a camera.
     fn camera_sensor(&mut self, id: u32);
 
     fn camera_model(&mut self, name: &str);
@@ -88,13 +88,13 @@ pub(crate) trait RecordWriter: Sized {
 
     fn end_record(&mut self);
 
-    /// Image without points.
+    /// Writes that an image has no points.
     fn no_points2d(&mut self);
 
     fn into_bytes(self) -> Vec<u8>;
 }
 
-/// Cameras of the model whose files are in the same folder as `source`.
+/// Reads the cameras of the model whose files are in the folder of `source`.
 pub(crate) fn read<F: ModelFormat>(source: &InputFile, assets: &mut AssetRoot) -> Result<Calibration> {
     let [cameras, images, rigs, frames, _] = F::NAMES;
     let mut model = Reconstruction::default();
@@ -111,7 +111,7 @@ pub(crate) fn read<F: ModelFormat>(source: &InputFile, assets: &mut AssetRoot) -
     model.calibration(&source.path)
 }
 
-/// `None` if the file is missing.
+/// Returns the file, or `None` if it is missing; all other errors are kept.
 fn optional(file: Result<InputFile>) -> Result<Option<InputFile>> {
     match file {
         Ok(file) => Ok(Some(file)),
@@ -193,7 +193,7 @@ fn read_frame(reader: &mut impl RecordReader) -> Result<Frame> {
     Ok(Frame { id, rig, pose, images })
 }
 
-/// Files of the model with these cameras.
+/// Returns the files of a model with these cameras.
 pub(crate) fn write<F: ModelFormat>(records: &[CameraRecord]) -> Result<OutputFiles> {
     let model = Reconstruction::from_records(records, F::is_image_name)?;
     let files = [
@@ -206,7 +206,7 @@ pub(crate) fn write<F: ModelFormat>(records: &[CameraRecord]) -> Result<OutputFi
     Ok(OutputFiles { files: files.into(), notices: vec![] })
 }
 
-/// Name and bytes of one of the files of [`ModelFormat::NAMES`].
+/// Returns the name and the bytes of a file; `file` is its index in [`ModelFormat::NAMES`].
 fn write_file<F: ModelFormat, T>(file: usize, records: &[T], write: impl Fn(&mut F::Writer, &T)) -> (String, Vec<u8>) {
     let mut writer = F::Writer::new(HEADS[file], records.len());
     for record in records {

@@ -46,7 +46,7 @@ impl ModelFormat for Text {
     }
 }
 
-/// Words of the current line, and the lines after it.
+/// Reader of a text file: the words of the current line, and the lines after it.
 pub(crate) struct LineTokens<'a> {
     path: &'a Path,
     lines: std::iter::Enumerate<Lines<'a>>,
@@ -129,7 +129,7 @@ impl RecordReader for LineTokens<'_> {
         Ok(params)
     }
 
-    /// Last field of a line, which may contain spaces.
+    /// Reads an image's name: the last field of a line, which may contain spaces.
     fn image_name(&mut self) -> Result<String> {
         let first = self.word("NAME")?;
         let start = first.as_ptr().addr() - self.text.as_ptr().addr();
@@ -145,7 +145,7 @@ impl RecordReader for LineTokens<'_> {
         }
     }
 
-    /// The line of points may be empty, and is missing at the end of a file without a final newline.
+    /// Skips the line of points, which may be empty, and may be missing at the end of a file without a final newline.
     fn skip_points2d(&mut self) -> Result<()> {
         if self.next_line().is_none() {
             return Ok(());
@@ -165,7 +165,7 @@ impl RecordReader for LineTokens<'_> {
     }
 }
 
-/// Text with one record per line and spaces between the fields.
+/// Writer of a text file with one record per line and spaces between the fields.
 pub(crate) struct LineWriter(String);
 
 impl LineWriter {

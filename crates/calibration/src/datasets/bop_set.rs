@@ -6,7 +6,7 @@ use raycam_formats::{FormatError, Result};
 
 const CAMERAS: &str = "scene_camera.json";
 
-/// Folders of scenes, inside the splits.
+/// Returns the folders of scenes, which are in the folders of the splits.
 fn scenes(folder: &Folder, assets: &AssetRoot) -> Vec<String> {
     let digits = |name: &&String| name.len() == 6 && name.bytes().all(|b| b.is_ascii_digit());
     let mut found = Vec::new();

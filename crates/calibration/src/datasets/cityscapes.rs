@@ -24,7 +24,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let turn = DMat3::from_rotation_z(get(&outer, "yaw")?)
         * DMat3::from_rotation_y(get(&outer, "pitch")?)
         * DMat3::from_rotation_x(get(&outer, "roll")?);
-    // Columns: The directions of OpenCV's x, y and z in the camera's own axes (x forward, y left, z up).
+    // The columns are the directions of OpenCV's x, y and z in the camera's own axes (x forward, y left, z up).
     let r = turn * DMat3::from_cols(DVec3::NEG_Y, DVec3::NEG_Z, DVec3::X);
     let left = DVec3::new(get(&outer, "x")?, get(&outer, "y")?, get(&outer, "z")?);
     let right = outer.get("baseline").map(|at| at.number()).transpose()?.map(|baseline| left + r.x_axis * baseline);

@@ -13,7 +13,7 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
     folder.has("poses.txt") && folder.inner(CALIBRATIONS, assets).ending(".txt").next().is_some()
 }
 
-/// Left colour cameras, P2, at the poses.
+/// Reads the left colour camera (P2) at every pose.
 pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = kitti::read_poses(&folder.read("poses.txt", assets)?, assets, hints)?;
     let files = folder.inner(CALIBRATIONS, assets);

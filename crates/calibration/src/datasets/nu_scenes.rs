@@ -26,7 +26,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
     read(&folder.read(TABLE, assets)?, assets, hints)
 }
 
-/// Table in the same folder as another, if it exists.
+/// Reads the table `name` in the folder of another table; `None` if it does not exist.
 fn table(from: &InputFile, name: &str, assets: &mut AssetRoot) -> Result<Option<(InputFile, DocumentNode)>> {
     if !assets.is_file(&from.path, name.as_bytes()) {
         return Ok(None);
@@ -36,12 +36,12 @@ fn table(from: &InputFile, name: &str, assets: &mut AssetRoot) -> Result<Option<
     Ok(Some((source, node)))
 }
 
-/// Rows of a table by token.
+/// Returns the rows of a table by their token.
 fn by_token<'a>(root: &Cursor<'a>) -> Result<HashMap<&'a str, Cursor<'a>>> {
     root.list()?.into_iter().map(|row| Ok((row.require("token")?.word()?, row))).collect()
 }
 
-/// Pose of a row, relative to the ego or to the world.
+/// Reads the pose in a row: of a sensor on the ego vehicle, or of the ego vehicle in the world.
 fn pose(row: &Cursor<'_>) -> Result<Pose> {
     let at = row.require("rotation")?;
     let rotation = Rotation::unit_quaternion(at.array()?).map_err(|message| at.fail(message))?;
@@ -60,7 +60,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     for row in Cursor::root(&node, &source.path).list()? {
         let (token, k) = (row.require("token")?.word()?, row.require("camera_intrinsic")?);
         if k.numbers()?.is_empty() {
-            continue; // A lidar or a radar.
+            continue; // The sensor is a lidar or a radar.
         }
         let sensor = row.require("sensor_token")?.word()?;
         let name = names.get(sensor).and_then(|row| row.get("channel")).map_or(Ok(token), |at| at.word())?;
@@ -99,7 +99,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     Ok(calibration)
 }
 
-/// Camera of a row of sample_data; None for another sensor.
+/// Returns the camera of a row of sample_data; `None` for another sensor.
 fn seen(
     row: &Cursor<'_>,
     cameras: &HashMap<&str, CameraRecord>,

@@ -19,7 +19,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
         .all(|key| text.contains(key))
 }
 
-/// Files of a folder, each with its number.
+/// Returns the camera files of a folder, each with the number in its name.
 fn files(folder: &Folder) -> impl Iterator<Item = (&str, &String)> {
     folder.names.iter().filter_map(|name| Some((name.strip_prefix(START)?.strip_suffix(".json")?, name)))
 }
@@ -91,7 +91,7 @@ fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord>
     Ok(record)
 }
 
-/// K, pose and lens in raycam's own keys.
+/// Reads K, pose and lens from raycam's own keys.
 fn written(own: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     record.pixel_center = match own.require("pixel_center")?.word()? {
         "half" => PixelCenter::Half,

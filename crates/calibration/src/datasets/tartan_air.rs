@@ -10,7 +10,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Half the angle of view is 45 degrees, so the focal length is half the width.
+/// Focal length in pixels: half the image width, because half the angle of view is 45 degrees.
 const FOCAL: f64 = 320.0;
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
@@ -23,7 +23,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let path = &source.path;
     let second = source.stem().is_some_and(|stem| stem.starts_with("pose_lcam") || stem.starts_with("pose_rcam"));
     let size: [u32; 2] = if second { [640, 640] } else { [640, 480] };
-    // Columns: OpenCV's x, y, z in the axes of the camera.
+    // The columns are the directions of OpenCV's x, y and z in TartanAir's camera axes.
     let axes = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
     let mut calibration = Calibration::default();
     for (line, row) in data_lines(source.text()?) {

@@ -25,7 +25,7 @@ pub(crate) fn detect_waymo(_: &InputFile, text: &str) -> bool {
     CALIBRATIONS.iter().any(|key| text.contains(&format!("\"{key}\""))) && text.contains("\"intrinsic\"")
 }
 
-/// Rows of a table (CSV with a header, or JSON with a map per row), as one document.
+/// Reads a table (CSV with a header, or JSON with a map per row) as one document.
 fn table(source: &InputFile) -> Result<DocumentNode> {
     let text = source.text()?;
     if text.trim_start().starts_with(['[', '{']) {
@@ -80,7 +80,7 @@ pub(crate) fn read_argoverse(source: &InputFile, assets: &mut AssetRoot, _: &Rea
     Ok(calibration)
 }
 
-/// Pose of the sensor on the vehicle.
+/// Reads the pose of a sensor on the vehicle.
 fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose> {
     for row in root.list()? {
         if row.require("sensor_name")?.word()? == name {
@@ -97,7 +97,7 @@ fn argoverse_mount(root: &Cursor<'_>, name: &str, path: &Path) -> Result<Pose> {
 pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
-    // A frame contains the calibrations in its context.
+    // In Waymo's frames, the calibrations are in the map `context`.
     let places = [root.clone(), root.get("context").unwrap_or_else(|| root.clone())];
     let list = places.iter().find_map(|at| at.any(&CALIBRATIONS));
     let list = list.ok_or_else(|| root.fail("camera_calibrations is missing, both here and in context"))?;
@@ -111,8 +111,8 @@ pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
         record.lens = brown_lens(k1, k2, p1, p2, k3).map_err(|message| row.fail(message))?;
         let at = row.require("extrinsic")?;
         let (r, c) = at.get("transform").unwrap_or(at).matrix4()?;
-        // Axes of Waymo's cameras: x forward, y left, z up. Columns: The directions of OpenCV's x, y and z in these
-        // axes.
+        // Waymo's cameras have x forward, y left and z up. The columns are the directions of OpenCV's x, y and z in
+        // these axes.
         let axes = DMat3::from_cols(DVec3::NEG_Y, DVec3::NEG_Z, DVec3::X);
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r * axes), c));
         rolling += usize::from(row.any(&["rolling_shutter_direction", "rollingShutterDirection"]).is_some());

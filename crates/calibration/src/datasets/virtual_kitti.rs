@@ -14,7 +14,7 @@ use raycam_formats::{FormatError, Result};
 
 const SIZE: [u32; 2] = [1242, 375];
 
-/// Frame and camera, line, and numbers.
+/// A row: frame and camera, line number, and numbers.
 type Row<const N: usize> = ((u32, u32), usize, [f64; N]);
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -23,7 +23,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     starts && (header.contains("K[0,0]") || header.contains("r1,1"))
 }
 
-/// Rows of a file by frame and camera, in file order.
+/// Reads the rows of a file, in file order.
 fn rows<const N: usize>(source: &InputFile) -> Result<Vec<Row<N>>> {
     let mut found = Vec::new();
     for (line, row) in data_lines(source.text()?).skip(1) {

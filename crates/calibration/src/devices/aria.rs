@@ -47,7 +47,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// Pose from a quaternion and a translation.
+/// Reads a pose from a quaternion and a translation.
 fn pose(at: &Cursor<'_>) -> Result<Pose> {
     let first_of = |keys: &[&str]| at.any(keys).ok_or_else(|| at.fail(format_args!("{} is missing", keys[0])));
     let turn = first_of(&["quaternion_wxyz", "quaternionWxyz", "qvec"])?;
@@ -56,7 +56,7 @@ fn pose(at: &Cursor<'_>) -> Result<Pose> {
     Ok(Pose::world_from_camera(rotation, DVec3::from_array(t)))
 }
 
-/// Size, K and lens of a camera model of hand_tracking_toolkit.
+/// Reads the size, K and lens of a camera model of hand_tracking_toolkit.
 pub(crate) fn camera_model(at: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     let first_of = |keys: &[&str]| at.any(keys).ok_or_else(|| at.fail(format_args!("{} is missing", keys[0])));
     record.size = Some([
@@ -84,7 +84,7 @@ pub(crate) fn camera_model(at: &Cursor<'_>, record: &mut CameraRecord) -> Result
             let one = values.len() == 11;
             let focals = if one { [values[0], values[0], values[1], values[2]] } else { first_four(&values) };
             let d = &values[if one { 3 } else { 4 }..];
-            // k0 k1 k2 k3 p0 p1 k4 k5.
+            // The file's order is k0 k1 k2 k3 p0 p1 k4 k5.
             let d = [d[0], d[1], d[2], d[3], d[6], d[7], d[4], d[5], 0.0, 0.0, 0.0, 0.0];
             (focals, lens_of(LensModel::RadTanThinPrismFisheye, &d))
         }

@@ -34,11 +34,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     Ok(calibration)
 }
 
-/// Cameras of the first line, on the device.
+/// Reads the cameras of the first line, which are mounted on the device.
 fn calibrations(source: &InputFile, text: &str) -> Result<Calibration> {
     let mut lines = text.lines().filter(|line| !line.trim().is_empty());
     let first = lines.next().unwrap_or_default();
-    // Pretty-printed JSON contains one value that spans many lines.
+    // If the first line is not complete JSON, the file contains a single value on several lines.
     let (body, further) = if first.trim_end().ends_with('}') { (first, lines.count()) } else { (text, 0) };
     let node = yaml::parse(body, &source.path)?;
     let root = Cursor::root(&node, &source.path);
@@ -76,7 +76,7 @@ fn calibrations(source: &InputFile, text: &str) -> Result<Calibration> {
         }
         let mount = at.require("T_Device_Camera")?;
         let (turn, t) = (mount.require("UnitQuaternion")?, mount.require("Translation")?);
-        // w, [x, y, z].
+        // The quaternion is stored as w and a list of x, y, z.
         let rotation = Rotation::unit_quaternion(turn.array()?).map_err(|message| turn.fail(message))?;
         record.pose = Some(Pose::world_from_camera(rotation, DVec3::from_array(t.array()?)));
         on_a_body(&mut record, "device");

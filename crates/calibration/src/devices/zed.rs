@@ -12,7 +12,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Names of resolutions, with their columns and rows.
+/// Names of resolutions in section names, with the numbers of columns and rows.
 const RESOLUTIONS: [(&str, [u32; 2]); 4] =
     [("HD", [1280, 720]), ("FHD", [1920, 1080]), ("2K", [2208, 1242]), ("VGA", [672, 376])];
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::document::{DocumentNode, Value};
 use raycam_formats::{FormatError, Result};
 
-/// Names in a camera's section, and the equivalent keys of the YAML file.
+/// Names in a camera's section, with the equivalent keys of ROS's YAML file.
 const NAMES: [(&str, &str); 4] = [
     ("camera matrix", "camera_matrix"),
     ("distortion", "distortion_coefficients"),
@@ -15,12 +15,12 @@ const NAMES: [(&str, &str); 4] = [
     ("projection", "projection_matrix"),
 ];
 
-/// True for a text with the sections of such a file.
+/// True for a text with the sections of such an INI file.
 pub(crate) fn detect(text: &str) -> bool {
     text.contains("[image]") && text.lines().any(|line| line.trim() == "camera matrix")
 }
 
-/// Cameras of a file, each as the document of the equivalent YAML file.
+/// Reads the cameras of a file, each as the document of the equivalent YAML file.
 pub(crate) fn cameras(text: &str, path: &Path) -> Result<Vec<DocumentNode>> {
     let mut size: Vec<(String, DocumentNode)> = Vec::new();
     let mut cameras: Vec<Vec<(String, DocumentNode)>> = Vec::new();

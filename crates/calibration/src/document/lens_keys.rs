@@ -1,4 +1,4 @@
-//! Rule against silently lost lenses: a key that looks like a lens and is not read is an error.
+//! Check that no lens is lost silently: a key that looks like a lens but is not read is an error.
 
 use crate::document::{Cursor, DocumentNode, Value};
 use raycam_formats::Result;
@@ -15,7 +15,7 @@ pub(crate) fn looks_like_lens(key: &str) -> bool {
     let starts = |words: &[&str]| words.iter().any(|word| key.starts_with(word));
     let has = |words: &[&str]| words.iter().any(|word| key.contains(word));
     let distortion = starts(&["dist"]) && !starts(&["distance", "distrib", "distric"]);
-    // Such as k1k2p1p2k3.
+    // A list of names of coefficients, such as k1k2p1p2k3.
     let listed = key.len() >= 4 && key.as_bytes().chunks(2).all(|two| matches!(two, [b'k' | b'p' | b's', b'1'..=b'6']));
     let named = has(&["distort", "coef", "radial", "tangential", "fisheye"]) || starts(&["lens", "kappa"]);
     distortion || named || listed || matches!(&key[..], "d" | "xi" | "kc")
@@ -29,7 +29,8 @@ fn is_coefficient(key: &str) -> bool {
         || matches!(&key[..], "s1" | "s2" | "s3" | "s4" | "taux" | "tauy" | "omega" | "xi")
 }
 
-/// The reason why a key must have a value: the key belongs to a lens, or is a number after a decimal comma.
+/// Returns the reason why a key without a value is an error: it belongs to a lens, or is the second half of a number
+/// with a decimal comma. `None` if the key may be empty.
 pub(crate) fn refused_without_value(key: &str) -> Option<String> {
     let own = key.rsplit('.').next().unwrap_or(key);
     if key.parse::<f64>().is_ok() {
@@ -46,7 +47,7 @@ fn has_value(node: &DocumentNode) -> bool {
         Value::Scalar(word) => word.parse::<f64>().map_or(word.starts_with("a pickled object"), |v| v != 0.0),
         Value::List(items) => items.iter().any(has_value),
         Value::Map(entries) => {
-            // A matrix also has rows and columns.
+            // Only the key `data` of a matrix counts, because its numbers of rows and columns are not values.
             let data = entries.iter().find(|(key, _)| key == "data");
             data.map_or_else(|| entries.iter().any(|(_, node)| has_value(node)), |(_, node)| has_value(node))
         }

@@ -37,7 +37,7 @@ pub(crate) struct DocumentNode {
 }
 
 impl DocumentNode {
-    /// True if both are equal except for lines, and for the time and number in a message's header.
+    /// True if two trees are equal, apart from line numbers and from the time and number in a message's header.
     pub(crate) fn same_as(&self, other: &DocumentNode) -> bool {
         match (&self.value, &other.value) {
             (Value::Scalar(a), Value::Scalar(b)) => a == b,
@@ -53,7 +53,7 @@ impl DocumentNode {
     }
 }
 
-/// Node with its path from the root, for errors.
+/// A node, with its path from the root for error messages.
 #[derive(Clone, Debug)]
 pub(crate) struct Cursor<'a> {
     pub(crate) node: &'a DocumentNode,
@@ -66,18 +66,18 @@ impl<'a> Cursor<'a> {
         Self { node, path, key: String::new() }
     }
 
-    /// Error of this node, with the code `syntax`.
+    /// Returns an error about this node, with the code `syntax`.
     pub(crate) fn fail(&self, message: impl std::fmt::Display) -> FormatError {
         self.fail_as(ErrorCode::Syntax, message)
     }
 
-    /// Error of this node, with the given code.
+    /// Returns an error about this node, with the given code.
     pub(crate) fn fail_as(&self, code: ErrorCode, message: impl std::fmt::Display) -> FormatError {
         let key = if self.key.is_empty() { "the file" } else { &self.key };
         FormatError::line(self.path, self.node.line, code.message(format!("{key}: {message}")))
     }
 
-    /// The file.
+    /// The path of the file.
     pub(crate) fn file(&self) -> &'a Path {
         self.path
     }
@@ -151,7 +151,7 @@ impl<'a> Cursor<'a> {
         self.get(key).map_or(Ok(otherwise), |at| at.number())
     }
 
-    /// Number of pixels.
+    /// Reads a number of pixels: a whole number.
     pub(crate) fn count(&self) -> Result<u32> {
         let number = self.number()?;
         if number.fract() != 0.0 || !(0.0..=4294967295.0).contains(&number) {
@@ -173,7 +173,7 @@ impl<'a> Cursor<'a> {
     pub(crate) fn numbers(&self) -> Result<Vec<f64>> {
         if self.is_map() {
             let numbers = self.require("data")?.numbers()?;
-            // OpenCV 5's opencv-nd-matrix.
+            // This is a matrix of OpenCV 5 (opencv-nd-matrix).
             if let Some(sizes) = self.get("sizes") {
                 // In XML, a single size is not a list.
                 let count = match sizes.numbers() {
@@ -227,12 +227,12 @@ impl<'a> Cursor<'a> {
             .map_err(|_| self.fail_as(ErrorCode::WrongShape, format_args!("{count} numbers; expected {N}")))
     }
 
-    /// 3x3 matrix, row by row.
+    /// Reads a 3x3 matrix, row by row.
     pub(crate) fn matrix3(&self) -> Result<DMat3> {
         Ok(DMat3::from_cols_array(&self.array::<9>()?).transpose())
     }
 
-    /// R and t of a 4x4 matrix, row by row.
+    /// Reads R and t from a 4x4 matrix, row by row.
     pub(crate) fn matrix4(&self) -> Result<(DMat3, DVec3)> {
         let numbers = self.numbers()?;
         let m: [f64; 12] = match numbers.len() {
@@ -247,7 +247,7 @@ impl<'a> Cursor<'a> {
         Ok(rigid(&m))
     }
 
-    /// Lens with a name that calibration tools use, and its coefficients.
+    /// Returns the lens for a model name that calibration tools use, and its coefficients.
     pub(crate) fn lens(&self, name: &str, coefficients: &[f64]) -> Result<Lens> {
         lens_named(name, coefficients).map_err(|message| self.fail_as(ErrorCode::InvalidLens, message))
     }
@@ -274,7 +274,8 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// First three rows of a 4x4 matrix with a rotation and a translation, or the reason why the matrix has another form.
+/// Returns the first three rows of a 4x4 matrix that consists of a rotation and a translation, or the reason why the
+/// matrix has another form.
 pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
     let last = [m[12], m[13], m[14], m[15]];
     if last != [0.0, 0.0, 0.0, 1.0] {
@@ -313,21 +314,21 @@ pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {
 /// matrix.
 const MIN_FOCAL_IN_PLACE_OF_POSE: f64 = 20.0;
 
-/// The focal lengths in pixels [fx, fy] of K R, whatever its scale.
+/// The focal lengths [fx, fy] in pixels of a matrix K R of any scale.
 pub(crate) fn focal_lengths_of(k_r: DMat3) -> [f64; 2] {
     let [a, b, c] = [0, 1, 2].map(|i| k_r.row(i));
     [a, b].map(|row| row.cross(c).length() / c.length_squared())
 }
 
-/// R and t from the rows of a 3x4 matrix.
+/// Returns R and t of a 3x4 matrix, given row by row.
 pub(crate) fn rigid(m: &[f64; 12]) -> (DMat3, DVec3) {
     let column = |i: usize| DVec3::new(m[i], m[4 + i], m[8 + i]);
     (DMat3::from_cols(column(0), column(1), column(2)), column(3))
 }
 
-/// Lens with a name that calibration tools use.
+/// Returns the lens for a model name that calibration tools use.
 pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
-    // The spellings "None" and "NONE", as written by Python and ROS drivers.
+    // Lower case also accepts the spellings "None" and "NONE", which Python and ROS drivers write.
     let lower = name.to_lowercase();
     let has_none = matches!(&lower[..], "none" | "nodistortion" | "no_distortion" | "null");
     let model = match if has_none { "none" } else { name } {
@@ -345,7 +346,7 @@ pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
                 )),
             };
         }
-        // raycam's own names for the other models.
+        // All other models have raycam's own names.
         _ => LensModel::from_name(name).map_err(|_| {
             let names = ["plumb_bob", "rational_polynomial", "radtan", "equidistant", "fov", "none"];
             format!("unknown distortion model {name:?}{}", suggestion(name, names))

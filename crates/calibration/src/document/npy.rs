@@ -26,7 +26,7 @@ pub(crate) enum Elements {
     Unread(String),
 }
 
-/// Array of any shape.
+/// A NumPy array of any shape.
 pub(crate) struct NumpyArray {
     pub(crate) shape: Vec<usize>,
     pub(crate) elements: Elements,
@@ -43,7 +43,7 @@ pub(crate) fn names(bytes: &[u8]) -> Vec<String> {
     members.iter().filter_map(|member| Some(member.name.strip_suffix(".npy")?.to_owned())).collect()
 }
 
-/// Shape of the array in a `.npy` file.
+/// Shape of the array in a `.npy` file; `None` for another file.
 pub(crate) fn shape(bytes: &[u8]) -> Option<Vec<usize>> {
     Some(NpyHeader::parse(bytes).ok()?.shape)
 }
@@ -56,7 +56,7 @@ pub(crate) fn shapes(bytes: &[u8]) -> Option<Vec<Vec<usize>>> {
     (!shapes.is_empty()).then_some(shapes)
 }
 
-/// Arrays of a `.npz` file by name, in file order.
+/// Reads the arrays of a `.npz` file with their names, in file order.
 pub(crate) fn arrays(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<(String, NumpyArray)>> {
     let fail = |message: String| FormatError::whole(path, message);
     let members = zip_members::members(bytes).map_err(fail)?;
@@ -70,7 +70,7 @@ pub(crate) fn arrays(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<V
     Ok(found)
 }
 
-/// Array of a `.npy` file.
+/// Reads the array of a `.npy` file.
 pub(crate) fn array(bytes: &[u8]) -> Result<NumpyArray, String> {
     let header = NpyHeader::parse(bytes)?;
     let count = header.shape.iter().try_fold(1usize, |count, side| count.checked_mul(*side));
@@ -108,7 +108,7 @@ struct NpyHeader {
     kind: String,
     fortran: bool,
     shape: Vec<usize>,
-    /// Offset of the first element.
+    /// Offset in bytes of the first element.
     data: usize,
 }
 
@@ -188,7 +188,7 @@ fn reader(letter: &str, size: usize) -> Option<fn([u8; 8]) -> f64> {
     })
 }
 
-/// String of code points, without trailing zeros.
+/// Decodes a string of UTF-32 code points, without trailing zeros.
 fn word(bytes: &[u8], big: bool) -> String {
     let code = |b: &[u8]| {
         let four = [b[0], b[1], b[2], b[3]];
@@ -199,7 +199,7 @@ fn word(bytes: &[u8], big: bool) -> String {
 }
 
 impl NumpyArray {
-    /// The numbers; empty for an array of another type.
+    /// The array's numbers; `None` for an array of another type.
     pub(crate) fn numbers(&self) -> Option<&[f64]> {
         match &self.elements {
             Elements::Numbers(values) => Some(values),
@@ -215,7 +215,7 @@ impl NumpyArray {
         }
     }
 
-    /// The array as lists of lists, for readers of documents.
+    /// Converts the array to lists of lists, for readers of documents.
     pub(crate) fn node(&self) -> DocumentNode {
         let words: Vec<String> = match &self.elements {
             Elements::Numbers(values) if values.len() <= MAX_ELEMENTS => values.iter().map(f64::to_string).collect(),
@@ -236,7 +236,7 @@ fn scalar(word: String) -> DocumentNode {
     DocumentNode { value: Value::Scalar(word), line: 1 }
 }
 
-/// Document with several named arrays.
+/// Creates a document with several named arrays.
 pub(crate) fn document(arrays: &[(String, NumpyArray)]) -> DocumentNode {
     let entries = arrays.iter().map(|(name, array)| (name.clone(), array.node()));
     DocumentNode { value: Value::Map(entries.collect()), line: 1 }

@@ -2,7 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-/// Shortest decimal that gives the same float64, with the decimal point and the signed exponent that YAML 1.1 requires.
+/// Shortest decimal number that is read back as the same float64, with the decimal point and the signed exponent that
+/// YAML 1.1 requires.
 pub(crate) fn yaml_float(value: f64) -> String {
     let text = format!("{value:?}");
     let Some((mantissa, exponent)) = text.split_once('e') else { return text };
@@ -11,7 +12,7 @@ pub(crate) fn yaml_float(value: f64) -> String {
     format!("{mantissa}{point}e{sign}{exponent}")
 }
 
-/// Numbers with a separator.
+/// Formats numbers with a separator between them.
 pub(crate) fn joined(values: &[f64], between: &str) -> String {
     let words: Vec<String> = values.iter().map(|v| yaml_float(*v)).collect();
     words.join(between)
@@ -27,7 +28,7 @@ pub(crate) fn matrix_rows34(r: DMat3, t: DVec3) -> [[f64; 4]; 3] {
     [0, 1, 2].map(|i| [r.row(i).x, r.row(i).y, r.row(i).z, t[i]])
 }
 
-/// Quoted text, valid in YAML and in JSON.
+/// Returns the text in quotes, valid in YAML and in JSON.
 pub(crate) fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use raycam_formats::{FormatError, Result};
 
-/// Lines that are neither empty nor comments (`#`, `%`, `//`), with their numbers from 1.
+/// Lines that are neither empty nor comments (`#`, `%`, `//`), with their line numbers from 1.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let text = text.trim_start_matches('\u{feff}');
     let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%']) && !line.starts_with("//"))
 }
 
-/// The `N` finite numbers of a line.
+/// Reads the `N` finite numbers of a line.
 pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> Result<[f64; N]> {
     let mut values = Vec::with_capacity(N);
     for word in text.split_whitespace() {
@@ -25,7 +25,7 @@ pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> R
     values.try_into().map_err(|_| FormatError::line(path, line, format!("{count} numbers; expected {N}")))
 }
 
-/// True if each of the first lines has `count` numbers.
+/// True if each of the first three data lines has `count` numbers.
 pub(crate) fn looks_like(text: &str, count: usize) -> bool {
     let mut first = data_lines(text).take(3).peekable();
     first.peek().is_some()
@@ -35,7 +35,7 @@ pub(crate) fn looks_like(text: &str, count: usize) -> bool {
         })
 }
 
-/// True for a text with a KITTI matrix in one line; OpenCV's reader would also accept such a text.
+/// True for a text with a line that contains a matrix of KITTI. OpenCV's reader would accept such a text by mistake.
 pub(crate) fn has_kitti_matrix(text: &str) -> bool {
     let numbers = |values: &str, count: usize| {
         let mut words = values.split_whitespace();

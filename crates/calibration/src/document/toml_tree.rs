@@ -1,4 +1,4 @@
-//! TOML as a tree.
+//! Reads TOML as a tree.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::document::{DocumentNode, MAX_DEPTH, Value};
 /// Maximum length of a text that is parsed; calibrations have kilobytes.
 const MAX_BYTES: usize = 4 << 20;
 
-/// Tree of a text.
+/// Parses a text to a tree.
 pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
     if text.len() > MAX_BYTES {
         return Err(FormatError::whole(path, "the TOML file is larger than 4 MiB, the limit for a calibration"));

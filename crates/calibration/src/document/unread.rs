@@ -2,7 +2,7 @@
 
 const OCAM_REMEDY: &str = "calibrate as MEI or KANNALA_BRANDT with camodocal, or with cv2.fisheye";
 
-/// Name of a format, markers that must all be in its files, and the alternative.
+/// Name of a format, markers that every file of this format contains, and the alternative.
 const UNREAD: [(&str, &[&str], &str); 13] = [
     ("a ScanNet scene", &["axisAlignment", "colorWidth"], "open the folder with pose/ and intrinsic/"),
     (
@@ -58,7 +58,7 @@ pub(crate) fn name_of(bytes: &[u8], text: &str) -> Option<(&'static str, &'stati
     Some((name, way))
 }
 
-/// Unsupported format whose files a function recognises by their text.
+/// An unsupported format, whose files are recognised by a function of their text.
 struct UnreadFormat {
     name: &'static str,
     detect: fn(&str) -> bool,
@@ -211,7 +211,7 @@ fn has_all(text: &str, marks: &[&str]) -> bool {
     marks.iter().all(|mark| text.contains(mark))
 }
 
-/// Numbers of the first lines.
+/// Numbers of the first `count` data lines; `None` for a line that contains anything else.
 fn first_numbers(text: &str, count: usize) -> Vec<Option<Vec<f64>>> {
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')).take(count);
     lines.map(|line| line.split_whitespace().map(|word| word.parse().ok()).collect()).collect()

@@ -53,12 +53,12 @@ impl<'f> XmlElement<'f> {
         self.node.children().filter(Node::is_element).map(move |node| XmlElement { file, node })
     }
 
-    /// First child with this name.
+    /// The first child element with this name.
     pub(crate) fn child(&self, name: &str) -> Option<XmlElement<'f>> {
         self.children().find(|child| child.name() == name)
     }
 
-    /// All elements with this name below this one, at any depth.
+    /// All elements with this name inside this element, at any depth.
     pub(crate) fn all(&self, name: &'f str) -> impl Iterator<Item = XmlElement<'f>> + use<'f> {
         let file = self.file;
         let found = self.node.descendants().filter(move |node| node.is_element() && node.tag_name().name() == name);
@@ -74,7 +74,7 @@ impl<'f> XmlElement<'f> {
         self.node.text().unwrap_or_default().trim()
     }
 
-    /// Numbers of a text that belongs to this element.
+    /// Reads the numbers in a text that belongs to this element.
     pub(crate) fn numbers_of<const N: usize>(&self, what: &str, text: &str) -> Result<[f64; N]> {
         let values: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse::<f64>).collect();
         let values = values.ok().filter(|values| values.iter().all(|value| value.is_finite()));
@@ -83,7 +83,7 @@ impl<'f> XmlElement<'f> {
         values.try_into().map_err(|_| self.fail(format_args!("{what} has {count} numbers; expected {N}")))
     }
 
-    /// Numbers of the element.
+    /// Reads the numbers in the element's text.
     pub(crate) fn numbers<const N: usize>(&self) -> Result<[f64; N]> {
         self.numbers_of("the text", self.text())
     }

@@ -14,7 +14,7 @@ use raycam_formats::{FormatError, Result};
 /// number.
 const MAX_COPIED_VALUES: usize = 1 << 16;
 
-/// Indent of the second and later lines of a bracketed list, deeper than the keys of a calibration.
+/// Indentation that is added to the second and later lines of a bracketed list, deeper than any key of a calibration.
 const LIST_INDENT: &str = "                                                                ";
 
 /// A list or map that is being read; a map is stored with the key whose value follows and with its previous keys.
@@ -23,18 +23,18 @@ enum Open {
     Map(Vec<(String, DocumentNode)>, Option<String>, HashSet<String>),
 }
 
-/// Tree of a text. Files of OpenCV and of SLAM programs begin with `%YAML:1.0`, which is not valid YAML, and OpenCV
-/// accepts keys without a space before their value. Both are therefore accepted in these files, and in files that would
-/// otherwise not be valid YAML. JSON may contain tabs, and comments in OpenCV's notation.
+/// Parses a text to a tree. Files of OpenCV and of SLAM programs begin with `%YAML:1.0`, which is not valid YAML, and
+/// OpenCV accepts keys without a space before their value. Both are therefore accepted in these files, and in files
+/// that would otherwise not be valid YAML. JSON may contain tabs, and comments in OpenCV's notation.
 pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
     parse_any(text, path).map(without_node_name)
 }
 
-/// The parameters of the only node in a parameter file of ROS 2, `/**: {ros__parameters: {...}}`; any other document
-/// unchanged.
+/// Returns the parameters of the only node in a parameter file of ROS 2, `/**: {ros__parameters: {...}}`. Any other
+/// document is returned unchanged.
 fn without_node_name(node: DocumentNode) -> DocumentNode {
     let mut inner = &node;
-    // The name of the node may have a namespace of its own.
+    // The name of the node may be nested in a namespace.
     for _ in 0..3 {
         let Value::Map(entries) = &inner.value else { break };
         let [(key, below)] = &entries[..] else { break };
@@ -98,7 +98,7 @@ fn with_indented_lists(text: &str) -> String {
     indented
 }
 
-/// Text with a space between `word:` and a value, as YAML requires.
+/// Returns the text with a space between `word:` and its value, as YAML requires.
 fn with_spaces(text: &str) -> String {
     let mut spaced = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
@@ -118,7 +118,7 @@ fn with_spaces(text: &str) -> String {
     spaced
 }
 
-/// JSON without comments, which start with `//` outside quotes and end with the line.
+/// Removes comments from JSON; they start with `//` outside quotes and end with the line.
 fn without_comments(text: &str) -> String {
     let mut kept = String::with_capacity(text.len());
     let (mut quoted, mut escaped) = (false, false);
@@ -144,7 +144,7 @@ fn count_values(node: &DocumentNode) -> usize {
     }
 }
 
-/// The reason why an empty value cannot follow the current key.
+/// Returns the reason why an empty value cannot follow the current key; `None` if it can.
 fn refused_empty(event: &Event<'_>, open: &[(Open, usize, usize)]) -> Option<String> {
     match (event, open.last()) {
         (Event::Scalar(word, ScalarStyle::Plain, ..), Some((Open::Map(_, Some(key), _), ..)))

@@ -13,7 +13,7 @@ use raycam_formats::{FormatError, Result};
 pub(crate) struct ZipMember {
     pub(crate) name: String,
     deflated: bool,
-    /// Offset of its local header.
+    /// Offset of the file's local header.
     header: usize,
     packed: usize,
     size: usize,
@@ -40,7 +40,7 @@ pub(crate) fn unpacked(mut source: InputFile, budget: &mut Budget) -> Result<Inp
 /// Byte order mark of UTF-8, which Windows programs write at the beginning of text files.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// All bytes of a reader, within the budget.
+/// Reads all bytes of a decompressing reader, within the budget.
 fn unpack(packed: impl Read, path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let read = packed.take(budget.bytes.saturating_add(1)).read_to_end(&mut bytes);
@@ -86,14 +86,14 @@ pub(crate) fn members(bytes: &[u8]) -> Result<Vec<ZipMember>, String> {
 }
 
 impl ZipMember {
-    /// Its compressed bytes.
+    /// The file's compressed bytes.
     fn packed<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
         let (name, extra) = (number(bytes, self.header + 26, 2)?, number(bytes, self.header + 28, 2)?);
         let start = self.header + 30 + name + extra;
         bytes.get(start..start.checked_add(self.packed)?)
     }
 
-    /// The first bytes of the file, at most this number; none if the file is damaged.
+    /// Decompresses at most the first `count` bytes of the file; `None` if the file is damaged.
     pub(crate) fn start(&self, bytes: &[u8], count: usize) -> Option<Vec<u8>> {
         let packed = self.packed(bytes)?;
         let mut start = Vec::new();
@@ -104,7 +104,7 @@ impl ZipMember {
         read.ok().map(|_| start)
     }
 
-    /// Bytes of the file.
+    /// Decompresses the file within the budget.
     pub(crate) fn unpack(&self, bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
         let fail = || FormatError::whole(path, format!("the ZIP entry {} is truncated", self.name));
         let packed = self.packed(bytes).ok_or_else(fail)?;

@@ -10,7 +10,7 @@ use crate::rig::on_a_body;
 use crate::{Calibration, CameraRecord, ReadHints};
 use raycam_formats::{FormatError, Result};
 
-/// K, if the camera contains K.
+/// Reads K; `None` if the camera has no K.
 pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
     let skew = view.inherited(&keys::SKEW)?.map(|at| Ok::<_, FormatError>((at.number()?, at))).transpose()?;
     if let Some(at) = view.find_value(&keys::K)? {
@@ -38,7 +38,7 @@ fn matrix(at: &Cursor<'_>) -> Result<DMat3> {
         return Ok(upper(four));
     }
     let k = match at.numbers()?[..] {
-        // K in the corner of a 3x4 or 4x4 matrix.
+        // K is in the upper left corner of a 3x4 or 4x4 matrix.
         [a, b, c, 0.0, d, e, f, 0.0, g, h, i, 0.0] | [a, b, c, 0.0, d, e, f, 0.0, g, h, i, 0.0, 0.0, 0.0, 0.0, 1.0] => {
             DMat3::from_cols_array(&[a, b, c, d, e, f, g, h, i]).transpose()
         }
@@ -59,7 +59,7 @@ fn matrix(at: &Cursor<'_>) -> Result<DMat3> {
     Ok(k)
 }
 
-/// Columns and rows by name, in a map.
+/// Reads the numbers of columns and rows from a map, by name.
 fn sides(at: &Cursor<'_>) -> Result<Vec<f64>> {
     let view = KeyView::new(at.clone());
     match (view.find_value(&keys::WIDTH)?, view.find_value(&keys::HEIGHT)?) {
@@ -68,14 +68,14 @@ fn sides(at: &Cursor<'_>) -> Result<Vec<f64>> {
     }
 }
 
-/// Columns and rows.
+/// Reads the numbers of columns and rows.
 pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
     let (pair, shape) = (view.find_value(&keys::SIZE)?, view.find_value(&keys::SHAPE)?);
     if let Some(at) = pair.as_ref().or(shape.as_ref()) {
         let mut numbers = match keys::is_keyed(at) {
             true => sides(at)?,
             false => match at.word() {
-                // The size as one word, such as 640x480.
+                // The size is one word, such as 640x480.
                 Ok(word) => {
                     let parts = word.split(['x', 'X', '*', ',', ' ']).filter(|part| !part.is_empty());
                     let numbers: Option<Vec<f64>> = parts.map(|part| part.parse().ok()).collect();
@@ -101,7 +101,8 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
                 let near = |c: f64, side: f64| (c / side - 0.5).abs() < 0.15;
                 near(k.z_axis.x, width) && near(k.z_axis.y, height)
             };
-            // Maximum distance of the principal point from the centre, in units of the sides.
+            // Distance of the principal point from the image centre in x or y, whichever is larger, as a fraction of
+            // the side.
             let off = |width: f64, height: f64| (k.z_axis.x / width - 0.5).abs().max((k.z_axis.y / height - 0.5).abs());
             let far = off(width, height) > 0.25 && off(height, width) < 0.2;
             if far || !middle(width, height) && middle(height, width) {
@@ -120,7 +121,7 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
     }
 }
 
-/// Camera of a view; several cameras if it has several poses of the board.
+/// Reads the camera of a map; several cameras if the map contains several poses of the board.
 pub(super) fn read(view: &KeyView<'_>, name: String, hints: &ReadHints, calibration: &mut Calibration) -> Result<()> {
     let at = &view.at;
     let mut record = CameraRecord::new(name, PixelCenter::Integer);

@@ -4,7 +4,7 @@ use crate::document::Cursor;
 use crate::document::lens_keys::plain;
 use raycam_formats::Result;
 
-/// K, as 9 numbers or as 4: fx, fy, cx, cy.
+/// Keys of K, as 9 numbers or as 4: fx, fy, cx, cy.
 pub(super) const K: [&str; 26] = [
     "cameramatrix",
     "cameramat",
@@ -33,7 +33,7 @@ pub(super) const K: [&str; 26] = [
     "kmat",
     "kmtx",
 ];
-/// Coefficients of the lens.
+/// Keys of the lens's coefficients.
 pub(super) const LENS: [&str; 37] = [
     "distortionvec",
     "distortioncoefficients",
@@ -73,18 +73,18 @@ pub(super) const LENS: [&str; 37] = [
     "kc",
     "d",
 ];
-/// Coefficients in a map that also specifies the lens model.
+/// Keys of a map that contains coefficients and the lens model.
 pub(super) const PARAMETERS: [&str; 6] = ["params", "parameters", "values", "coeff", "coefs", "vector"];
-/// Coefficients in two lists, k1 k2 (k3 ...) and p1 p2.
+/// Keys of coefficients in two lists, k1 k2 (k3 ...) and p1 p2.
 pub(super) const RADIAL: [&str; 4] =
     ["radialdistortion", "radialdistortioncoefficients", "radialcoefficients", "radialcoeffs"];
 pub(super) const TANGENTIAL: [&str; 4] =
     ["tangentialdistortion", "tangentialdistortioncoefficients", "tangentialcoefficients", "tangentialcoeffs"];
-/// Coefficients with individual names, in OpenCV's order.
+/// Names of individual coefficients, in OpenCV's order.
 pub(super) const COEFFICIENTS: [&str; 12] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"];
 pub(super) const FOCALS: [&str; 4] = ["fx", "fy", "cx", "cy"];
 pub(super) const SKEW: [&str; 1] = ["skew"];
-/// Columns and rows.
+/// Keys of the image size as columns and rows.
 pub(super) const SIZE: [&str; 14] = [
     "imagesize",
     "imgsize",
@@ -101,7 +101,7 @@ pub(super) const SIZE: [&str; 14] = [
     "videosize",
     "calibdimension",
 ];
-/// Rows and columns, as in NumPy's `shape`.
+/// Keys of the image size as rows and columns, as in NumPy's `shape`.
 pub(super) const SHAPE: [&str; 3] = ["shape", "imageshape", "imgshape"];
 pub(super) const WIDTH: [&str; 12] = [
     "imagewidth",
@@ -164,7 +164,7 @@ pub(super) const STRICT_MODEL: [&str; 9] = [
 ];
 pub(super) const FISHEYE: [&str; 3] = ["fisheyemodel", "fisheye", "isfisheye"];
 pub(super) const XI: [&str; 1] = ["xi"];
-/// Pose of one camera, camera from world.
+/// Keys of R and T of one camera: camera from world.
 pub(super) const R: [&str; 7] = ["r", "rot", "rotation", "rotationmatrix", "rotmat", "rmat", "rstereo"];
 pub(super) const T: [&str; 7] = ["t", "trans", "trns", "translation", "translationvector", "transmat", "tstereo"];
 pub(super) const RVEC: [&str; 2] = ["rvec", "rotationvector"];
@@ -174,11 +174,11 @@ pub(super) const BODY_FROM_CAMERA: [&str; 10] =
     ["tbs", "tbc", "tsc", "tbodycam", "tbodycamera", "bodytcam", "imutcam", "timucam", "tic", "timucamera"];
 /// Keys of a mount whose names mean camera_from_body.
 pub(super) const CAMERA_FROM_BODY: [&str; 5] = ["tcamimu", "tcamerabody", "tcambody", "tcb", "tcameraimu"];
-/// Poses of the views of a board: six numbers each, or three each in two lists.
+/// Keys of the poses of a board's views: six numbers per view, or three per view in each of two lists.
 pub(super) const VIEWS: [&str; 1] = ["extrinsicparameters"];
 pub(super) const RVECS: [&str; 3] = ["rvecs", "rotationvectors", "rotationvec"];
 pub(super) const TVECS: [&str; 3] = ["tvecs", "translationvectors", "translationvec"];
-/// Parts of a rectified pair, which follow from the raw cameras.
+/// Keys of a rectified pair's matrices, which follow from the raw cameras.
 pub(super) const RECTIFIED: [&str; 5] = ["r1", "r2", "p1", "p2", "q"];
 /// Further known keys: they are read elsewhere, or do not affect the image.
 const OTHER: [&str; 43] = [
@@ -227,7 +227,8 @@ const OTHER: [&str; 43] = [
     "date",
 ];
 
-/// Markers of one camera's keys, and of each camera of a pair, at the end or at the beginning of a key.
+/// Markers at the end or at the beginning of a key, which identify the camera: of a single camera, or of each camera of
+/// a pair.
 const MARKS: [&str; 12] = ["", "0", "1", "2", "left", "right", "l", "r", "cam0", "cam1", "cam2", "camera1"];
 
 /// True if a key belongs to the calibration of one camera or of either camera of a pair.
@@ -239,7 +240,7 @@ pub(super) fn is_known(key: &str) -> bool {
     })
 }
 
-/// True if a key is K of one camera or of either camera of a pair.
+/// True if a key means K, of one camera or of either camera of a pair.
 pub(super) fn is_camera_matrix(key: &str) -> bool {
     let key = plain(key);
     MARKS
@@ -284,13 +285,13 @@ fn is_deviation(base: &str) -> bool {
         || base.starts_with("stddev")
 }
 
-/// True for a map of keys that is not a matrix of OpenCV.
+/// True for a map that is not a matrix in OpenCV's notation.
 pub(super) fn is_keyed(at: &Cursor<'_>) -> bool {
     at.is_map() && at.get("data").is_none() && at.get("rows").is_none()
 }
 
-/// True for numbers that may be K, or fx, fy, cx and cy. Some of these values may not be numbers, which the reader
-/// reports.
+/// True for a list of values that may be K, or fx, fy, cx and cy. If some values are not numbers, the reader reports
+/// this later.
 pub(super) fn is_matrix(at: &Cursor<'_>) -> bool {
     let data = at.get("data").unwrap_or_else(|| at.clone());
     let rows = data.list().unwrap_or_default();
@@ -305,7 +306,8 @@ pub(super) fn is_matrix(at: &Cursor<'_>) -> bool {
     (3..=16).contains(&found.len()) && 2 * found.iter().filter(|number| **number).count() > found.len()
 }
 
-/// The parts of a key before or after a mark; a number is a mark only if no other digit is next to it.
+/// The parts of a key that remain without a marker at its beginning or end. A number is a marker only if no other digit
+/// is next to it.
 fn without_mark<'k>(key: &'k str, mark: &str) -> impl Iterator<Item = &'k str> {
     let number = mark.bytes().all(|c| c.is_ascii_digit());
     let before = key.strip_suffix(mark).filter(|rest| !(number && rest.ends_with(|c: char| c.is_ascii_digit())));
@@ -330,8 +332,8 @@ const OTHER_MATRICES: [&str; 13] = [
     "inv",
 ];
 
-/// The cameras' marks in a map whose keys are K and a name or a number, such as `K_event` or `camera_matrix_2`, in the
-/// file's order. A single mark counts only if the camera's lens has the same mark.
+/// The markers of the cameras in a map, in file order. A marker is the name or number in a key of K, such as `K_event`
+/// or `camera_matrix_2`. A single marker counts only if the key of the camera's lens has the same marker.
 pub(super) fn marks(root: &Cursor<'_>) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     let entries = root.entries().unwrap_or_default();
@@ -353,8 +355,8 @@ pub(super) fn marks(root: &Cursor<'_>) -> Vec<String> {
     found
 }
 
-/// The rest of a key that begins or ends with one of several words, separated by `_`, `-`, `.`, a digit or a capital
-/// letter.
+/// The marker in a key: the rest of a key that begins or ends with one of `words`, separated by `_`, `-`, `.`, a digit
+/// or a capital letter.
 fn mark_of(key: &str, words: &[&str]) -> Option<String> {
     // The places in the key at which a word can end or begin.
     let chars: Vec<(usize, char)> = key.char_indices().collect();
@@ -376,11 +378,12 @@ fn mark_of(key: &str, words: &[&str]) -> Option<String> {
             _ => None,
         }
     });
-    // The longest word counts: `camera_matrix_0` must not be read as the `matrix` of "camera".
+    // The longest matching word counts: otherwise, `camera_matrix_0` would be read as the `matrix` of a camera named
+    // "camera".
     marks.max_by_key(|(length, _)| *length).map(|(_, mark)| mark)
 }
 
-/// True for 9, 12 or 16 numbers of K.
+/// True for 9, 12 or 16 numbers that have the form of K.
 fn looks_like_k(at: &Cursor<'_>) -> bool {
     let Ok(m) = at.numbers() else { return false };
     let width = match m.len() {
@@ -392,18 +395,19 @@ fn looks_like_k(at: &Cursor<'_>) -> bool {
     zeros && m[2 * width + 2] == 1.0 && m[0] > 0.0 && m[width + 1] > 0.0
 }
 
-/// Keys of one camera: keys without a marker, or keys that end or begin with the marker of the camera's side.
+/// View of a map that contains only the keys of one camera: keys without a marker, or keys that end or begin with a
+/// marker of the camera.
 #[derive(Clone)]
 pub(super) struct KeyView<'a> {
     pub(super) at: Cursor<'a>,
-    /// Markers of the side, such as `1` and `left`; empty for keys without a marker.
+    /// Markers of the camera, such as `1` and `left`; empty for keys without a marker.
     pub(super) side: Vec<String>,
-    /// Maps that contain this one, the innermost first: their size, skew and lens model also apply to the camera.
+    /// Maps that enclose this map, the innermost first; their size, skew and lens model also apply to the camera.
     pub(super) above: Vec<Cursor<'a>>,
 }
 
 impl<'a> KeyView<'a> {
-    /// Keys of a map, without a marker.
+    /// Creates a view of the keys without a marker.
     pub(super) fn new(at: Cursor<'a>) -> Self {
         Self { at, side: vec![], above: vec![] }
     }
@@ -415,7 +419,8 @@ impl<'a> KeyView<'a> {
         own.map_or_else(above, |own| Ok(Some(own)))
     }
 
-    /// The key without the side's marker, and the same key without `camera`; both empty for keys of another side.
+    /// The key without the camera's marker, and the same key without the word `camera`; empty for keys of another
+    /// camera.
     pub(super) fn base(&self, key: &str) -> Vec<String> {
         let key = plain(key);
         let mut bases = match &self.side[..] {
@@ -436,7 +441,7 @@ impl<'a> KeyView<'a> {
         self.base(key).iter().any(|base| names.contains(&base.as_str()))
     }
 
-    /// Values of all keys with these names, here and in the map of the intrinsics.
+    /// Values of all keys with these names, in this map and in the map of the intrinsics.
     pub(super) fn all(&self, names: &[&str]) -> Vec<Cursor<'a>> {
         let entries = self.at.entries().unwrap_or_default();
         let inner = self.intrinsics().map(|inner| inner.all(names)).unwrap_or_default();
@@ -446,7 +451,7 @@ impl<'a> KeyView<'a> {
         entries.into_iter().filter(wanted).map(|(_, at)| at).chain(inner).collect()
     }
 
-    /// Intrinsics with named numbers in a map of their own: `intrinsics: {fx: ..., fy: ...}`.
+    /// View of a separate map of intrinsics with named numbers: `intrinsics: {fx: ..., fy: ...}`.
     pub(super) fn intrinsics(&self) -> Option<KeyView<'a>> {
         let entries = self.at.entries().ok()?;
         let mut maps = entries.into_iter().filter(|(key, at)| self.has_name(key, &K) && is_keyed(at));

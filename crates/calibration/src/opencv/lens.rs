@@ -8,7 +8,7 @@ use crate::document::{Cursor, Value, lens_keys::plain, lens_named};
 use crate::opencv::keys::{self, KeyView};
 use raycam_formats::Result;
 
-/// The lens, with the model specified by the file or the caller.
+/// Reads the lens, with the model specified by the file or the caller.
 pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
     let (shown, numbers) = coefficients(view)?;
     let shown = shown.unwrap_or_else(|| view.at.clone());
@@ -41,10 +41,10 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
     }
 }
 
-/// Coefficients in a list or by name, and the position of the list.
+/// Reads coefficients from a list or by name; returns the list's node and the coefficients.
 fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)> {
     let mut list = view.find_value(&keys::LENS)?;
-    // A map with the model and the coefficients.
+    // The value may be a map with the model and the coefficients.
     while let Some(at) = list.as_ref().filter(|at| keys::is_keyed(at)) {
         let inner = KeyView::new(at.clone());
         let Some(found) = inner.find_value(&keys::LENS)?.or(inner.find_value(&keys::PARAMETERS)?) else { break };
@@ -63,7 +63,7 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
     let mut values: Vec<(usize, f64)> = Vec::new();
     for (i, key) in keys::COEFFICIENTS.into_iter().enumerate() {
         let mut found = named.all(&[key]).into_iter();
-        // K1 may be the matrix of a pair.
+        // Only single numbers are coefficients, because K1 may also be the matrix of a pair's first camera.
         if let Some(at) = found.find(|at| matches!(at.node.value, Value::Scalar(_))) {
             values.push((i, at.number()?));
         }
@@ -87,7 +87,7 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
     let is_fisheye = stated(view)?.is_some_and(|(_, word)| word == "fisheye");
     let fisheye = |i: usize| [0, 1, 4, 5].iter().position(|&k| k == i);
     if is_fisheye || values.iter().any(|&(i, value)| i == 5 && value != 0.0) && !values.iter().any(|v| v.0 == 6) {
-        // The lens has only the coefficients k1 k2 k3 k4.
+        // A fisheye lens has only the coefficients k1 k2 k3 k4.
         let mut four = vec![0.0; 4];
         for &(i, value) in values.iter().filter(|(_, value)| *value != 0.0) {
             let place = fisheye(i).ok_or_else(|| named.at.fail("fisheye has only k1 k2 k3 k4"))?;
@@ -104,7 +104,7 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
     Ok((list.or((count > 0).then_some(named.at)), numbers))
 }
 
-/// Coefficients in two lists, as in MATLAB.
+/// Reads coefficients from two lists, as in MATLAB.
 fn radial_and_tangential<'a>(
     view: &KeyView<'a>,
     list: Option<Cursor<'a>>,
@@ -127,8 +127,8 @@ fn radial_and_tangential<'a>(
     Ok((Some(at), numbers))
 }
 
-/// Name and position of the model that the file specifies: next to the camera, or otherwise in the innermost enclosing
-/// map.
+/// Returns the node and the name of the lens model that the file specifies: in the camera's map or, otherwise, in the
+/// innermost enclosing map that names a model.
 fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     if let Some(found) = stated_here(view)? {
         return Ok(Some(found));
@@ -148,7 +148,7 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     view.above.iter().find_map(|at| stated_here(&KeyView::new(at.clone())).transpose()).transpose()
 }
 
-/// Same as above, for the keys of one map.
+/// Same as [`stated`], for the keys of one map only.
 fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     let is_word = |at: &Cursor<'_>| matches!(at.node.value, Value::Scalar(_));
     if let Some(at) = view.all(&keys::FISHEYE).into_iter().find(is_word) {
@@ -203,12 +203,13 @@ const NAMES: [&str; 16] = [
     "frame",
 ];
 
-/// "fisheye" as the value of a key that is neither a known key nor a name: `calibration_method: cv2.fisheye`.
+/// Finds "fisheye" in the value of a key that is neither a known key nor a name, as in `calibration_method:
+/// cv2.fisheye`.
 fn fisheye_under_another_key<'a>(view: &KeyView<'a>) -> Option<(Cursor<'a>, &'a str)> {
     let entries = view.at.entries().unwrap_or_default();
     entries.into_iter().find_map(|(key, at)| {
         let key = plain(key);
-        // `camera` alone may be a name; `camera_method` cannot be a name.
+        // The value of a key `camera` may be a name; the value of `camera_method` is not a name.
         let is_name = key == "camera" || NAMES.iter().any(|word| key.contains(word));
         let word = at.word().ok().map(plain)?;
         let fisheye =
@@ -217,13 +218,13 @@ fn fisheye_under_another_key<'a>(view: &KeyView<'a>) -> Option<(Cursor<'a>, &'a 
     })
 }
 
-/// Lens model named by the value of a key of [`keys::MODEL`]; None for a projection, or for the name of a product.
+/// Lens model named by the value of a key in [`keys::MODEL`]; `None` if the value names only a projection or a product.
 fn model_of<'a>(key: &str, at: &Cursor<'a>, view: &KeyView<'a>) -> Result<Option<&'a str>> {
     let word = at.word()?;
     let name = plain(word);
     let strict = keys::STRICT_MODEL.iter().any(|known| key.ends_with(known));
     Ok(match &name[..] {
-        // These names specify only the projection; the lens has a separate key, or is OpenCV's.
+        // These names specify only the projection; the lens model has a separate key, or is OpenCV's.
         "" | "pinhole" | "perspective" | "standard" | "opencvpinhole" | "rectilinear" => None,
         "opencv" | "brown" | "brownconrady" | "radtan" | "radialtangential" | "plumbbob" | "rational"
         | "rationalpolynomial" | "thinprism" | "pinholeopencv" | "pinholeradtan" | "opencvstandard" => Some("opencv"),
@@ -260,7 +261,7 @@ const LENS_WORDS: [&str; 18] = [
     "prism",
 ];
 
-/// True for the output of MC-Calib.
+/// True if the file was written by MC-Calib.
 fn is_mc_calib(view: &KeyView<'_>) -> bool {
     let has = |at: &Cursor<'_>| at.get("nb_camera").is_some() || at.get("camera_group").is_some();
     has(&view.at) || view.above.iter().any(has)

@@ -33,7 +33,7 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
         })
 }
 
-/// Files of the left and of the right camera.
+/// Reads the files of the left and of the right camera.
 pub(crate) fn sides(folder: &Folder, assets: &mut AssetRoot) -> Vec<InputFile> {
     let names = ["left", "right"].into_iter().filter_map(|side| file_of(folder, side));
     names.filter_map(|name| folder.read(name, assets).ok()).collect()

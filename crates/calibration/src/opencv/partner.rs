@@ -12,7 +12,7 @@ use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_scene::NoticeCode;
 
-/// True for maps of cameras with R and T.
+/// True if the root is a map of cameras, each with R and T.
 pub(super) fn has_poses(root: &Cursor<'_>) -> bool {
     let entries = root.entries().unwrap_or_default();
     entries
@@ -20,7 +20,8 @@ pub(super) fn has_poses(root: &Cursor<'_>) -> bool {
         .any(|(_, at)| keys::is_keyed(at) && pose::read_r_t(&KeyView::new(at.clone())).is_ok_and(|pose| pose.is_some()))
 }
 
-/// Gives cameras without a pose the R and T under their names in `extrinsics.json` next to `intrinsics.json`.
+/// Sets the poses of cameras without a pose: R and T under the cameras' names in `extrinsics.json` next to
+/// `intrinsics.json`.
 pub(super) fn place_cameras(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     if calibration.records.iter().any(|record| record.pose.is_some()) {
         return Ok(());

@@ -31,7 +31,7 @@ const BODIES: [&str; 20] = [
     "lidar", "velodyne", "velo", "livox", "laser", "radar", "imu", "body", "base", "robot", "ego", "vehicle",
     "gripper", "hand", "flange", "rig", "marker", "board", "target", "map",
 ];
-/// Names of a camera's centre in the world, next to R; then R is camera_from_world.
+/// Keys of a camera's centre in the world; a rotation R next to them is camera_from_world.
 const CENTER: [&str; 8] =
     ["c", "center", "centre", "cameracenter", "cameracentre", "camcenter", "opticalcenter", "projectioncenter"];
 /// Keys of a position that do not specify the direction of a neighbouring rotation.
@@ -57,7 +57,7 @@ const OTHER_ROTATIONS: [&str; 14] = [
 /// Words in keys of poses whose direction the key does not specify.
 const OPEN_DIRECTION: [&str; 5] = ["extrinsic", "pose", "rtmatrix", "transformation", "transformmatrix"];
 
-/// R and t, camera_from_world: under R and T, or under rvec and tvec.
+/// Reads R and t, camera_from_world: from R and T, or from rvec and tvec.
 ///
 /// # Errors
 /// An error if only one of rotation and translation is present, if a vector is longer than 2 pi, or if values
@@ -66,7 +66,7 @@ pub(super) fn read_r_t(view: &KeyView<'_>) -> Result<Option<Pose>> {
     read_pose(view, None)
 }
 
-/// True for a key that is a part of a pose by R and T.
+/// True for a key that belongs to a pose of R and T, or of rvec and tvec.
 pub(super) fn is_part(view: &KeyView<'_>, key: &str) -> bool {
     [&keys::R[..], &keys::T, &keys::RVEC, &keys::TVEC].iter().any(|names| view.has_name(key, names))
 }
@@ -82,7 +82,7 @@ impl<'a> OtherPose<'a> {
     fn of(view: &KeyView<'a>) -> Result<Self> {
         let three = |at: &Cursor<'_>| at.numbers().is_ok_and(|numbers| numbers.len() == 3);
         let first = |names: &[&str]| Ok::<_, FormatError>(view.find_value(names)?.filter(three));
-        // A word (`orientation: landscape`), a 4x4 matrix Q and zero angles are not rotations.
+        // A word (as in `orientation: landscape`), a 4x4 matrix Q and angles that are all 0 are not rotations.
         let turned = |at: &Cursor<'_>| match at.numbers() {
             Ok(numbers) => matches!(numbers.len(), 3 | 4) && numbers.iter().any(|value| *value != 0.0),
             Err(_) => at.number().is_ok_and(|angle| angle != 0.0),
@@ -98,7 +98,7 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
     let other = OtherPose::of(view)?;
     let (matrix, vector) = (view.find_value(&keys::R)?, view.find_value(&keys::RVEC)?);
     let (t, tvec) = (view.find_value(&keys::T)?, view.find_value(&keys::TVEC)?);
-    // A transform of 4x4 numbers under T is read by its key.
+    // A matrix of 12 or 16 numbers under T is a whole transform, which is read elsewhere by its key.
     let t = t.filter(|at| !matches!(at.numbers().map(|numbers| numbers.len()), Ok(12 | 16)));
     let rectified = !view.all(&["p", "projectionmatrix"]).is_empty() || !view.all(&keys::RECTIFIED).is_empty();
     let (r_at, t_at) = match (matrix.as_ref().or(vector.as_ref()), t.or(tvec)) {
@@ -111,7 +111,7 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
             if let Some(position) = &other.position {
                 return pose_at(position, r, world_from_camera).map(Some);
             }
-            // R and P of a rectified camera.
+            // R belongs to a rectified camera, with P.
             if rectified {
                 return Ok(None);
             }
@@ -132,7 +132,8 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
     Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)))
 }
 
-/// Pose of a camera at a position, with the rotation `r_at` next to it. The direction of the rotation must be known.
+/// Reads the pose of a camera from its position and the rotation `r_at` next to it. The direction of the rotation must
+/// be known.
 fn pose_at(position: &Cursor<'_>, r_at: &Cursor<'_>, world_from_camera: Option<bool>) -> Result<Pose> {
     let r = rotation(r_at)?;
     let Some(world_from_camera) = world_from_camera else {
@@ -146,14 +147,14 @@ fn pose_at(position: &Cursor<'_>, r_at: &Cursor<'_>, world_from_camera: Option<b
     Ok(Pose::world_from_camera(Rotation::Matrix(r), DVec3::from_array(position.array::<3>()?)))
 }
 
-/// True for a rotation next to a position, to which the caller's direction applies.
+/// True if the map contains a rotation next to a position, whose direction only the caller can specify.
 pub(super) fn needs_direction(view: &KeyView<'_>) -> Result<bool> {
     let other = OtherPose::of(view)?;
     Ok(view.find_value(&keys::T)?.or(view.find_value(&keys::TVEC)?).is_none()
         && (other.center.is_some() || other.position.is_some()))
 }
 
-/// COLMAP's pose `qvec` and `tvec`, or the error about a position or a rotation that would be lost.
+/// Reads COLMAP's pose `qvec` and `tvec`, or returns an error for a position or a rotation that would be lost.
 fn unread_pose(view: &KeyView<'_>, other: OtherPose<'_>) -> Result<Option<Pose>> {
     let tvec = view.find_value(&keys::TVEC)?;
     if let (Some(q), Some(t)) = (view.find_value(&["qvec"])?, &tvec) {
@@ -184,7 +185,7 @@ fn unread_pose(view: &KeyView<'_>, other: OtherPose<'_>) -> Result<Option<Pose>>
     }
 }
 
-/// Rotation of nine numbers, or of three: a rotation vector.
+/// Reads a rotation: nine numbers of a matrix, or three of a rotation vector.
 fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
     if at.numbers()?.len() == 3 {
         let vector = Rotation::from_vector(at.array::<3>()?).map_err(|message| at.fail(message))?;
@@ -195,7 +196,7 @@ fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
     Ok(r)
 }
 
-/// Pose of the camera on a body, whose axes then define the world.
+/// Reads the pose of the camera on a body, whose axes then define the world.
 pub(super) fn read_mount(view: &KeyView<'_>) -> Result<Option<Pose>> {
     if let Some(at) = view.find_value(&keys::BODY_FROM_CAMERA)? {
         let (r, c) = rigid(&rows_of(&at)?);
@@ -208,7 +209,7 @@ pub(super) fn read_mount(view: &KeyView<'_>) -> Result<Option<Pose>> {
     Ok(None)
 }
 
-/// True for a key of the camera's side with a word of a pose.
+/// True for a key of the camera that contains a word for a pose.
 pub(super) fn is_named(view: &KeyView<'_>, key: &str) -> bool {
     let words = [&CAMERA_FROM_WORLD[..], &WORLD_FROM_CAMERA, &OPEN_DIRECTION];
     let named = |name: &String| {
@@ -219,7 +220,7 @@ pub(super) fn is_named(view: &KeyView<'_>, key: &str) -> bool {
     view.base(key).iter().any(|name| !board(name) && named(name) || matches!(&name[..], "rt" | "tcw" | "twc"))
 }
 
-/// True for a key of the camera's side that contains a word of a pose and whose value may be a pose.
+/// True for a key of the camera that contains a word for a pose and whose value may be a pose.
 fn is_named_pose(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool {
     is_named(view, key)
         && (at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 6 | 7 | 9 | 12 | 16)) || keys::is_keyed(at))
@@ -250,7 +251,7 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
     transform && rows_of(at).is_ok_and(|rows| check_rotation(rigid(&rows).0).is_ok())
 }
 
-/// The pose under a key that OpenCV does not use; it is read if the key or the caller specifies the pose's direction.
+/// Reads the pose under a key that OpenCV does not use, if the key or the caller specifies the pose's direction.
 /// `known` is the camera's pose if OpenCV's keys or a mount specify the pose. A transform without a direction, such as
 /// `T_color_depth`, is then a different transform.
 pub(super) fn read_named(
@@ -261,7 +262,7 @@ pub(super) fn read_named(
 ) -> Result<Option<Pose>> {
     let mut found: Option<(Cursor<'_>, Pose)> = None;
     for (key, at) in view.at.entries()? {
-        // If the map has keys of several cameras, only keys with this camera's mark and a word of a pose count.
+        // If the map has keys of several cameras, only keys with this camera's marker and a word for a pose count.
         let own = if view.side.is_empty() { is_pose_key(view, key, &at) } else { is_named_pose(view, key, &at) };
         if !own {
             continue;
@@ -287,7 +288,7 @@ pub(super) fn read_named(
     Ok(found.map(|(_, pose)| pose))
 }
 
-/// True for a key of world_from_camera, false for a key of camera_from_world; none if the key specifies no direction.
+/// True for a key of world_from_camera, false for a key of camera_from_world; `None` if the key specifies no direction.
 fn world_from_camera(key: &str) -> Option<bool> {
     let name = plain(key);
     let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
@@ -362,7 +363,7 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
     Ok(convention.pose(&rows))
 }
 
-/// First three rows of a pose.
+/// Reads the first three rows of a pose's matrix.
 fn rows_of(at: &Cursor<'_>) -> Result<[f64; 12]> {
     if let Some(rows) = pose_map::read(at)? {
         return Ok(rows);
@@ -377,7 +378,7 @@ fn rows_of(at: &Cursor<'_>) -> Result<[f64; 12]> {
     Ok(rows)
 }
 
-/// Poses of the views of a board.
+/// Reads the poses of a board's views.
 pub(super) fn read_views(view: &KeyView<'_>) -> Result<Option<Vec<Pose>>> {
     let pose = |at: &Cursor<'_>, r: &[f64], t: &[f64]| {
         let rotation = Rotation::from_vector([r[0], r[1], r[2]]).map_err(|message| at.fail(message))?;

@@ -15,7 +15,7 @@ use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_scene::NoticeCode;
 
-/// Keys of a map with the parameters of one camera, whose name is the name of the enclosing map.
+/// Keys of a map with the parameters of one camera; the camera's name is the key of the enclosing map.
 const PARAMETERS: [&str; 5] = ["param", "params", "parameters", "calibration", "values"];
 
 /// Maximum length of a text that is parsed to determine its format.
@@ -59,7 +59,7 @@ fn has_camera(at: &Cursor<'_>) -> bool {
             || keys::FOCALS.iter().all(|key| !view.all(&[key]).is_empty()))
 }
 
-/// The cameras of one map whose keys are K, a lens and a pose with the name or number of each camera.
+/// Reads the cameras of one map, in which the keys of K, lens and pose contain the name or number of each camera.
 fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
     let marks = keys::marks(&root.at);
     let views: Vec<KeyView<'_>> =
@@ -110,7 +110,7 @@ fn contains_cameras(at: &Cursor<'_>, depth: usize) -> bool {
     at.entries().is_ok_and(|entries| entries.iter().any(|(_, at)| below(at) || in_list(at)))
 }
 
-/// Maps below the root by key, and the maps of a list by index.
+/// The maps directly below the root, named by their key or by their index in a list.
 fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, KeyView<'a>)>> {
     let mut found = Vec::new();
     if let Ok(items) = root.list() {
@@ -177,7 +177,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     several(&view, source, assets, hints)
 }
 
-/// Camera of a map.
+/// Reads the camera of a map.
 fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration> {
     let is_pose = |key: &str| view.at.get(key).is_some_and(|at| pose::is_pose_key(view, key, &at));
     let mut notices = view.at.unread_keys(|key| view.knows(key) || is_pose(key))?;
@@ -215,7 +215,7 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Parts of keys that mark numbers other than coefficients.
+/// Parts of keys whose numbers are not coefficients of a lens.
 const NO_LENS: [&str; 46] = [
     "trans",
     "position",
@@ -277,9 +277,9 @@ fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
     let flat = shape.is_none_or(|(rows, cols)| [rows, cols].iter().any(|side| side.count().is_ok_and(|n| n == 1)));
     let length = numbers.iter().map(|value| value * value).sum::<f64>().sqrt();
     let quaternion = numbers.len() == 4 && (length - 1.0).abs() < 1e-2;
-    // The first coefficient is the largest, and no coefficient is 100 or more.
+    // The absolute value of every coefficient is below 100.
     let small = numbers.iter().all(|value| value.abs() < 100.0);
-    // p1 and p2 are small; four numbers may belong to a fisheye lens.
+    // p1 and p2 are small, unless the four numbers belong to a fisheye lens.
     let tangential = numbers.len() == 4 || numbers.get(2..4).is_some_and(|p| p.iter().all(|value| value.abs() < 0.1));
     tangential && matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && one_row && flat && small && !quaternion && !other
 }
@@ -293,7 +293,7 @@ fn refuse_lens_without_k(view: &KeyView<'_>) -> Result<()> {
     })
 }
 
-/// Cameras in separate maps; two cameras with R and T form a pair.
+/// Reads cameras in separate maps; two cameras with R and T form a pair.
 fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let root = &view.at;
     let mut calibration = Calibration::default();
@@ -313,7 +313,7 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
             if is_pose {
                 pair_pose = pose::read_r_t(&KeyView::new(inner.at.clone()))?;
             } else if let (None, true, Some(around)) = (&pair_pose, pose::is_part(view, &name), inner.above.first()) {
-                // R and T next to the cameras, in a map below the root.
+                // R and T are next to the cameras, in a map below the root.
                 pair_pose = pose::read_r_t(&KeyView::new(around.clone()))?;
             } else if pose::is_pose_key(view, &name, &inner.at) {
                 return Err(inner.at.fail(

@@ -20,7 +20,7 @@ const SIDES: [(&str, [&[&str]; 2]); 3] = [
     ("camera", [&["0", "cam0", "camera0"], &["1", "cam1", "camera1"]]),
 ];
 
-/// The two cameras, each with its name.
+/// Returns the two cameras, each with its name; `None` if the file does not contain a pair.
 pub(super) fn pair<'a>(root: &Cursor<'a>) -> Option<[(String, KeyView<'a>); 2]> {
     if keys::marks(root).len() > 2 {
         return None;
@@ -73,7 +73,7 @@ pub(super) fn read(
     Ok(calibration)
 }
 
-/// Places the second camera by R and T of a pair.
+/// Sets the pose of a pair's second camera from R and T.
 pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) -> Result<()> {
     let Some(pose) = pose else {
         let mounted = |record: &CameraRecord| record.pose.is_some();
@@ -124,7 +124,7 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) ->
     Ok(())
 }
 
-/// R and T of the second file that OpenCV's sample writes: extrinsics.yml next to intrinsics.yml.
+/// Reads R and T from the second file that OpenCV's sample writes: extrinsics.yml next to intrinsics.yml.
 fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<Option<Pose>> {
     let Some(partner) = partner(path, "intrinsic", "extrinsic") else { return Ok(None) };
     let Ok(source) = assets.read_reference(Path::new(""), &partner) else { return Ok(None) };
@@ -138,7 +138,7 @@ fn from_partner(path: &Path, assets: &mut AssetRoot, calibration: &mut Calibrati
     Ok(pose)
 }
 
-/// Name of the neighbouring file whose name contains the other camera's word.
+/// Name of the partner of a file: the same name with `word` replaced by `other`.
 pub(super) fn partner(path: &Path, word: &str, other: &str) -> Option<String> {
     let name = path.file_name()?.to_str()?;
     name.contains(word).then(|| name.replace(word, other))

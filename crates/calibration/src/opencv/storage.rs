@@ -8,7 +8,7 @@ use crate::opencv::keys;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Document of a file; for a `.npy` file it includes the other arrays in its folder.
+/// Parses a file to a document; for a `.npy` file, the document includes the other arrays in its folder.
 pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode> {
     if zip_members::is_zip(&source.bytes) {
         return Ok(npy::document(&npy::arrays(&source.bytes, &source.path, &mut assets.budget)?));
@@ -19,7 +19,7 @@ pub(super) fn parse(source: &InputFile, assets: &mut AssetRoot) -> Result<Docume
     parse_text(source)
 }
 
-/// Arrays of a calibration whose `.npy` files are in one folder, by file name.
+/// Reads the arrays of a calibration whose `.npy` files are in one folder; the keys are the file names.
 fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentNode> {
     let own = source.stem().unwrap_or_default();
     let fail = |path: &Path, message: String| FormatError::whole(path, message);
@@ -36,7 +36,7 @@ fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentN
     Ok(npy::document(&arrays))
 }
 
-/// Document of a text.
+/// Parses a text to a document.
 pub(super) fn parse_text(source: &InputFile) -> Result<DocumentNode> {
     let text = source.text()?;
     match text.trim_start().starts_with('<') {

@@ -12,7 +12,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// Numbers of a version.
+/// The three numbers of a version.
 type Version = [u32; 3];
 const NEWEST: Version = [1, 2, 14];
 
@@ -79,7 +79,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if calibration.records.is_empty() && lost.is_empty() || poses.is_empty() {
-        // A file that contains only intrinsics.
+        // The file contains only intrinsics, without views.
         calibration.records = intrinsics.into_values().collect();
         calibration.records.sort_by(|a, b| a.name.cmp(&b.name));
         calibration.note(
@@ -101,12 +101,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// Elements of a list; an empty list is written as an empty string.
+/// Returns the elements of a list; AliceVision writes an empty list as an empty string.
 fn items<'a>(at: &Cursor<'a>, key: &str) -> Result<Vec<Cursor<'a>>> {
     at.get(key).map_or(Ok(vec![]), |at| at.list())
 }
 
-/// camera_from_world from a rotation by columns and a centre.
+/// Reads the pose camera_from_world from a rotation, stored by columns, and a centre.
 fn pose(at: &Cursor<'_>) -> Result<Pose> {
     let rotation = at.require("rotation")?;
     let r = DMat3::from_cols_array(&rotation.array()?);

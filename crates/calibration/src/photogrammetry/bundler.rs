@@ -89,7 +89,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// Name in a line of list.txt, which may contain spaces; it may be followed by 0 and a focal length.
+/// Image name in a line of list.txt. The name may contain spaces, and may be followed by 0 and a focal length.
 fn picture_name(line: &str) -> &str {
     let mut words = line.rsplitn(3, char::is_whitespace);
     match (words.next(), words.next(), words.next()) {

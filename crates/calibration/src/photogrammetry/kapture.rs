@@ -66,8 +66,8 @@ fn rows_of(text: &str) -> impl Iterator<Item = Row<'_>> {
     data_lines(text).map(|(line, row)| (line, row.split(',').map(str::trim).collect()))
 }
 
-/// Pose in seven columns: w, x, y, z and the translation; None for an unknown pose without numbers. kapture accepts
-/// quaternions of any length.
+/// Reads a pose from seven columns: w, x, y, z and the translation; `None` for an unknown pose, whose columns are
+/// empty. kapture accepts quaternions of any length.
 fn pose_of(words: &[&str], subject: &str, calibration: &mut Calibration) -> Result<Option<Pose>, String> {
     if words.iter().all(|word| word.is_empty()) {
         return Ok(None);

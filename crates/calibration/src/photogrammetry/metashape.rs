@@ -60,7 +60,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// Notices about the world of the cameras.
+/// Adds notices about the world of the cameras.
 fn world_notices(chunk: &XmlElement<'_>, calibration: &mut Calibration) {
     let reference = chunk.child("reference").map_or("", |at| at.text());
     if ["GEOGCS", "PROJCS", "GEOCCS", "GEOGCRS", "PROJCRS"].iter().any(|word| reference.contains(word)) {
@@ -153,17 +153,17 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
     Ok(())
 }
 
-/// chunk_from_camera, if the camera has a transform.
+/// Reads chunk_from_camera; `None` if the camera has no transform.
 fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>> {
     let Some(transform) = at.child("transform") else { return Ok(None) };
     let rows = check_rigid(&transform.numbers()?).map_err(|message| transform.fail(message))?;
     Ok(Some(rigid(&rows)))
 }
 
-/// chunk_from_camera of a slave camera, computed from its master; None if the master's transform or a mount is unknown,
-/// or if the mounts belong to different rigs.
+/// Returns chunk_from_camera of a slave camera, computed from its master; `None` if the master's transform or a mount
+/// is unknown, or if the mounts belong to different rigs.
 ///
-/// A camera's master may have a different sensor than the master of its sensor; both masters belong to one rig.
+/// The sensor of a camera's master may differ from the master of the camera's sensor; both sensors belong to one rig.
 fn place_by_master<'a>(
     at: &XmlElement<'a>,
     master: &XmlElement<'a>,
@@ -181,9 +181,9 @@ fn place_by_master<'a>(
     Ok(Some((r * slave.rotation, c + r * (slave.translation - own.translation))))
 }
 
-/// Mount of a sensor on a rig: the sensor that defines the rig's axes (None if the file does not specify this sensor),
-/// and the transform from the given sensor's axes to the rig's axes. A sensor may be mounted on another sensor. None
-/// for a slave without rotation and location.
+/// Reads the mount of a sensor on a rig: the sensor that defines the rig's axes (`None` if the file does not specify
+/// this sensor), and the transform from the given sensor's axes to the rig's axes. A sensor may be mounted on another
+/// sensor. Returns `None` for a slave without rotation and location.
 fn rig_mount<'a>(
     id: &'a str,
     sensors: &HashMap<&str, XmlElement<'a>>,
@@ -206,7 +206,7 @@ fn rig_mount<'a>(
     Err(sensors[id].fail("the sensor is indirectly its own master; expected a master without master_id"))
 }
 
-/// World from chunk, with a scale.
+/// A similarity transform, such as world_from_chunk: rotation, scale and translation.
 struct Similarity {
     rotation: DMat3,
     translation: DVec3,
@@ -216,7 +216,7 @@ struct Similarity {
 impl Similarity {
     const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO, scale: 1.0 };
 
-    /// Elements `rotation` and `scale`, and the element of the translation.
+    /// Reads the elements `rotation` and `scale`, and the translation from the element of the given name.
     fn read(at: &XmlElement<'_>, translation: &str) -> Result<Self> {
         let rotation = match at.child("rotation") {
             Some(r) => {
@@ -239,7 +239,7 @@ impl Similarity {
     }
 }
 
-/// Size, K and lens of a sensor; false for its initial calibration.
+/// Reads the size, K and lens of a sensor; returns false if only an initial calibration exists.
 fn sensor_intrinsics(sensor: &XmlElement<'_>, record: &mut CameraRecord) -> Result<bool> {
     let kind = sensor.attribute("type").unwrap_or("frame");
     if let Some(at) = sensor.child("resolution") {
@@ -294,7 +294,7 @@ fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Res
     }
     let (cx, cy) = (term("cx") + middle[0], term("cy") + middle[1]);
     record.k = Some(DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(skew, fy, 0.0), DVec3::new(cx, cy, 1.0)));
-    // OpenCV's p1 and p2.
+    // p1 and p2 of OpenCV; except in old exports, Metashape's p1 and p2 are exchanged.
     let [p1, p2] = if old { [term("p1"), term("p2")] } else { [term("p2"), term("p1")] };
     refuse_terms([("p3", term("p3")), ("p4", term("p4"))]).map_err(fail)?;
     let [k1, k2, k3, k4] = ["k1", "k2", "k3", "k4"].map(term);

@@ -12,7 +12,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// Bit of a type number that means that the name follows.
+/// Bit of a type number that means that the type's name follows.
 const NEW: u32 = 1 << 31;
 /// Number of a missing object.
 const NONE: u32 = u32::MAX;
@@ -27,7 +27,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut calibration = Calibration::default();
     let list = |key: &str| root.get(key).map_or(Ok(vec![]), |at| at.list());
     let mut kinds: HashMap<u32, String> = HashMap::new();
-    // Types are numbered in file order: views, then intrinsics.
+    // Types are numbered in file order: first in the views, then in the intrinsics.
     for at in list("views")? {
         kind(&at.require("value")?, &mut kinds)?;
     }
@@ -81,14 +81,14 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// Name of a value's type; empty for the base class.
+/// Returns the name of a value's type; empty for the base class.
 fn kind(value: &Cursor<'_>, kinds: &mut HashMap<u32, String>) -> Result<String> {
     let Some(at) = value.get("polymorphic_id") else { return Ok(String::new()) };
     let id = at.count()?;
     if let Some(name) = value.get("polymorphic_name") {
         kinds.insert(id & !NEW, name.word()?.to_owned());
     }
-    // cereal writes 2^30 for a value of the declared type itself.
+    // cereal writes the id 2^30 if the value has the declared type itself.
     if id == 1 << 30 {
         return Ok(String::new());
     }

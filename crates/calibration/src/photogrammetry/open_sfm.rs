@@ -132,7 +132,7 @@ fn camera(at: &Cursor<'_>, name: &str, notices: &mut Vec<Notice>) -> Result<Came
     Ok(record)
 }
 
-/// Lens of a projection; terms that the projection does not have must be 0.
+/// Returns the lens of a projection type; terms that this type does not have must be 0.
 fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens> {
     let fail = |message: String| at.fail(message);
     let names = ["k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "s0", "s1", "s2", "s3"];
@@ -163,7 +163,7 @@ fn lens(at: &Cursor<'_>, word: &str) -> Result<Lens> {
     match word {
         "fisheye" => lens_of(LensModel::Fisheye, &[k1, k2, 0.0, 0.0]),
         "fisheye_opencv" => lens_of(LensModel::Fisheye, &[k1, k2, k3, k4]),
-        // Tangential and prism terms on the plane of angles, before the radial polynomial.
+        // The tangential and prism terms apply to the equidistant point, before the radial polynomial.
         "fisheye62" | "fisheye624" => lens_of(LensModel::ThinPrismFisheye, &[k1, k2, p1, p2, k3, k4, s0, s2]),
         _ => brown_lens(k1, k2, p1, p2, k3),
     }

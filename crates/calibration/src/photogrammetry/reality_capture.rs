@@ -11,9 +11,9 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Film size in millimetres to which focal lengths refer.
+/// Film width in millimetres to which focal lengths refer.
 pub(crate) const FILM: f64 = 36.0;
-/// Notice about t1 and t2.
+/// Text of the notice about t1 and t2.
 pub(crate) const TANGENTIAL: &str = "programs disagree whether t1 and t2 are OpenCV's p1 and p2; they are interpreted \
     as p2 and p1, as in Epic's exporter and AliceVision";
 
@@ -31,7 +31,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     header(text).is_some()
 }
 
-/// Lens of RealityCapture's terms, in the order k1 k2 k3 k4 t1 t2; and true if t1 and t2 matter.
+/// Returns the lens for RealityCapture's terms, in the order k1 k2 k3 k4 t1 t2; and true if t1 or t2 is not 0.
 pub(crate) fn lens([k1, k2, k3, k4, t1, t2]: [f64; 6]) -> Result<(Lens, bool), String> {
     refuse_terms([("k4", k4)])?;
     Ok((brown_lens(k1, k2, t2, t1, k3)?, t1 != 0.0 || t2 != 0.0))

@@ -13,7 +13,7 @@ use crate::{Calibration, CameraRecord, Folder, Pose, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// Extensions of an XMP file's image.
+/// Possible extensions of the image that belongs to an XMP file.
 const PICTURES: [&str; 6] = ["jpg", "JPG", "jpeg", "JPEG", "png", "PNG"];
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -60,7 +60,7 @@ fn pictures(stem: &str) -> [String; 6] {
     PICTURES.map(|ending| format!("{stem}.{ending}"))
 }
 
-/// Adds the camera of a file, or its name to `lost` if it has no pose.
+/// Adds the camera of a file; if the file contains no pose, adds the camera's name to `lost` instead.
 fn add(
     source: &InputFile,
     assets: &mut AssetRoot,
@@ -137,7 +137,7 @@ fn add(
     Ok(())
 }
 
-/// Text of an attribute, or of an element, of a description.
+/// Returns the text of an attribute of a description or, if it is missing, of the child element with this name.
 fn value<'f>(at: &XmlElement<'f>, name: &str) -> Option<&'f str> {
     at.attribute(name).or_else(|| Some(at.child(name)?.text()))
 }

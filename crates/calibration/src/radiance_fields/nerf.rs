@@ -76,7 +76,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
 }
 
 pub(crate) fn detect_blender(_: &InputFile, _: &str) -> bool {
-    false // the reader of `nerf` handles both formats; this row only writes
+    false // the reader of `nerf` reads both formats; this format is only written
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints) -> Result<Calibration> {
@@ -95,7 +95,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
                 *unread.entry(key).or_default() += 1;
             }
         }
-        // Windows writes backslashes.
+        // Files written on Windows may contain backslashes.
         let file = frame.get("file_path").map(|at| at.word()).transpose()?.map(|file| file.replace('\\', "/"));
         let file = file.as_deref();
         let count = calibration.records.len();
@@ -109,7 +109,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
         record.time = frame.get("time").map(|at| at.number()).transpose()?;
         let has_size = frame.any(&["w", "h"]).or_else(|| root.any(&["w", "h"])).is_some();
         if let (Some(file), false) = (file, has_size) {
-            // Blender's sets name images without their extension.
+            // Files of the format `blender` contain image names without extension.
             let own = size_of_picture(assets, &source.path, [format!("{file}.png"), file.to_owned()]);
             measured += usize::from(own.is_some());
             if own.is_none() && known.size.is_none() {
@@ -146,14 +146,14 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
     Ok(calibration)
 }
 
-/// Size of the first existing image.
+/// Returns the size of the first existing image.
 fn any_size(root: &Cursor<'_>, assets: &mut AssetRoot, from: &Path) -> Option<[u32; 2]> {
     let frames = root.require("frames").and_then(|frames| frames.list()).ok()?;
     let files = frames.iter().filter_map(|frame| frame.get("file_path")?.word().ok());
     size_of_picture(assets, from, files.flat_map(|file| [format!("{file}.png"), file.replace('\\', "/")]))
 }
 
-/// Notice about the difference between the file's world and the world of the original reconstruction.
+/// Returns a notice if the file's world differs from the world of the original reconstruction.
 fn moved_world(root: &Cursor<'_>) -> Option<Notice> {
     let numbers = |key: &str| root.get(key).and_then(|at| at.numbers().ok());
     let (moved, scale) = (numbers("applied_transform"), root.get("applied_scale").and_then(|at| at.number().ok()));
@@ -223,7 +223,7 @@ fn intrinsics(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>, 
     lens(record, frame, root)
 }
 
-/// Coefficients k1 k2 k3 k4 p1 p2: by name, or in nerfstudio's `distortion_params`.
+/// Reads the coefficients k1 k2 k3 k4 p1 p2: by name, or from nerfstudio's `distortion_params`.
 fn coefficients(frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<[f64; 6]> {
     let get = |key: &str| frame.get(key).or_else(|| root.get(key));
     let mut values = [0.0; 6];
@@ -267,7 +267,7 @@ fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Res
             Lens::new(LensModel::OpenCv, if k3 == 0.0 { &coefficients[..4] } else { &coefficients })
         }
         "OPENCV_FISHEYE" | "FISHEYE" if p1 == 0.0 && p2 == 0.0 => Lens::new(LensModel::Fisheye, &[k1, k2, k3, k4]),
-        // nerfstudio applies the tangential terms on the plane of angles, like COLMAP's model.
+        // nerfstudio applies the tangential terms to the equidistant point, like COLMAP's model.
         "OPENCV_FISHEYE" | "FISHEYE" => Lens::new(LensModel::ThinPrismFisheye, &[k1, k2, p1, p2, k3, k4, 0.0, 0.0]),
         _ => {
             return Err(at.fail_as(
@@ -284,7 +284,7 @@ fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Res
     Ok(())
 }
 
-/// Project Aria's fisheye: k0 to k5, p0 p1, s0 to s3, optionally after fx fy cx cy.
+/// Reads Project Aria's fisheye: k0 to k5, p0 p1, s0 to s3, optionally after fx fy cx cy.
 fn fisheye624(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Result<()> {
     let at = frame.get("distortion_params").or_else(|| root.get("distortion_params"));
     let at = at.ok_or_else(|| root.fail("FISHEYE624 requires distortion_params"))?;
@@ -305,8 +305,8 @@ fn is_panorama(record: &CameraRecord) -> bool {
     record.lens.coefficients().is_some_and(|(model, _)| model == LensModel::Equirectangular)
 }
 
-/// Notice that the numbers of a panorama differ from nerfstudio's numbers, which describe the complete panorama by w/2,
-/// h and the centre.
+/// Returns a notice if the intrinsics of a panorama differ from nerfstudio's, which are w/2, h and the centre for a
+/// complete panorama.
 fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<Notice> {
     let [width, height] = record.size?.map(f64::from);
     let usual = [
@@ -349,7 +349,8 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     Ok(OutputFiles::one(text))
 }
 
-/// nerfstudio's lists of the images of each split, if names begin with a split.
+/// Formats nerfstudio's lists of the images in each split; empty unless every camera's name begins with the name of a
+/// split.
 fn split_names(records: &[CameraRecord]) -> String {
     let splits = ["train", "val", "test"];
     if !records.iter().all(|record| splits.iter().any(|split| is_in_split(record, split))) {
@@ -364,12 +365,12 @@ fn split_names(records: &[CameraRecord]) -> String {
     text
 }
 
-/// True for a camera whose name begins with a split.
+/// True if a camera's name begins with the name of the split and a slash.
 pub(crate) fn is_in_split(record: &CameraRecord, split: &str) -> bool {
     record.name.strip_prefix(split).is_some_and(|rest| rest.starts_with('/'))
 }
 
-/// Keys of a camera's intrinsics.
+/// Formats the keys of a camera's intrinsics.
 fn intrinsics_text(record: &CameraRecord) -> Result<String> {
     let format = "NeRF's transforms.json";
     let [width, height] = record.require_size(format)?;
@@ -396,7 +397,7 @@ fn intrinsics_text(record: &CameraRecord) -> Result<String> {
     Ok(format!("\"w\": {width}, \"h\": {height}, \"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, {lens}"))
 }
 
-/// Keys of a complete panorama, with the focal lengths of nerfstudio's `cameras.py`: w / 2 and h.
+/// Formats the keys of a complete panorama, with the focal lengths of nerfstudio's `cameras.py`: w / 2 and h.
 fn panorama_text(record: &CameraRecord, [width, height]: [u32; 2], format: &str) -> Result<String> {
     let whole = record.lens.full_panorama([width, height], record.pixel_center);
     let same = |whole: DMat3, k: DMat3| (whole - k).to_cols_array().iter().all(|v| v.abs() <= 1e-9 * f64::from(width));
@@ -428,7 +429,8 @@ fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<Str
     ))
 }
 
-/// One angle, square pixels, the principal point at the centre, no lens.
+/// Writes the format of Blender's scenes. One angle describes the intrinsics, so pixels must be square, the principal
+/// point must be at the centre, and lenses are not supported.
 pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "Blender-style JSON";
     let mut text = String::from("{\n");
@@ -445,7 +447,7 @@ pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<Output
             );
             return Err(record.unsupported_error(format, &what));
         }
-        // Angle that is read back as this focal length, or as the nearest focal length.
+        // The chosen angle is read back as this focal length, or as the nearest possible one.
         let angle = 2.0 * (0.5 * width / fx).atan();
         let back = |angle: &f64| (0.5 * width / (0.5 * angle).tan() - fx).abs();
         let near =
@@ -463,7 +465,7 @@ pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<Output
         yaml_float(angle)
     );
     for (i, record) in records.iter().enumerate() {
-        // Readers of Blender's sets append the extension themselves.
+        // Programs that read this format append the images' extension themselves.
         text += &frame(record, "", i, false)?;
     }
     text += "\n  ]\n}\n";

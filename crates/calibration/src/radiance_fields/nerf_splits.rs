@@ -18,7 +18,7 @@ pub(crate) fn detect(folder: &Folder, _: &mut AssetRoot) -> bool {
     SPLITS.iter().any(|split| folder.has(&file_of(split)))
 }
 
-/// Cameras of all splits, with names that begin with the split.
+/// Reads the cameras of all splits; their names begin with the name of the split.
 pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let splits = || SPLITS.into_iter().filter(|split| folder.has(&file_of(split)));
@@ -32,7 +32,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     }
     for split in splits() {
         let file = folder.read(&file_of(split), assets)?;
-        // A split without images gets the size of the other splits.
+        // The size of a split without images is the size of the other splits.
         let mut found = match nerf::read(&file, assets, hints) {
             Err(_) if known.size != hints.size => {
                 let mut found = nerf::read(&file, assets, &known)?;
@@ -54,7 +54,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     Ok(calibration)
 }
 
-/// One file for each split, according to the beginning of the names; otherwise train.
+/// Writes one file for each split. A camera's name begins with its split; all other cameras belong to train.
 pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles> {
     let mut written = OutputFiles::default();
     let mut unnamed = 0;

@@ -11,7 +11,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-/// Known keys: those of the cameras, and keys of depth, colour and the app, which are ignored without a notice.
+/// Known keys: keys of the cameras, and keys of depth, colour and the app, which are ignored without a notice.
 const OTHER: [&str; 14] = [
     "K",
     "w",
@@ -29,7 +29,7 @@ const OTHER: [&str; 14] = [
     "isUsingTrueDepthCamera",
 ];
 
-/// Text of an `.r3d` file, a ZIP file that contains `metadata`.
+/// True for an `.r3d` file, which is a ZIP file that contains `metadata`.
 fn is_r3d(source: &InputFile) -> bool {
     zip_members::is_zip(&source.bytes)
         && zip_members::members(&source.bytes)
@@ -92,7 +92,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     Ok(calibration)
 }
 
-/// K from nine numbers by columns; if the last three are 0 0 1, they are by rows.
+/// Reads K from nine numbers, stored by columns; by rows if the last three numbers are 0 0 1.
 fn k_by_columns(at: &Cursor<'_>) -> Result<DMat3> {
     let k = DMat3::from_cols_array(&at.array()?);
     let k = if k.z_axis == DVec3::Z && k.row(2) != DVec3::Z { k.transpose() } else { k };

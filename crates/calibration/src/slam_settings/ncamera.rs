@@ -36,7 +36,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         }
         return Ok(calibration);
     }
-    // maplab lists its sensors, one of which contains the cameras.
+    // maplab's files contain a list of sensors; one of them contains the cameras.
     let holder = match (root.get("cameras"), root.get("sensors")) {
         (Some(cameras), _) => cameras,
         (None, Some(sensors)) => {
@@ -73,7 +73,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// K and the lens of a camera of aslam_cv2.
+/// Reads K and the lens of a camera in aslam_cv2's format.
 fn set_lens(camera: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     let kind = camera.require("type")?;
     let at = camera.require("intrinsics")?;
@@ -123,7 +123,7 @@ fn set_lens(camera: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     Ok(())
 }
 
-/// Camera of the flat keys.
+/// Reads the camera that the flat keys describe.
 fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<CameraRecord> {
     let get = |key: &str| root.require(&format!("cam_{key}"))?.number();
     // FAST-LIVO's fisheye cameras have k1 to k4.

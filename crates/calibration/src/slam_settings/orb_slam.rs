@@ -84,7 +84,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
         || text.lines().any(|line| line.trim_end() == "Camera:") && starts("setup:") && starts("model:")
 }
 
-/// Settings with the keys of the map `Camera` renamed to ORB-SLAM's, such as `Camera.fx`.
+/// Returns the settings with the entries of the map `Camera` replaced by ORB-SLAM's flat keys, such as `Camera.fx`.
 fn flat(mut node: DocumentNode) -> DocumentNode {
     let Value::Map(entries) = &mut node.value else { return node };
     let Some(i) = entries.iter().position(|(key, at)| key == "Camera" && matches!(at.value, Value::Map(_))) else {
@@ -96,7 +96,7 @@ fn flat(mut node: DocumentNode) -> DocumentNode {
     node
 }
 
-/// ORB-SLAM's camera type that corresponds to OpenVSLAM's model.
+/// Returns ORB-SLAM's camera type; a model of OpenVSLAM is converted to the corresponding type.
 fn kind_of<'a>(root: &Cursor<'a>) -> Result<&'a str> {
     let Some(at) = root.get("Camera.model") else {
         return root.get("Camera.type").map_or(Ok("PinHole"), |at| at.word());
@@ -209,7 +209,7 @@ fn other_keys(root: &Cursor<'_>) -> Result<Vec<Notice>> {
     Ok(notices)
 }
 
-/// Sizes, and the size to which the program resizes images.
+/// Sets the image sizes; adds a notice if the program resizes images to another size, which is ignored.
 fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     let side = |names: [&str; 2]| root.any(&names);
     if let (Some(width), Some(height)) = (side(["Camera.width", "Camera.cols"]), side(["Camera.height", "Camera.rows"]))
@@ -255,7 +255,7 @@ fn camera(root: &Cursor<'_>, group: &str, kind: &str) -> Result<CameraRecord> {
     Ok(record)
 }
 
-/// The raw pair of ORB-SLAM2: R is rectified from raw, P belongs to the rectified cameras.
+/// Reads the raw pair of ORB-SLAM2: R is the rotation rectified_from_raw, and P belongs to the rectified cameras.
 fn raw_pair(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     for side in ["LEFT", "RIGHT"] {
         let get = |key: &str| root.require(&format!("{side}.{key}"));

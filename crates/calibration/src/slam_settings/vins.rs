@@ -30,7 +30,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     if root.get("model_type").is_some() {
         let stem = source.stem().unwrap_or_else(|| "camera".into());
         let mut record = camodocal::camera(&root, stem)?;
-        // If the configuration lists a single camera file, its name contains the camera's index.
+        // The file contains the keys of a single camera; the index of its mount is unknown, so the first `body_T_cam`
+        // that exists is used.
         record.pose = (0..8).find_map(|i| mount(&root, i).transpose()).transpose()?;
         calibration.records.push(record);
     } else {
@@ -64,7 +65,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     Ok(calibration)
 }
 
-/// Pose of a camera in the axes of the body.
+/// Reads the pose of a camera in the axes of the body.
 fn mount(root: &Cursor<'_>, i: u32) -> Result<Option<Pose>> {
     if let Some(at) = root.get(&format!("body_T_cam{i}")) {
         let (r, c) = at.matrix4()?;

@@ -24,7 +24,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     has_ending(&source.path, "traj") && count == 7 || has_ending(&source.path, "pincam") && count == 6
 }
 
-/// The only trajectory of a folder.
+/// Returns the name of the only trajectory in a folder.
 fn trajectory(folder: &Folder) -> Option<&String> {
     let mut found = folder.ending(".traj");
     found.next().filter(|_| found.next().is_none())
@@ -85,7 +85,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// Times and names of the `.pincam` files next to a trajectory, or in a folder next to it.
+/// Returns the times and names of the `.pincam` files next to a trajectory, or in a folder next to the trajectory.
 fn pincams(source: &InputFile, assets: &AssetRoot) -> Vec<(f64, String)> {
     let here = Folder::open(source.path.parent().unwrap_or(Path::new("")), assets);
     let inner = here.names.iter().filter(|name| name.contains("intrinsics"));

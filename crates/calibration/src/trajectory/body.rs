@@ -4,7 +4,8 @@ use raycam_scene::NoticeCode;
 
 use crate::{Calibration, ReadHints};
 
-/// Moves cameras, which have the poses of the body, to the mount of the intrinsics.
+/// Converts the records' poses, which are poses of the body, to poses of the camera, if the caller's intrinsics contain
+/// the camera's mount. Adds a notice in either case.
 pub(crate) fn place_on_body(calibration: &mut Calibration, hints: &ReadHints, body: &str) {
     calibration.poses_of_body = true;
     let mount = hints.intrinsics.as_ref().and_then(|intrinsics| intrinsics.pose.as_ref());

@@ -11,7 +11,8 @@ use crate::{Pose, ReadHints, Rotation};
 const CAMERA_FROM_WORLD: [&str; 7] =
     ["extrinsic", "w2c", "world_to_cam", "world2cam", "world_to_camera", "camera_from_world", "cam_from_world"];
 
-/// Convention specified by the caller, or otherwise by the file's name; a guess causes a notice.
+/// Returns the convention that the caller or, otherwise, the file's name specifies; if neither does, a default is
+/// assumed with a notice.
 pub(crate) fn convention_of(name: &str, hints: &ReadHints, notices: &mut Vec<Notice>) -> PoseConvention {
     if let Some(stated) = hints.poses {
         return stated;
@@ -27,7 +28,7 @@ pub(crate) fn convention_of(name: &str, hints: &ReadHints, notices: &mut Vec<Not
 }
 
 impl PoseConvention {
-    /// Pose from the rows of a 3x4 matrix.
+    /// Creates a pose from the rows of a 3x4 matrix.
     pub(crate) fn pose(self, rows: &[f64; 12]) -> Pose {
         let (mut r, t) = rigid(rows);
         if self.world_from_camera {
@@ -42,7 +43,7 @@ impl PoseConvention {
     }
 }
 
-/// Converts world_from_camera between OpenGL's axes (x right, y up, z backward) and OpenCV's.
+/// Converts world_from_camera from OpenGL's axes (x right, y up, z backward) to OpenCV's, or the reverse.
 pub(crate) fn flip_columns(world_from_camera: DMat3) -> DMat3 {
     DMat3::from_cols(world_from_camera.x_axis, -world_from_camera.y_axis, -world_from_camera.z_axis)
 }

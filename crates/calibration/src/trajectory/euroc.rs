@@ -35,7 +35,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let text = source.text()?;
     if let Some(named) = columns_of(text) {
         let mut named = named.map_err(|message| FormatError::whole(path, message))?;
-        // Velocities and biases in EuRoC's ground truth.
+        // The unread columns are the velocities and biases in EuRoC's ground truth, which need no notice.
         if named.unread.first().is_some_and(|column| column.starts_with("v_rs_r_x")) {
             named.unread.clear();
         }
@@ -47,7 +47,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         return Ok(calibration);
     }
     let own_columns = [8, 17].contains(&data_lines(text).next().map_or(8, |(_, row)| row.split(',').count()));
-    // 4Seasons: frame id, position, quaternion x y z w, scale, quality.
+    // Files of 4Seasons contain frame id, position, quaternion x y z w, scale and quality.
     let four_seasons = source.stem().is_some_and(|stem| stem.starts_with("GNSSPoses"));
     let mut calibration = Calibration::default();
     let mut columns = None;

@@ -43,8 +43,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// Cameras in the axes of the body. K of the rectified cameras comes from `perspective.txt` in the same folder, and K
-/// of the fisheye cameras from their own files.
+/// Reads the cameras, with poses in the axes of the body. K of the rectified cameras comes from `perspective.txt` in
+/// the same folder, and K of the fisheye cameras from their own files.
 fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let perspective = assets.read_reference(std::path::Path::new(""), "perspective.txt").ok();
@@ -66,7 +66,7 @@ fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Resu
                 record.k = Some(rigid(&p).0);
             }
             if let Some((line, values)) = find(format!("R_rect_{number}")) {
-                // Stored by columns, so this is the transpose: raw from rectified.
+                // Reading the rows as columns gives the transpose: the rotation raw_from_rectified.
                 r *= DMat3::from_cols_array(&numbers::<9>(&file.path, line, values)?);
             }
             if let Some((line, values)) = find(format!("S_rect_{number}")) {

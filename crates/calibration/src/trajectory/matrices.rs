@@ -1,7 +1,7 @@
 //! Poses as 4x4 matrices by rows: four lines of four numbers (ScanNet, 7-Scenes), 16 numbers per line (`traj.txt` of
 //! Replica in NICE-SLAM's version), an index and 16 numbers (`cam0_to_world.txt` of KITTI-360), three lines (ICL-NUIM),
-//! NumPy arrays [n, 4, 4], or JSON; also K in such a file. Sources: ScanNet's SensorData.py; nice-slam's datasets.py;
-//! kitti360Scripts.
+//! NumPy arrays [n, 4, 4], or JSON; and K in a file of the same form. Sources: ScanNet's SensorData.py; nice-slam's
+//! datasets.py; kitti360Scripts.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -24,15 +24,15 @@ use raycam_formats::{FormatError, Result};
 /// Arrangement of the numbers of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MatrixLayout {
-    /// This many lines of four numbers per pose: 4, or 3 for the upper rows.
+    /// Poses of several lines of four numbers; the field is the number of lines per pose: 4, or 3 for the upper rows.
     Blocks(usize),
-    /// This many numbers per line: 16, or 17 with an index.
+    /// One pose per line; the field is the number of numbers per line: 16, or 17 with an index.
     Lines(usize),
-    /// K in three or four lines.
+    /// K, in three or four lines.
     Intrinsics,
 }
 
-/// Numbers of a line, which may be separated by commas, semicolons or brackets.
+/// Splits a line into words, which may be separated by spaces, commas, semicolons or brackets.
 pub(crate) fn words(line: &str) -> impl Iterator<Item = &str> {
     line.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';' | '[' | ']')).filter(|word| !word.is_empty())
 }
@@ -125,7 +125,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// Matrices of a file: one or several NumPy arrays, a document, or a text of numbers.
+/// Reads the matrices of a file: one or several NumPy arrays, a document, or a text of numbers.
 pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
     let fail = |message: String| FormatError::whole(&source.path, message);
     let alone = |matrices| PosesOfTree { key: String::new(), matrices, notices: vec![] };
@@ -150,7 +150,7 @@ pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<Pos
     }
 }
 
-/// Rows of a pose; None for a lost frame, whose numbers are not finite.
+/// Returns the first three rows of a pose; `None` for a lost frame, whose numbers are not finite.
 pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
     if m.iter().any(|value| !value.is_finite()) {
         return Ok(None);
@@ -158,7 +158,7 @@ pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
     check_rigid(&m).map(Some)
 }
 
-/// Matrices of a text: the index before each, its line, its numbers.
+/// Reads the matrices of a text: for each matrix, the index before it, its line and its numbers.
 pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<FoundMatrices> {
     let mut found = FoundMatrices::new();
     let mut block: Vec<f64> = Vec::new();
@@ -211,7 +211,8 @@ pub(crate) fn intrinsics(text: &str, path: &Path) -> Result<DMat3> {
     Ok(k)
 }
 
-/// Lens in a text file next to the file with K; the file's name marks it as a lens: `cameraDistortion.txt`, `dist.csv`.
+/// Reads the lens from a text file next to the file with K. The file is recognised by its name, such as
+/// `cameraDistortion.txt` or `dist.csv`.
 fn lens_beside(
     source: &InputFile,
     assets: &mut AssetRoot,
@@ -244,7 +245,7 @@ fn lens_beside(
     lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)
 }
 
-/// K of Replica's `cam_params.json`, next to the trajectory or in the folder above.
+/// Assigns K of Replica's `cam_params.json`, which is next to the trajectory or in the folder above.
 fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     for name in ["cam_params.json", "../cam_params.json"] {
         let Ok(source) = assets.read_reference(Path::new(""), name) else { continue };
@@ -264,7 +265,7 @@ fn beside(assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     Ok(())
 }
 
-/// Rejects rows of a 3x4 matrix without a rotation.
+/// Returns an error if the left part of a 3x4 matrix, given by rows, is not a rotation.
 pub(crate) fn checked34(rows: &[f64; 12]) -> Result<(), String> {
     check_rotation(rigid(rows).0)
 }

@@ -28,12 +28,13 @@ const INTRINSICS: [&str; 9] = [
 
 /// Folders with the images of a scene.
 const PICTURES: [&str; 3] = ["color", "rgb", "images"];
-/// Folders of a scene that may contain its poses; the last is the scene itself.
+/// Folders of a scene that may contain its poses; the last name, which is empty, is the scene's own folder.
 const PLACES: [&str; 7] = ["pose", "poses", "cam_poses", "c2w", "w2c", "extrinsics", ""];
 /// Extensions of files with one pose each; the first extension for which a file exists is used.
 const ENDINGS: [&str; 6] = [".pose.txt", ".txt", ".npy", ".npz", ".csv", ".json"];
 
-/// Folder with the poses, the file names in it, and the contents of the first file.
+/// Finds the folder with the poses; returns the folder, the names of its pose files, and the contents of the first
+/// file.
 fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<String>, PosesOfTree)> {
     for inner in PLACES {
         if !(inner.is_empty() || folder.has(inner)) {
@@ -52,7 +53,7 @@ fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<St
     None
 }
 
-/// True for names of images with this extension, excluding K and other arrays of the scene.
+/// True for a name that may belong to the pose of an image, not to K or another array of the scene.
 fn may_be_pose(name: &str) -> bool {
     name.ends_with(".pose.txt") || name.contains(|c: char| c.is_ascii_digit()) && !name.contains("intrinsic")
 }

@@ -27,15 +27,15 @@ const ARRAYS: [&str; 13] = [
     "camera_poses",
     "cam2world",
 ];
-/// Keys of a map that name the image of its matrix.
+/// Keys of a map with a matrix whose value is the name of the matrix's image.
 const NAMES: [&str; 9] = ["file_path", "file", "filename", "image", "image_path", "name", "frame", "id", "index"];
 
-/// Matrices by rows, each with its name, if it has one, and its line.
+/// Matrices by rows, each with its name (if it has one) and its line.
 pub(crate) type FoundMatrices = Vec<(Option<String>, usize, [f64; 16])>;
 
 /// Poses of a document, and the parts of the document that are not read.
 pub(crate) struct PosesOfTree {
-    /// Key above the poses; empty if there is none.
+    /// Key whose value contains the poses; empty if the poses are at the root.
     pub(crate) key: String,
     pub(crate) matrices: FoundMatrices,
     pub(crate) notices: Vec<Notice>,
@@ -58,7 +58,7 @@ fn is_document(path: &Path, text: &str) -> bool {
     named || text.trim_start().starts_with(['[', '{'])
 }
 
-/// Poses of a file; None for a text that is not a document of poses.
+/// Reads the poses of a file; `None` for a text that is not a document of poses.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<Option<PosesOfTree>> {
     if zip_members::is_zip(&source.bytes) {
         return of_archive(source, assets).map(Some);
@@ -86,7 +86,7 @@ pub(crate) fn is_poses(shape: &[usize]) -> bool {
     is_matrix(shape) || matches!(shape, [_, 3 | 4, 4])
 }
 
-/// Matrices of an array with the shape of poses; empty for another shape.
+/// Returns the matrices of an array with the shape of one pose or a list of poses; `None` for another shape.
 pub(crate) fn of_array(array: &NumpyArray, name: Option<&str>) -> Option<FoundMatrices> {
     let numbers = array.numbers().filter(|_| is_poses(&array.shape))?;
     let rows = array.shape[array.shape.len() - 2];
@@ -99,7 +99,7 @@ pub(crate) fn of_array(array: &NumpyArray, name: Option<&str>) -> Option<FoundMa
     Some(numbers.chunks_exact(4 * rows).map(matrix).collect())
 }
 
-/// Poses of a `.npz` file: one array of all poses, or one array per pose.
+/// Reads the poses of a `.npz` file: one array of all poses, or one array per pose.
 fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
     let arrays = npy::arrays(&source.bytes, &source.path, &mut assets.budget)?;
     let fail = |message: String| FormatError::whole(&source.path, message);
@@ -155,7 +155,8 @@ fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>> {
     }
 }
 
-/// True for a matrix, a list of matrices, a map from names to matrices, or a list of maps with one matrix each.
+/// True for a node that is a matrix, a list of matrices, a map from names to matrices, or a list of maps with one
+/// matrix each.
 fn has_poses(at: &Cursor<'_>) -> bool {
     if matrix(at).is_some() {
         return true;
@@ -172,13 +173,13 @@ fn has_poses(at: &Cursor<'_>) -> bool {
     }
 }
 
-/// The only matrix among the values of a map, and its key.
+/// Returns the only matrix among the values of a map, with its key.
 fn matrix_of_map<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
     let mut found = at.entries().ok()?.into_iter().filter(|(_, at)| matrix(at).is_some());
     found.next().filter(|_| found.next().is_none())
 }
 
-/// Matrices of a node that contains matrices.
+/// Returns the matrices of a node for which [`has_poses`] is true.
 fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<FoundMatrices> {
     let required = |at: &Cursor<'_>| {
         matrix(at).ok_or_else(|| at.fail("expected a pose: 4 rows of 4 numbers, 3 rows of 4, or 16 numbers"))
@@ -209,7 +210,7 @@ fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<FoundMatrices> {
     Ok(found)
 }
 
-/// Numbers of a matrix with three or four rows, or of 16 numbers; None for another node.
+/// Reads a matrix that is written as three or four rows, or as 16 numbers; `None` for another node.
 fn matrix(at: &Cursor<'_>) -> Option<[f64; 16]> {
     let items = at.list().ok()?;
     let rows: Vec<Vec<f64>> = match items.len() {
@@ -225,7 +226,7 @@ fn matrix(at: &Cursor<'_>) -> Option<[f64; 16]> {
     Some(numbers)
 }
 
-/// Numbers of a list; the numbers of lost frames may be infinite or NaN.
+/// Reads the numbers of a list; the numbers of lost frames may be infinite or NaN.
 fn row(at: &Cursor<'_>) -> Option<Vec<f64>> {
     let number = |cell: &Cursor<'_>| {
         let word = cell.word().ok()?;

@@ -10,25 +10,25 @@ use crate::pose::SCALED_QUATERNION;
 use crate::{Calibration, CameraRecord, Pose, Rotation};
 use raycam_formats::{FormatError, Result};
 
-/// Columns of a header.
+/// The columns that a header names; columns are stored by their index.
 #[derive(Debug, PartialEq)]
 pub(crate) struct NamedColumns {
-    /// Time, with the length of its unit in seconds if the header names the unit.
+    /// Column of the time, with the length of the time unit in seconds if the header names the unit.
     time: Option<(usize, Option<f64>)>,
     position: [usize; 3],
-    /// w, x, y, z.
+    /// Columns of the quaternion's w, x, y and z.
     quaternion: [usize; 4],
-    /// Nanoseconds in addition to a time in whole seconds.
+    /// Column of the nanoseconds that are added to a time in whole seconds.
     nanoseconds: Option<usize>,
     /// Names of all columns.
     names: Vec<String>,
     /// Names of columns that are not read.
     pub(crate) unread: Vec<String>,
-    /// True if the position is north, east, down.
+    /// True if the position's coordinates are north, east and down.
     pub(crate) north_east_down: bool,
-    /// Character between columns; None for white space.
+    /// Character between columns; `None` for white space.
     separator: Option<char>,
-    /// Number of the header's line, from 1.
+    /// Line number of the header, from 1.
     line: usize,
 }
 
@@ -39,7 +39,7 @@ impl NamedColumns {
         self
     }
 
-    /// Number of columns up to and including the last one that belongs to the pose or its time.
+    /// Number of columns up to and including the last column that belongs to the pose or its time.
     fn end_of_pose(&self) -> usize {
         let own = self.position.into_iter().chain(self.quaternion);
         let time = self.time.map(|(column, _)| column).into_iter().chain(self.nanoseconds);
@@ -47,16 +47,17 @@ impl NamedColumns {
     }
 }
 
-/// Role of a column.
+/// Role of a column, according to its name.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
     Time(Option<f64>),
     /// The fraction of a second, in nanoseconds.
     Nanoseconds,
     Position(usize),
-    /// Index, counted from w.
+    /// A number of the quaternion, by its index in the order w x y z.
     Quaternion(usize),
-    /// The same order for `rw rx ry rz`; without w, the other three columns are a rotation vector or angles.
+    /// A number of `rw rx ry rz`, by its index in this order. Without `rw`, the other three columns are a rotation
+    /// vector or angles.
     RotationLetter(usize),
     /// A number of a quaternion whose order is not specified: `q0` to `q3`, `q1` to `q4`.
     Numbered,
@@ -71,7 +72,7 @@ enum Role {
     None,
 }
 
-/// Columns named by the header of a text; None for a text whose header names no quaternion.
+/// Returns the columns that the header of a text names; `None` if no header names a quaternion.
 ///
 /// # Errors
 /// The reason if the header names only a part of a pose.
@@ -83,7 +84,7 @@ pub(crate) fn columns_of(text: &str) -> Option<Result<NamedColumns, String>> {
     let first_row = rows.first().map_or(usize::MAX, |(i, _)| *i);
     headers.into_iter().rev().filter(|(i, _)| *i < first_row).find_map(|(i, line)| {
         let line = line.trim_start_matches(['#', '%', '/', ' ', '\t']);
-        // A label ends with a colon: "format: timestamp tx ty tz qx qy qz qw".
+        // The names may follow a label that ends with a colon: "format: timestamp tx ty tz qx qy qz qw".
         let labelled = line.rsplit_once(':').map(|(_, names)| names);
         let names = labelled.into_iter().chain([line]).map(Header::new).find(Header::names_a_quaternion)?;
         let count = rows.first().map(|(_, row)| words_of(row, names.separator).count());
@@ -95,11 +96,11 @@ pub(crate) fn columns_of(text: &str) -> Option<Result<NamedColumns, String>> {
 /// Separators of columns other than white space, by precedence.
 const SEPARATORS: [char; 3] = [',', ';', '|'];
 
-/// Words before the names of columns that are not names themselves.
+/// Words before the names of columns that are not names of columns themselves.
 const LABELS: [&str; 12] =
     ["tum", "euroc", "format", "trajectory", "columns", "column", "fields", "data", "each", "line", "header", "order"];
 
-/// Words of a row.
+/// Splits a row into words.
 fn words_of(row: &str, separator: Option<char>) -> Box<dyn Iterator<Item = &str> + '_> {
     match separator.filter(|separator| row.contains(*separator)) {
         Some(separator) => {
@@ -148,7 +149,7 @@ fn without_brackets(line: &str) -> String {
     plain + rest
 }
 
-/// Names of columns in lower case, with their roles.
+/// The names of a header's columns in lower case, with their roles.
 #[derive(Clone)]
 struct Header {
     names: Vec<String>,
@@ -221,7 +222,8 @@ impl Header {
     }
 }
 
-/// Parts of the names of velocities, biases, covariances and other quantities, whose letters are no part of a pose.
+/// Parts of the names of velocities, biases, covariances and other quantities; the x, y or z in such names does not
+/// belong to a pose.
 const OTHER_QUANTITIES: [&str; 24] = [
     "ecef",
     "v",
@@ -249,7 +251,7 @@ const OTHER_QUANTITIES: [&str; 24] = [
     "scale",
 ];
 
-/// Role of a name in lower case.
+/// Returns the role of a column by its name in lower case.
 fn role_of(name: &str) -> Role {
     let unit = ["ns", "us", "\u{b5}s", "ms", "s"].into_iter().zip([1e-9, 1e-6, 1e-6, 1e-3, 1.0]);
     let bare = name.split(['[', '(']).next().unwrap_or_default();
@@ -332,7 +334,8 @@ fn assign(names: &[String], roles: &[Role], separator: Option<char>) -> Result<N
             Role::Position(i) | Role::North(i) => (i, true),
             Role::Other(i) if other_is_position => (i, true),
             Role::Quaternion(i) => (i, false),
-            // Single letters: first the position, then the quaternion.
+            // Single letters belong to the position first; when the position has its x, y or z, they belong to the
+            // quaternion.
             Role::Letter(0) => (0, false),
             Role::Letter(i) if quaternion_named || position[i - 1].is_none() => (i - 1, true),
             Role::Letter(i) => (i, false),
@@ -365,8 +368,8 @@ fn assign(names: &[String], roles: &[Role], separator: Option<char>) -> Result<N
     })
 }
 
-/// Time in seconds from its text; integers with at least 15 digits are microseconds, with at least 18 digits
-/// nanoseconds.
+/// Reads a time in seconds. If the unit is unknown, integers with at least 15 digits are microseconds, and with at
+/// least 18 digits nanoseconds.
 pub(crate) fn seconds_of(word: &str, unit: Option<f64>) -> Option<f64> {
     if let Ok(whole) = word.parse::<u64>() {
         let per_second: u64 = match unit {
@@ -381,7 +384,7 @@ pub(crate) fn seconds_of(word: &str, unit: Option<f64>) -> Option<f64> {
     word.parse::<f64>().ok().filter(|value| value.is_finite()).map(|value| value * unit.unwrap_or(1.0))
 }
 
-/// Poses, world_from_camera, of the rows below a header.
+/// Reads the poses, world_from_camera, of the rows below a header.
 pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
@@ -405,7 +408,8 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         };
         let [qw, qx, qy, qz] = columns.quaternion;
         let quaternion = [number(qw)?, number(qx)?, number(qy)?, number(qz)?];
-        // If the numbers of names and values differ, names may be shifted: the quaternion's length must then be 1.
+        // If a row does not have as many values as the header has names, the names may be shifted. The quaternion's
+        // length must then be 1.
         let rotation = match expected == named {
             true => Rotation::scaled_quaternion(quaternion),
             false => Rotation::unit_quaternion(quaternion).map(|rotation| (rotation, false)),

@@ -15,7 +15,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     if named && text.contains("class_name") {
         return true;
     }
-    // Intrinsics of the reconstruction system: columns and rows, and nine consecutive numbers.
+    // Intrinsics of the reconstruction system contain the image size, and K as nine consecutive numbers.
     let own = ["\"width\"", "\"height\"", "\"intrinsic_matrix\""];
     // The Azure Kinect's recorder adds keys about the recording.
     let azure = text.contains("\"stream_length_usec\"") || text.contains("\"serial_number");
@@ -51,7 +51,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// Poses of the nodes of a graph.
+/// Reads the poses of a graph's nodes.
 fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
     root.unread_keys(|key| matches!(key, "class_name" | "nodes" | "edges" | "version_major" | "version_minor"))?;
     for (i, node) in nodes.list()?.into_iter().enumerate() {
@@ -68,7 +68,7 @@ fn pose_graph(root: &Cursor<'_>, nodes: &Cursor<'_>, calibration: &mut Calibrati
     Ok(())
 }
 
-/// Rotation and translation of a matrix by columns.
+/// Reads the rotation and the translation of a 4x4 matrix that is stored by columns.
 fn matrix_by_columns(at: &Cursor<'_>, direction: &str) -> Result<(DMat3, DVec3)> {
     let columns = at.array::<16>()?;
     let rows = std::array::from_fn(|i| columns[4 * (i % 4) + i / 4]);

@@ -16,7 +16,8 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
         let line = lines.next().map(|(_, line)| line);
         line.is_some_and(|line| words(line).count() == count && words(line).all(|word| word.parse::<f64>().is_ok()))
     }) && data_lines(text).nth(4).is_some_and(|(_, line)| {
-        // Bundle adjustment problems (BAL) have the same counts of numbers.
+        // The last row distinguishes these files from bundle adjustment problems (BAL), whose lines have as many
+        // numbers.
         words(line).filter_map(|word| word.parse::<f64>().ok()).eq([0.0, 0.0, 0.0, 1.0])
     })
 }

@@ -56,7 +56,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// Times beyond this many seconds after 1970, the year 5138, are in another unit.
+/// Latest time, in seconds since 1970 (the year 5138); later times must be in another unit.
 const LATEST_TIME: f64 = 1e11;
 
 /// Adds a notice if the times are not in seconds.
@@ -78,12 +78,12 @@ fn note_odd_times(calibration: &mut Calibration) {
     }
 }
 
-/// The numbers of a text of one line: fx fy cx cy, then k1 k2 p1 p2 (k3) or none.
+/// Reads the numbers of a text that consists of one line: fx fy cx cy, optionally followed by k1 k2 p1 p2 (k3).
 fn line_of_intrinsics(text: &str) -> Option<Vec<f64>> {
     let mut lines = data_lines(text);
     let (Some((_, line)), None) = (lines.next(), lines.next()) else { return None };
     let values: Vec<f64> = line.split_whitespace().map(|word| word.parse().ok()).collect::<Option<_>>()?;
-    // Eight numbers may also be a time and a pose.
+    // Eight numbers may also be a time and a pose, which ends with a unit quaternion.
     let quaternion = values.iter().rev().take(4).fold(0.0, |sum, value| sum + value * value);
     let plausible = matches!(values.len(), 4 | 8 | 9)
         && values[..4].iter().all(|value| (1.0..1e6).contains(value))
@@ -96,7 +96,7 @@ pub(crate) fn detect_intrinsics(_: &InputFile, text: &str) -> bool {
     line_of_intrinsics(text).is_some()
 }
 
-/// Camera of `calibration.txt`, which has no size.
+/// Reads the camera of `calibration.txt`; the file contains no image size.
 pub(crate) fn read_intrinsics(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let fail = |message: &str| FormatError::whole(&source.path, message);
     let Some(values) = line_of_intrinsics(source.text()?) else {
@@ -165,7 +165,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         };
         let (rotation, c) = record.require_pose()?.world_r_c();
         let [w, x, y, z] = normalized(rotation.quaternion());
-        // The name is the time in its original digits.
+        // If the camera's name is its time, the name is written, because it contains the original digits.
         let time = if record.name.parse() == Ok(time) { record.name.clone() } else { yaml_float(time) };
         text += &format!("{time} {}\n", joined(&[c.x, c.y, c.z, x, y, z, w], " "));
     }

@@ -91,13 +91,13 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// True for a rotation and a translation.
+/// True if the matrix consists of a rotation and a translation.
 fn is_rigid(rows: &[[f64; 4]; 3]) -> bool {
     let flat: [f64; 12] = std::array::from_fn(|i| rows[i / 4][i % 4]);
     check_rotation(rigid(&flat).0).is_ok()
 }
 
-/// Returns `camera_mat_i`, if `world_mat_i` is a rotation and a translation without K.
+/// Returns `camera_mat_i` if `world_mat_i` contains only a rotation and a translation, without K.
 fn separate_intrinsics(arrays: &[(String, NumpyArray)], number: &str, rows: &[[f64; 4]; 3]) -> Option<[f64; 9]> {
     if !is_rigid(rows) {
         return None;
@@ -109,7 +109,7 @@ fn separate_intrinsics(arrays: &[(String, NumpyArray)], number: &str, rows: &[[f
     fits.then(|| std::array::from_fn(|i| numbers[i / 3 * columns + i % 3]))
 }
 
-/// Sets K, from units of half the image size about its centre, and the pose.
+/// Sets the pose and K. K is converted from units of half the image size, relative to the image centre, to pixels.
 fn place_by(record: &mut CameraRecord, camera: [f64; 9], rows: &[[f64; 4]; 3], size: [u32; 2]) {
     let [width, height] = size.map(|side| 0.5 * f64::from(side));
     let pixels = DMat3::from_cols(DVec3::X * width, DVec3::Y * height, DVec3::new(width, height, 1.0));

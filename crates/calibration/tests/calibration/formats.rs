@@ -7,7 +7,7 @@ use raycam_scene::{Lens, LensModel, PixelCenter};
 
 use crate::support::folder;
 
-/// A camera that every format can store: its name is a number of seconds, an image id and a file name.
+/// A camera that every format can store: its name is valid as a number of seconds, an image id and a file name.
 fn record() -> CameraRecord {
     let k = DMat3::from_cols(DVec3::new(500.1, 0.0, 0.0), DVec3::new(0.0, 500.1, 0.0), DVec3::new(319.5, 239.5, 1.0));
     let mut record = CameraRecord::new("7", PixelCenter::Integer);
@@ -18,7 +18,8 @@ fn record() -> CameraRecord {
     record
 }
 
-/// Writes to a new folder and reads back; values that the format does not store are passed to the reader.
+/// Writes the records to a new folder and reads them back; values that the format does not store are passed to the
+/// reader.
 fn again(records: &[CameraRecord], format: &str) -> Vec<CameraRecord> {
     let path = folder().join("out");
     let written = write(records, &path, format).unwrap_or_else(|error| panic!("{format}: {error}"));
@@ -30,7 +31,7 @@ fn again(records: &[CameraRecord], format: &str) -> Vec<CameraRecord> {
             std::fs::write(path.join(name), bytes).unwrap();
         }
     }
-    // Without a pose, which would be interpreted as that on a body.
+    // The intrinsics have no pose, because their pose would be interpreted as the camera's mount on a body.
     let mut intrinsics = record();
     intrinsics.pose = None;
     let known = ReadHints { size: Some([640, 480]), intrinsics: Some(intrinsics), lens: None, poses: None };
@@ -45,7 +46,7 @@ fn every_format_reads_back_its_cameras_and_keeps_every_bit_on_rewriting() {
         let (camera, expected) = (once[0].camera().unwrap(), record().camera().unwrap());
         let shift = camera.pixel_center().offset() - expected.pixel_center().offset();
         let point = DVec3::new(0.3, 1.2, 3.4);
-        // These formats store no pose.
+        // Poses are not compared for these formats, because they store no pose.
         if !["ros", "orb-slam", "camodocal", "tum-intrinsics"].contains(&format) {
             let off = camera.project(point).0 - shift - expected.project(point).0;
             assert!(off.length() < 1e-9, "{format}: {off}");
@@ -91,7 +92,8 @@ fn damaged_files_are_refused_without_a_panic() {
     }
 }
 
-/// OpenVINS writes the body's pose in the camera in the opposite direction, and no step from camera to camera.
+/// OpenVINS writes the transform between camera and body in the opposite direction, and no transform from camera to
+/// camera.
 #[test]
 fn camchain_poses_are_read_in_either_direction() {
     let chain = |key: &str, poses: [(DMat3, DVec3); 2]| {
@@ -130,7 +132,7 @@ fn errors_name_file_line_and_key() {
     let error = decode(text.to_vec(), Path::new("a.yaml"), Some("ros"), &ReadHints::default(), &Budget::default());
     let error = error.unwrap_err().to_string();
     assert!(error.starts_with("a.yaml:6: camera_matrix.data[2]: \"x\""), "{error}");
-    // With one invalid line, no format recognises the file; if the format is specified, the error names the line.
+    // If one line is invalid, no format recognises the file; if the format is specified, the error names the line.
     let told = |format| {
         let poses = b"0.0 1 2 3 0 0 0 1\n0.1 1 2 x 0 0 0 1\n".to_vec();
         let (path, known) = (Path::new("a.tum"), ReadHints::default());
@@ -141,7 +143,8 @@ fn errors_name_file_line_and_key() {
     assert!(told(Some("tum")).starts_with("a.tum:2: \"x\""));
 }
 
-/// This test takes minutes if the reading time grows with the square of the number of keys.
+/// Each of many keys is read in constant time; if the reading time grew with the square of their number, this test
+/// would take minutes.
 #[test]
 fn reading_many_keys_is_fast() {
     let keys = |line: &dyn Fn(usize) -> String| (0..100_000).map(line).collect::<String>();

@@ -8,7 +8,7 @@ use raycam_formats::{Budget, FormatError};
 
 use crate::support::data;
 
-/// Format and path of each sample: FORMAT/FILE.
+/// Format and path of each sample, from the path FORMAT/FILE.
 fn samples() -> Vec<(String, PathBuf)> {
     let mut found = Vec::new();
     for folder in fs::read_dir(data("samples")).unwrap() {

@@ -68,7 +68,8 @@ fn equal_requests_give_equal_bytes() {
 
 #[test]
 fn object_order_does_not_affect_objects_that_do_not_touch() {
-    // Two distant tables would be two targets; on one large floor, three small objects do not touch each other.
+    // The target is one large floor, because two distant tables would be two targets. On it, the three small objects do
+    // not touch each other.
     let mut world = World::default();
     let floor = add(&mut world, "floor", primitive::box_([20.0, 20.0, 0.1]).unwrap(), moved(0.0, 0.0, -0.05));
     let things: Vec<usize> = (0..3)
@@ -88,7 +89,7 @@ fn object_order_does_not_affect_objects_that_do_not_touch() {
     }
 }
 
-/// Many seeds; 1,000 with `RAYCAM_PROOF`.
+/// Tests many seeds; 1,000 if `RAYCAM_PROOF` is set.
 #[test]
 fn objects_settle_for_many_seeds() {
     let count = if std::env::var_os("RAYCAM_PROOF").is_some() { 1000 } else { 3 };
@@ -107,6 +108,7 @@ fn bodies_that_miss_the_bin_are_drawn_again_and_other_bodies_stay() {
     let attempts: Vec<usize> = (0..4)
         .map(|seed| settle(&world, &into_bin(&things, &sides, seed), &|| false).unwrap().report.attempts)
         .collect();
-    // If one body that misses let all bodies fall again, there would be about five attempts per pile.
+    // Only bodies that miss the target fall again. If one missing body caused all bodies to fall again, there would be
+    // about five attempts per pile.
     assert!((5..=12).contains(&attempts.iter().sum::<usize>()), "{attempts:?}");
 }

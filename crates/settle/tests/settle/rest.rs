@@ -22,7 +22,7 @@ fn stacked_boxes_stay_upright() {
         let expected = DVec3::new(0.0, 0.0, 0.025 + 0.05 * i as f64);
         let off = transform.translation - expected;
         assert!(off.truncate().length() < 1e-3, "box {i} slid by {off}");
-        // Each contact leaves a gap of at most two skins.
+        // Each contact leaves a gap of at most twice the skin thickness.
         assert!((-1e-4..1e-3).contains(&off.z), "box {i} rests {off} away from its expected position");
         assert!(transform.matrix3.z_axis.z > 0.9999, "box {i} tilts");
     }
@@ -42,7 +42,7 @@ fn balls_in_a_bowl_rest_at_the_lowest_point() {
 
 #[test]
 fn ring_dropped_over_a_peg_comes_to_rest_around_it() {
-    // The ring's hull would stay on top of the peg.
+    // If the ring were represented by its hull, it would stay on top of the peg.
     let mut world = World::default();
     add(&mut world, "floor", primitive::plane([2.0; 2]).unwrap(), moved(0.0, 0.0, 0.0));
     add(&mut world, "peg", primitive::cylinder(0.01, 0.1, 32).unwrap(), moved(0.0, 0.0, 0.05));
