@@ -120,7 +120,7 @@ def refuse_mask(name: str, value: object, error: type[Error] = SettingsError) ->
 
 
 def _device_of(value: object) -> str | None:
-    """The device of a tensor that is not in the memory of the CPU."""
+    """Returns the device of a tensor that is not in CPU memory, as text."""
     device = getattr(value, "device", None)
     place = str(device).lower()
     return (
@@ -129,7 +129,7 @@ def _device_of(value: object) -> str | None:
 
 
 def _from_dlpack(name: str, value: object, error: type[Error]) -> npt.NDArray[Any]:
-    """The array of a DLPack producer."""
+    """Returns the data of a DLPack producer as an array."""
     cpu_device = 1  # kDLCPU in DLPack
     describe = getattr(value, "__dlpack_device__", None)
     kind = describe()[0] if describe is not None else cpu_device

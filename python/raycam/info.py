@@ -154,7 +154,7 @@ def _many(count: int, one: str, more: str) -> str:
 
 
 def _fixed(value: float) -> str:
-    """A number with six decimals, zero without a sign."""
+    """Returns a number as text with six decimals; zero has no sign."""
     text = f"{value:14.6f}"
     return f"{0.0:14.6f}" if float(text) == 0.0 else text
 

@@ -164,7 +164,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         write(Path(path), bytes(self._encoded(name, ending)))
 
     def _encoded(self, name: str, ending: str) -> bytes:
-        """The bytes of a map's image."""
+        """Returns the bytes of the image file of a map."""
         values = self.maps[name]
         if ending == ".png":
             if name in ID_MAPS:

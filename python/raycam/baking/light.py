@@ -62,7 +62,7 @@ def light_values(
 
 
 def _weights(barycentric: Floats) -> Floats:
-    """C-contiguous float64 weights."""
+    """Returns barycentric weights as C-contiguous float64, as the core requires them."""
     return np.ascontiguousarray(barycentric, np.float64)
 
 

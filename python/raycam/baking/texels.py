@@ -99,7 +99,7 @@ def _candidates(corners: Floats, size: tuple[int, int]) -> Iterator[tuple[Ints, 
 
 
 def _count_up(lengths: Ints) -> Ints:
-    """For each of the lengths n, the numbers 0 to n - 1, concatenated."""
+    """Returns the numbers 0 to n - 1 for each of the lengths n, concatenated."""
     ends = np.cumsum(lengths)
     found: Ints = np.arange(ends[-1] if len(ends) else 0) - np.repeat(ends - lengths, lengths)
     return found

@@ -27,7 +27,7 @@ RELATIVE_ROUNDING = 8 * float(np.finfo(np.float64).eps)
 
 @dataclass(frozen=True, eq=False)
 class FacePoints:
-    """Points [n] of a mesh."""
+    """Points [n] on the faces of a mesh."""
 
     face: npt.NDArray[np.int32]
     """Index of the face of each point [n]."""
@@ -62,7 +62,7 @@ class BakedObject:
             self.tangents = corner_tangents(local, normals, uvs.astype(np.float64))
 
     def values(self, at: FacePoints) -> tuple[dict[str, npt.NDArray[Any]], Bools]:
-        """The points' values by map, and True [n] for points that missed the source.
+        """Returns the points' values by map, and True [n] for points that missed the source.
 
         Maps of light have the standard error of their luminance as NAME_error in addition.
         """

@@ -60,12 +60,12 @@ def bake_vertices(baked: BakedObject, name: int | str) -> BakedMaps:
 
 
 def map_names(maps: list[str]) -> list[str]:
-    """The names of the arrays for requested maps: light has its standard error in addition."""
+    """Returns the array names of requested maps; light maps also have an array NAME_error."""
     return [name for each in maps for name in ((each, f"{each}_error") if each in LIGHT_MAPS else (each,))]
 
 
 def _mean(name: str, sums: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
-    """A map [v] or [v, 3] from its weighted sums [v, k]."""
+    """Returns the map [v] or [v, 3] from the weighted sums [v, k] of its values."""
     if name.endswith("_error"):
         sums = np.sqrt(sums)
     if name in UNIT_VECTOR_MAPS:

@@ -240,7 +240,7 @@ def _to_float32(a: Floats) -> Floats:
 
 
 def _rays_per_second(count: int, repeat: int, call: Callable[[], object]) -> float:
-    """Millions per second, the best of `repeat` calls after one warm-up call."""
+    """Returns the rate in millions per second, the best of `repeat` calls after a warm-up call."""
     best = np.inf
     for turn in range(repeat + 1):
         start = time.perf_counter()

@@ -226,7 +226,8 @@ class DaskPool:
     def _restart(self) -> None:
         """Restarts processes of this pool's own cluster that Dask has abandoned.
 
-        A nanny restarts a dead process, but exits if that takes longer than its timeout, for example under heavy load.
+        A nanny restarts a dead process, but exits if the restart takes longer than the nanny's timeout, for example
+        under heavy load.
         """
         if self._cluster is None:
             return

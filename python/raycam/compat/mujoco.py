@@ -134,7 +134,7 @@ class Renderer:
         return self._fitted(self._scene.world.camera(names[camera]))
 
     def _fitted(self, camera: Camera) -> Camera:
-        """The camera with this renderer's size: the field of view is kept vertically."""
+        """Returns the camera with this renderer's size and an unchanged vertical field of view."""
         width, height = self._size
         scale = height / camera.size[1]
         k = camera.K * [[scale], [scale], [1]]

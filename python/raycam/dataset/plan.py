@@ -138,7 +138,7 @@ class Plan:
 
     @cached_property
     def rigs(self) -> list[list[int]]:
-        """The view numbers of each pose of a rig, in their order; empty without rigs."""
+        """The view numbers of each pose of a rig, in the order of the poses; empty without rigs."""
         frames: dict[int, list[int]] = {}
         for number, view in enumerate(self.shots):
             if view.rig is not None:
@@ -152,7 +152,7 @@ class Plan:
 
     @cached_property
     def picture_names(self) -> list[str]:
-        """The image names without ending: the source images' names, or otherwise six digits."""
+        """The image names without ending: the source images' names, or else six-digit numbers."""
         names: dict[str, None] = {}
         known: set[str] = set()
         for number, view in enumerate(self.shots):

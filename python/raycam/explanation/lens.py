@@ -76,7 +76,10 @@ def world_at_line(world: World, camera: Camera, pixel: Floats) -> World:
 
 
 def lens_steps(camera: Camera, column: int, row: int) -> LensSteps:
-    """The steps of a pixel. Raises `CameraError` if the lens has no ray for the pixel."""
+    """Returns the steps from a pixel to its ray.
+
+    Raises `CameraError` if the lens has no ray for the pixel.
+    """
     pixel = np.array([column, row]) + camera.corner + 0.5
     origin, direction = camera.rays(pixel)
     if not np.isfinite(direction).all():

@@ -238,7 +238,7 @@ def runs(line: Line, camera: Camera) -> list[Floats]:
 
 
 def _runs(points: Floats) -> list[Floats]:
-    """The runs of at least two points of [n, 2] without NaN between them."""
+    """Returns the pieces of a line [n, 2] between NaN points, if they have at least two points."""
     finite = np.isfinite(points).all(axis=1)
     pieces = np.split(points, np.nonzero(~finite)[0])
     pieces = [piece[np.isfinite(piece).all(axis=1)] for piece in pieces]

@@ -67,7 +67,7 @@ class Svg:
     def line(
         self, p: Point, q: Point, color: str, width: float = 1.5, dash: str = "", opacity: float = 1.0
     ) -> None:
-        """A straight line with round ends; `dash` as in stroke-dasharray."""
+        """Draws a straight line with round ends; `dash` is as in stroke-dasharray."""
         dashes = f' stroke-dasharray="{dash}"' if dash else ""
         faint = f' opacity="{_n(opacity)}"' if opacity < 1 else ""
         self.parts.append(
@@ -76,7 +76,7 @@ class Svg:
         )
 
     def arrow(self, p: Point, q: Point, color: str, width: float = 2.0, dash: str = "") -> None:
-        """A line from p to q with a head at q, which is smaller for short arrows."""
+        """Draws a line from p to q with an arrowhead at q, which is smaller for short arrows."""
         dx, dy = q[0] - p[0], q[1] - p[1]
         length = math.hypot(dx, dy)
         if length < 1e-6:
@@ -91,7 +91,7 @@ class Svg:
         )
 
     def polyline(self, points: Sequence[Point], color: str, width: float, dash: str = "") -> None:
-        """Straight lines from point to point with round ends; `dash` as in stroke-dasharray."""
+        """Draws straight lines from point to point with round ends; `dash` is as in `line`."""
         dashes = f' stroke-dasharray="{dash}"' if dash else ""
         places = " ".join(f"{_n(x)},{_n(y)}" for x, y in points)
         self.parts.append(
@@ -107,7 +107,7 @@ class Svg:
         stroke: str = "none",
         width: float = 1.0,
     ) -> None:
-        """A filled polygon; `opacity` applies to the fill."""
+        """Draws a filled polygon; `opacity` applies to the fill."""
         corners = " ".join(f"{_n(x)},{_n(y)}" for x, y in points)
         self.parts.append(
             f'<polygon points="{corners}" fill="{fill}" fill-opacity="{_n(opacity)}" stroke="{stroke}" '
@@ -219,5 +219,5 @@ class Svg:
 
 
 def _n(value: float) -> str:
-    """A number with at most two decimals."""
+    """Returns a number as text with at most two decimals."""
     return f"{value:.2f}".rstrip("0").rstrip(".")

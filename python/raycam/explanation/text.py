@@ -166,7 +166,7 @@ def aside(e: PixelSteps) -> str:
 
 
 def name(c: Candidate) -> str:
-    """A triangle's name."""
+    """Returns a triangle's index, object number and object name as text."""
     return f'triangle {c.triangle} of object {c.instance} "{c.object_name}"'
 
 

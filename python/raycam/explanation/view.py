@@ -29,7 +29,7 @@ class Box:
 
 
 def unit(vector: Floats) -> Floats:
-    """The vector with length 1."""
+    """Returns a vector scaled to length 1."""
     return vector / float(reference.length(vector))
 
 
@@ -87,7 +87,7 @@ def fit_to_box(project: Callable[[Floats], Floats], points: Floats, box: Box) ->
 
 
 def plane_grid(c: Candidate, front: Floats) -> tuple[Floats, list[tuple[Floats, Floats]]]:
-    """A rectangle of the plane around all its points, [4, 3], and the lines of a grid on it."""
+    """Returns the corners [4, 3] of a rectangle in the plane around all points, and grid lines."""
     points = np.array([c.a, c.b, c.c, c.f, c.g])
     i, j, low, high = min((extent(points, c.a, edge, front) for edge in (c.v1, c.v2, c.v3)), key=area)
     step = float((high - low).max()) / 10

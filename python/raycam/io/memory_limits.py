@@ -165,7 +165,7 @@ def _number(path: Path) -> int | None:
 
 
 def _line(path: Path, key: str) -> int:
-    """The number after a key in a file of lines; 0 if the key is missing."""
+    """Returns the number after a key at the start of a line of a file; 0 if the key is missing."""
     try:
         for line in path.read_text().splitlines():
             words = line.replace(":", " ", 1).split()

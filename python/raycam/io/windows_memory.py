@@ -15,7 +15,7 @@ def limit_and_used() -> tuple[int, int]:
     import ctypes  # imported here, so that `import raycam` is fast
 
     class MemoryStatus(ctypes.Structure):
-        """MEMORYSTATUSEX."""
+        """The structure MEMORYSTATUSEX of the Windows API."""
 
         # Unused fields have one-letter names.
         _fields_ = [
@@ -35,7 +35,7 @@ def peak_bytes(pid: int) -> int:
     import ctypes
 
     class Counters(ctypes.Structure):
-        """PROCESS_MEMORY_COUNTERS."""
+        """The structure PROCESS_MEMORY_COUNTERS of the Windows API."""
 
         _fields_ = [
             ("size", ctypes.c_ulong),

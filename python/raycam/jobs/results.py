@@ -162,7 +162,7 @@ def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
 
 
 def _fingerprint(path: str) -> Stamp:
-    """The stamp of a file, read in pieces."""
+    """Returns the stamp (size and SHA-256) of a file, which is read in pieces."""
     with open(path, "rb") as file:
         return os.fstat(file.fileno()).st_size, hashlib.file_digest(file, "sha256").hexdigest()
 

@@ -79,7 +79,7 @@ class WorkerUnfit(Exception):
 
 
 class PackageNotFound(WorkerUnfit):
-    """The package of the job cannot be found from this worker."""
+    """This worker cannot find the job's package."""
 
 
 _frame_makers: OrderedDict[tuple[str, int | None], FrameMaker] = OrderedDict()

@@ -88,7 +88,7 @@ def jumps(t: Floats, points: Floats, normals: Floats) -> Bools:
 
 
 def _row_distances(edges: Bools) -> Floats:
-    """Cells to the nearest edge in the same row [rows, columns]; inf in rows without edges."""
+    """Distances in cells to the nearest edge of the row [rows, columns]; inf without an edge."""
     columns = edges.shape[1]
     place = np.broadcast_to(np.arange(columns, dtype=np.float64), edges.shape)
     before = np.maximum.accumulate(np.where(edges, place, -np.inf), axis=1)

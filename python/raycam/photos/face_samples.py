@@ -19,7 +19,7 @@ CORNER_INSET = 0.01
 def sample_pattern(count: int, corners: bool = True) -> Floats:
     """Returns barycentric weights [count, 3] of the samples of a face.
 
-    With `corners`, the centroid and inset corners come first; the others form a low-discrepancy set.
+    With `corners`, the centroid and inset corners come first; the other samples form a low-discrepancy set.
 
     Source: the R2 sequence (Roberts 2018), folded into the triangle.
     """

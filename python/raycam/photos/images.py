@@ -151,7 +151,7 @@ def linear_photo(name: str, given: Any) -> npt.NDArray[np.float32]:
 
 
 def _counted(names: list[str], wanted: list[str]) -> str:
-    """The first names and the number of names, as the subject of a sentence."""
+    """Returns the first names and the number of names as text, for the subject of a sentence."""
     listed = ", ".join(repr(name) for name in names[:LISTED_NAMES])
     more = f" and {len(names) - LISTED_NAMES} more" if len(names) > LISTED_NAMES else ""
     return f"{len(names)} of {len(wanted)} photographs ({listed}{more}) {'is' if len(names) == 1 else 'are'}"

@@ -69,7 +69,7 @@ class _Level:
         self.parent: npt.NDArray[np.int32] = np.zeros(0, np.int32)
 
     def times(self, x: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """The product with x [n, k], in its precision."""
+        """Returns the product of the level's matrix with x [n, k], in the precision of x."""
         padded = np.concatenate([x, np.zeros((1, x.shape[1]), x.dtype)])
         found: npt.NDArray[Any] = self.diagonal.astype(x.dtype) * x
         for place, factor in self.neighbors:

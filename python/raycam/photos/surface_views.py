@@ -35,7 +35,7 @@ MAX_TAPS = 4
 
 @dataclass(frozen=True, eq=False)
 class SurfacePart:
-    """Some points of a surface."""
+    """A subset of a surface's points."""
 
     face: npt.NDArray[np.int32]
     """The index of the face of each point [n]."""

@@ -140,7 +140,7 @@ def texture_from_photos(
 def _compute(
     photos: PhotoSet, number: int, method: str, equalise: bool, magenta: bool, memory: int
 ) -> PhotoTexture:
-    """The texture of the object `number`, from photographs without gains."""
+    """Computes the texture of the object `number`; estimates gains if `equalise` is True."""
     surface = photos.surface
     survey = take_survey(photos.world, photos.cameras, photos.source, surface, photos.facing, photos.threads)
     if equalise:
@@ -190,7 +190,7 @@ def check_memory(size: int, views: int, texel: int = TEXEL_BYTES) -> None:
 
 
 def _size_notices(survey: Survey, size: int) -> list[Notice]:
-    """The notice that the photographs resolve more than the texture, with a sufficient size."""
+    """Returns a notice with a sufficient size if the texture is too small for the photographs."""
     largest = np.zeros(survey.points, np.float32)
     np.maximum.at(largest, survey.point, survey.footprint)
     largest = largest[largest > 0]
@@ -206,7 +206,7 @@ def _size_notices(survey: Survey, size: int) -> list[Notice]:
 
 
 def _alignment_notices(alignment: Alignment, names: list[str]) -> list[Notice]:
-    """The notice that photographs are shifted relative to the other photographs."""
+    """Returns a notice if photographs are shifted relative to the other photographs."""
     known = alignment.shift[np.isfinite(alignment.shift)]
     if len(known) < 3:
         return []

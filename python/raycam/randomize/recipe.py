@@ -327,7 +327,7 @@ class Recipe:
         return world
 
     def _rows(self, kind: str, draw: RandomStream) -> list[tuple[dict[str, Any], RandomStream]]:
-        """The tables of a kind with drawn values, each repeated `count` times, and their streams."""
+        """Returns the tables of one kind with drawn values, `count` times each, and their streams."""
         found: list[tuple[dict[str, Any], RandomStream]] = []
         for i, table in enumerate(self.description[kind]):
             row = dict(table)

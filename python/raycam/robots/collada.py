@@ -290,7 +290,7 @@ def _encode_png(linear: Any) -> bytes:
 
 
 def _values(sources: dict[str, list[Any]], semantic: str, corners: Any, width: int) -> Floats | None:
-    """The values [n, width] of the first source with this meaning, or None."""
+    """Returns the values [n, width] of the first source with the given semantic, or None."""
     for offset, _, _, _, source in sources.get(semantic, [])[:1]:
         data = np.asarray(source.data, np.float64)
         if data.ndim == 2 and data.shape[1] >= width and len(data):

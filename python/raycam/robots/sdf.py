@@ -87,7 +87,7 @@ class _Document:
             )
 
     def fail(self, element: Element, text: str, code: str) -> FormatError:
-        """The error about an element."""
+        """Returns an error with the file and the line of an element."""
         return FormatError(f"{self.name}:{element.line}: {text}", code=code)
 
     def note(self, element: Element, text: str, code: str) -> None:

@@ -72,7 +72,7 @@ class Images:
         """Returns the name of the image that `bake` creates from an image's pixels.
 
         Returns None if `bake` creates no image. If the pixels cannot be decoded, returns the name of the original
-        image, with a notice. `sizes` contains the image's size.
+        image, with a notice. The image's size is stored in `sizes`.
         """
         key = (file, how)
         if key not in self._known:

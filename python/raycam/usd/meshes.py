@@ -263,7 +263,7 @@ class Meshes:
     def _groups(
         self, prim: Usd.Prim, bound: UsdShade.Material | None, faces: Faces, instance: InstanceValues | None
     ) -> list[Group]:
-        """The faces of each material, without holes."""
+        """The faces of each material, without the faces that the mesh marks as holes."""
         count = len(faces.counts)
         rest = np.ones(count, bool)
         groups: list[Group] = []

@@ -56,7 +56,7 @@ def decode_png(data: bytes) -> npt.NDArray[np.uint8]:
 def _unfiltered(
     kind: int, row: npt.NDArray[np.uint8], above: npt.NDArray[np.uint8], step: int
 ) -> npt.NDArray[np.uint8]:
-    """A row of bytes without its filter, ISO/IEC 15948 clause 9.2."""
+    """Removes the filter from a row of bytes (ISO/IEC 15948, clause 9.2)."""
     if kind == 0:
         return row
     if kind == 1:

@@ -504,7 +504,7 @@ class Pick(Message):
 
 @dataclass(frozen=True)
 class Hold(Message):
-    """Reports the held pixel, which followers show; an empty list if none is held."""
+    """Reports the held pixel, which followers show; an empty list if no pixel is held."""
 
     KIND = "hold"
     pixel: Annotated[list[int], Length(2), Range(0, max(MAX_IMAGE_SIZE) - 1)]

@@ -100,7 +100,7 @@ class Server:
 
     @property
     def token(self) -> str:
-        """The token that remains valid."""
+        """The server's own token, which stays valid; the tokens of invitations are valid once."""
         return self._tokens.own
 
     @property
@@ -233,7 +233,7 @@ class Server:
         return Response(answer.status, HTTPStatus(answer.status).phrase, headers, body)
 
     async def _talk(self, connection: Any) -> None:
-        """Serves one client from hello to its end."""
+        """Serves one client, from the message `hello` until the connection ends."""
         from websockets.exceptions import ConnectionClosed
 
         session: Session | None = None

@@ -435,7 +435,7 @@ class Viewer:
         return (data, *more) if more else data
 
     def _first_picture(self) -> Frame:
-        """The image of the camera, the longer side of `FIRST_SIDE` pixels."""
+        """Returns an image by the camera whose longer side has `FIRST_SIDE` pixels."""
         view = self._first.view
         scale = FIRST_SIDE / max(view.camera.size)
         width, height = (max(1, round(side * scale)) for side in view.camera.size)
@@ -483,7 +483,7 @@ def _chosen_look(opened: Opened, options: Mapping[str, Any]) -> Look:
 
 
 def _weakly(method: Callable[..., Any]) -> Callable[..., Any]:
-    """A method that does not keep its object alive; it returns None when the object is gone."""
+    """Wraps a method without keeping its object alive; returns None when the object is gone."""
     found = weakref.WeakMethod(method)
 
     def call(*values: Any) -> Any:

@@ -112,7 +112,7 @@ def unpack(header: dict[str, Any], data: bytes) -> Array:
 
 
 def _filtered(values: Array, filter: str) -> bytes:
-    """The bytes of [h, w, components] by a filter."""
+    """Returns the bytes of an array [h, w, components] after a filter."""
     if filter == "plain":
         return values.tobytes()
     size = values.dtype.itemsize

@@ -173,9 +173,8 @@ class WorldContents:
 
     @property
     def counts(self) -> dict[str, int]:
-        """The numbers of objects, meshes, triangles, vertices, materials and other contents.
-
-        Two of the other names are mesh_triangles and zero_area_triangles.
+        """The numbers of objects, meshes, triangles, vertices, materials and other contents. The
+        names also include mesh_triangles and zero_area_triangles.
 
         In `triangles`, a mesh that several objects share counts once per object; in `mesh_triangles`, it counts once.
         Triangles of zero area stay in the mesh, but no ray hits them.

@@ -208,7 +208,7 @@ class PointQueries:
     def _points(
         self, points: npt.ArrayLike, max_distance: npt.ArrayLike, objects: Chosen | None, threads: int | None
     ) -> tuple[dict[str, Any], tuple[int, ...]]:
-        """The query for the core, and the shape of the points; prepares the world."""
+        """Returns the arguments of the core's query and the points' shape; prepares the world."""
         array = triples("points", points)
         shape = array.shape[:-1]
         reach = limits("max_distance", max_distance, shape)

@@ -170,7 +170,7 @@ def is_above(world: WorldContents, camera: Camera) -> bool:
 
 
 def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, float]:
-    """The equirectangular image of the room, and the factor that the key light shares with it."""
+    """The equirectangular image of the room, and the factor for the room and the key light."""
     # NumPy's sine, exponential and sum are not used, because their last bits depend on the processor.
     heights = [90.0 - 180.0 * (row + 0.5) / ROOM_IMAGE_ROWS for row in range(ROOM_IMAGE_ROWS)]
     degrees = np.array(heights)[:, None]

@@ -113,7 +113,7 @@ def _cropped(camera: Camera, options: argparse.Namespace) -> Camera:
 
 
 def _each(rig: Rig, edit: Callable[[str, Camera], Camera]) -> Rig:
-    """The rig with new cameras at its mounts."""
+    """Returns the rig with a new camera at each of its mounts."""
     from ...rig import Rig
 
     mounts = {name: edit(name, camera) for name, camera in rig.mounts.items()}

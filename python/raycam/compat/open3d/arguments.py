@@ -61,7 +61,7 @@ def rows(name: str, values: Any, kinds: str) -> Array:
 
 
 def matrix(name: str, values: Any, size: int) -> Array:
-    """A matrix [size, size] of finite numbers that has an inverse, float64."""
+    """Returns an invertible matrix [size, size] as float64; raises an error for other values."""
     array = array_of(name, values)
     if array.shape != (size, size) or array.dtype.kind not in "fiu":
         raise RaycastingError(
@@ -74,14 +74,14 @@ def matrix(name: str, values: Any, size: int) -> Array:
 
 
 def pixel_count(name: str, value: Any) -> int:
-    """A number of pixels, at least 1."""
+    """Returns a number of pixels; raises an error for values below 1."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
         raise RaycastingError(f"{name} is {value!r}, expected a whole number of pixels, at least 1")
     return int(value)
 
 
 def thread_count(value: Any) -> int:
-    """A number of threads; 0 for all."""
+    """Returns a number of threads; 0 means all threads."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 0:
         raise RaycastingError(f"nthreads is {value!r}, expected a whole number (0: all threads)")
     return int(value)

@@ -273,7 +273,7 @@ def _reduction(name: str) -> Any:
 
 
 def _elementwise(name: str, function: Any) -> Any:
-    """A method that applies a function of NumPy to the tensor and further arguments."""
+    """Returns a method that applies a NumPy function to the tensor and further arguments."""
 
     def apply(self: Tensor, *others: Any, **keys: Any) -> Any:
         return _as_tensor(function(self.view(np.ndarray), *others, **keys))
@@ -328,17 +328,17 @@ def concatenate(tensors: Any, axis: int | None = 0) -> Tensor:
 
 
 def append(self: Any, values: Any, axis: int | None = None) -> Tensor:
-    """A tensor followed by another, flat or along an axis."""
+    """Returns a tensor followed by another tensor, flat or along an axis."""
     return _as_tensor(np.append(np.asarray(self), np.asarray(values), axis=axis))
 
 
 def maximum(input: Any, other: Any) -> Tensor:
-    """The larger of two tensors' numbers."""
+    """Returns the larger of the two tensors' numbers at each position."""
     return _as_tensor(np.maximum(input, other))
 
 
 def minimum(input: Any, other: Any) -> Tensor:
-    """The smaller of two tensors' numbers."""
+    """Returns the smaller of the two tensors' numbers at each position."""
     return _as_tensor(np.minimum(input, other))
 
 

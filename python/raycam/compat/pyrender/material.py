@@ -12,9 +12,8 @@ __all__ = ["Material", "MetallicRoughnessMaterial", "SpecularGlossinessMaterial"
 
 
 class Material:
-    """The values of all materials.
-
-    `alphaCutoff` and `smooth` are stored without effect, as in pyrender.
+    """The values that every kind of material has. `alphaCutoff` and `smooth` are stored without
+    effect, as in pyrender.
     """
 
     name = Converted(text)

@@ -37,7 +37,7 @@ class Mesh(Bounded):
 
     @property
     def bounds(self) -> Floats:
-        """The lower and upper corner [2, 3]."""
+        """The lower and upper corner [2, 3] of the bounding box."""
         each = np.array([primitive.bounds for primitive in self.primitives])
         return np.stack([each[:, 0].min(axis=0), each[:, 1].max(axis=0)])
 

@@ -75,7 +75,7 @@ class LiveArray(np.ndarray[Any, Any]):
 
 
 def text(value: Any) -> str | None:
-    """The object's name, or None."""
+    """Converts an object's name to a string; None is unchanged."""
     return None if value is None else str(value)
 
 

@@ -29,7 +29,7 @@ Pair = tuple[float, float]
 
 
 class Mark(NamedTuple):
-    """A label of an image, in pixels from its top left corner."""
+    """A label of an image, in pixels from the image's top left corner."""
 
     name: str
     color: str

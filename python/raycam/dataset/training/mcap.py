@@ -197,7 +197,7 @@ def stamp_of(plan: Plan, number: int) -> int:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image as PNG; the record contains the image's messages, from which the bag is made."""
+    """Makes an image as PNG; the record contains the image's messages for the bag."""
     shot = plan.shot(number)
     camera, deep = shot.camera, bool(plan.options["depth"])
     frame = shot.render(["color", "instance", *(["depth"] if deep else [])])

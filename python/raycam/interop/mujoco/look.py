@@ -200,7 +200,7 @@ class MujocoLook:
         t_max: Floats | float = np.inf,
         facing: Literal["front", "back"] = "front",
     ) -> dict[str, Any]:
-        """The nearest hits on front faces, because MuJoCo draws only front faces, except for planes.
+        """Returns the nearest hits on front faces, or for planes on both sides, as MuJoCo draws.
 
         Directions are unit vectors, so that `t` is the distance.
         """
@@ -224,8 +224,8 @@ class MujocoLook:
     ) -> None:
         """Blends the transparent surfaces nearer than `limits` [n] over the colours [n, 3].
 
-        For reflected rays, `travelled` [n] is the distance from the camera to their start, and `along` [n] the depth
-        per distance.
+        For reflected rays, `travelled` [n] is the distance from the camera to the rays' starts, and `along` [n] the
+        depth per distance.
         """
         transparent = [each for each in self._surfaces.transparent if each in view.order]
         found = find_layers(self._cast, origins, directions, limits, transparent)

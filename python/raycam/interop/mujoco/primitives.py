@@ -48,7 +48,7 @@ def textured_primitive(kind: int, size: Floats) -> TexturedMesh:
 
 
 def _quad(half: Floats, first: int, second: int, sign: float) -> TexturedMesh:
-    """The face of a box along two axes, on the positive or negative side of the third."""
+    """The face of a box along two axes, on the positive or negative side of the third axis."""
     third = 3 - first - second
     flat = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float64)
     points = np.zeros((4, 3))

@@ -1,6 +1,6 @@
 """Reads the textures of a MuJoCo model.
 
-The results are the textures' pixels, and texture coordinates for each of their mappings. The mappings are
+The results are the textures' pixels, and texture coordinates for each kind of mapping. The mappings are
 those of MuJoCo's documentation (XML reference, asset/texture and asset/material).
 """
 

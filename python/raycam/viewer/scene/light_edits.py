@@ -88,7 +88,7 @@ def _strength_key(light: dict[str, Any]) -> str | None:
 
 
 def _color_and_level(strength: Floats) -> tuple[str, float]:
-    """The colour #rrggbb of a strength, whose largest value becomes 1, and that largest value."""
+    """Returns a strength's colour #rrggbb, relative to its largest value, and this value."""
     level = float(strength.max())
     share = strength / level if level > 0 else np.ones(3)
     bytes_ = srgb_from_linear(share.astype(np.float32), 1.0, 8, "standard")

@@ -92,7 +92,7 @@ def _look_options(view: View, notify: Callable[[str], None]) -> dict[str, object
 
 
 def _camera_at_start(view: View, notify: Callable[[str], None]) -> Camera:
-    """The free camera before the video's motion, which `raycam render --at` applies to it."""
+    """The free camera without the video's motion, because `raycam render --at` adds the motion."""
     if view.base.video is None:
         return view.camera
     before = view.base.camera_at(view.camera, -view.time)

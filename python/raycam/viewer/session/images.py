@@ -75,7 +75,7 @@ class Images:
 
     @staticmethod
     def _channels(view: View) -> tuple[str, ...]:
-        """The channels of a still image; with a look, coverage and alpha exclude its floor."""
+        """The channels of a still image; with a look, coverage and alpha exclude the look's floor."""
         if view.channel == "error":
             return SAMPLED
         return COLORS if view.shown is view.world else ("color",)

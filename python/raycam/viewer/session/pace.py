@@ -27,7 +27,7 @@ class Pace:
         self._bytes_per_pixel = dict(other._bytes_per_pixel)
 
     def size(self, still: tuple[int, int], channel: str = "color") -> tuple[int, int]:
-        """Width and height for a still image of this size: full, a half or a quarter of its sides."""
+        """Returns the size of the next moving image: the still image's size, a half or a quarter."""
         sizes = [tuple(max(1, round(side / divisor)) for side in still) for divisor in DIVISORS]
         if self._seconds_per_pixel is None:
             return sizes[1][0], sizes[1][1]

@@ -201,7 +201,7 @@ class View:
 
     @property
     def size(self) -> tuple[int, int]:
-        """The still image's size: the camera's sides, scaled to the available space."""
+        """The still image's size: the camera's size, scaled to the available space."""
         if self.shape != "own":
             return self.camera.size
         return _fitted(
