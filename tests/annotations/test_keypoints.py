@@ -162,9 +162,8 @@ def test_rolling_shutter_keypoints_of_a_moving_object_equal_scipy(direction: Rea
         assert np.abs(found.points[i] - box_at(point, time)).max() < 1e-9
         x, y = np.rint(pixel).astype(int)
         around = shown[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2]
-        if (
-            around == around[0, 0]
-        ).all():  # if all surrounding pixels show one object, it is also visible at the point
+        # If all surrounding pixels show one object, this object is also visible at the point.
+        if (around == around[0, 0]).all():
             judged += 1
             assert (0 if found.visible[i] else found.occluder[i]) == around[0, 0]
     assert judged > 60

@@ -1,4 +1,4 @@
-"""Maps at vertices against closed forms, and in glTF files."""
+"""Maps baked to vertices, compared with closed forms and read back from glTF files."""
 
 from __future__ import annotations
 

@@ -153,7 +153,7 @@ def test_bop_model_ids_do_not_depend_on_the_order_of_objects(tmp_path: Path) -> 
         found.append((model_rows(folder), dict(zip(order, pose_ids(folder), strict=True))))
     assert found[0] == found[1] == found[2]
     assert found[0][1][2] == 7
-    # Scenes with different objects use the same ids, which are given.
+    # Scenes with different objects use the same ids, because `model_ids` specifies them.
     ids = {"cup": 30, "ball": 20, "d": 31}
     for number, chosen in enumerate(([0, 1], [1, 2, 3])):
         world = raycam.World()

@@ -115,7 +115,10 @@ def test_files_exist_with_their_sizes(folder: Path, tables: dict[str, list[dict[
 def test_points_lie_on_surfaces_and_are_counted_in_the_boxes(
     folder: Path, tables: dict[str, list[dict[str, Any]]]
 ) -> None:
-    """From sensor to body to world, as in `LidarPointCloud` and `get_sample_data` of the devkit."""
+    """Points are converted from sensor to body to world coordinates, as in the devkit.
+
+    The devkit's functions are `LidarPointCloud` and `get_sample_data`.
+    """
     rows = {name: {row["token"]: row for row in table} for name, table in tables.items()}
     world = street()
     channel = {

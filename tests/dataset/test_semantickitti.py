@@ -44,7 +44,7 @@ def matrices(path: Path) -> Any:
 
 
 def test_points_lie_on_the_objects_that_their_labels_name(tmp_path: Path) -> None:
-    """Velodyne points, through Tr and the poses, lie on the objects that their labels name."""
+    """Velodyne points are converted to the world by Tr and the poses."""
     rigs, times = drive()
     world = street()
     ids = {"car": 10, "road": 40}

@@ -95,7 +95,7 @@ def test_figure_contains_sub_rays_echoes_and_threshold(street: Path, tmp_path: P
     for length in explained.echo_length:
         assert any(text.startswith(f"{length:.5g} m") for text in texts)
     dots = list(root.iter("{http://www.w3.org/2000/svg}circle"))
-    # The last terms count the objects and the sensor.
+    # There is a dot for each sub-ray, each echo, the two objects and the sensor.
     assert len(dots) == len(explained.ray) + len(explained.echo_length) + 2 + 1
     with raises(raycam.SettingsError, code="unknown_format", mentions=["beam.png", ".svg"]):
         explained.save_figure(tmp_path / "beam.png")

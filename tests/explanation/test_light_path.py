@@ -48,7 +48,7 @@ def test_escaping_path_ends_in_the_sky_and_equal_seeds_give_equal_paths() -> Non
     explanation = raycam.explain(world, camera, (4, 4))
     path = explanation.light_path(seed=1)
     assert [each.object_name for each in path.bounces] == [world.objects[0].name, "the sky"]
-    assert not path.bounces[1].gathered.any()  # the floor's direct light already includes it
+    assert not path.bounces[1].gathered.any()  # the sky's light is part of the floor's direct light
     assert np.array_equal(path.points, explanation.light_path(seed=1).points)
     assert not np.array_equal(path.points, explanation.light_path(seed=2).points)
     assert all(each.object_name in str(path) for each in path.bounces)

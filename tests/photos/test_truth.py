@@ -60,7 +60,7 @@ def test_depth_of_a_floor_equals_the_closed_form(tmp_path: Path, lens: dict[str,
         expected = np.rint(floor_depth(camera) * 2000)
         hit = expected <= 65535
         assert hit.mean() > 0.5
-        # cv2.fisheye.undistortPoints stops at 1e-8, which is one unit for distant points.
+        # cv2.fisheye.undistortPoints iterates to 1e-8, an error of up to one depth unit for distant points.
         np.testing.assert_allclose(read[hit], expected[hit], atol=1.01)
         assert (read[~np.isfinite(expected)] == 0).all()
 

@@ -163,7 +163,7 @@ def random_camera(rng, scale, offset, inside):
         ]
     )
     forward = (target - C) / np.linalg.norm(target - C)
-    # The smallest rotation of z to `forward`, after a random roll.
+    # A random roll about z, then the smallest rotation that turns z to `forward`.
     axis = np.cross([0, 0, 1], forward)
     angle = np.arctan2(np.linalg.norm(axis), forward[2])
     turn = Rotation.from_rotvec(axis / np.linalg.norm(axis) * angle) * Rotation.from_rotvec(

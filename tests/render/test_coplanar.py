@@ -18,7 +18,7 @@ RED, GREEN = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]
 
 
 def rotation(axis: list[float], angle: float) -> npt.NDArray[np.float64]:
-    """Rodrigues' formula; degrees."""
+    """The rotation matrix by Rodrigues' formula; the angle is in degrees."""
     x, y, z = np.asarray(axis) / np.linalg.norm(axis)
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     angle = np.radians(angle)

@@ -111,7 +111,10 @@ NORMALS: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("material", NORMALS)
 def test_height_map_equals_the_normal_map_of_the_same_relief(material: str) -> None:
-    """Every reflection model uses both, in batches and for single hits."""
+    """Height maps and normal maps have the same effect in every reflection model.
+
+    Hits are evaluated in batches and one by one.
+    """
     u, v = np.meshgrid(*2 * [(np.arange(SIDE) + 0.5) / SIDE])
     slope_u = 3 * 8 * np.pi * AMPLITUDE * np.cos(8 * np.pi * u) * np.cos(6 * np.pi * v) / 2
     slope_v = 3 * -6 * np.pi * AMPLITUDE * np.sin(8 * np.pi * u) * np.sin(6 * np.pi * v) / 2

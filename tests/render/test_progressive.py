@@ -64,7 +64,7 @@ def test_first_samples_of_untextured_worlds_do_not_depend_on_the_total(
     plain.add_object(sphere={"radius": 0.5}, location=[0, 0, 0.5], type="glass")
     plain.add_light("sun", direction=[-1, 1, -2], irradiance=3)
     picture = raycam.Progressive(plain, camera, integrator=integrator, channels=CHANNELS)
-    for count in (2, 2, 12, 16):  # a sample's cone narrows until 16 samples
+    for count in (2, 2, 12, 16):  # up to 16 samples, the cone of a sample gets narrower
         picture.add(count)
         assert bytes_of(picture.frame()) == expected(plain, camera, picture.samples, integrator=integrator)
 

@@ -132,7 +132,7 @@ def test_a_pinhole_illuminates_a_facing_plane_evenly() -> None:
 
 @pytest.mark.parametrize("lens", LENSES)
 def test_power_is_the_total_light_that_a_white_image_emits(lens: str) -> None:
-    """The light that arrives on the walls of a box around the projector."""
+    """The light that arrives on the walls of a box around the projector is added up."""
     world = raycam.World()
     world.add_object(box={"size": 4}, color=[1, 1, 1], diffuse=1)
     device = raycam.Camera.look_at([0.1, 0.2, 0.1], [1, 0.3, 0.2], size=SIZE, **LENSES[lens])

@@ -18,7 +18,7 @@ def view(size: tuple[int, int] = (8, 6), **keys: Any) -> raycam.Camera:
 
 
 def phase(cosine: Floats, g: float) -> Floats:
-    """Henyey and Greenstein, 1941."""
+    """The phase function of Henyey and Greenstein (1941)."""
     return (1 - g * g) / (4 * math.pi * (1 + g * g - 2 * g * cosine) ** 1.5)
 
 

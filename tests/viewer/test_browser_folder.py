@@ -14,7 +14,7 @@ from raycam.viewer.viewer import Viewer
 
 @pytest.fixture
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A home folder, and a folder of snap's commands without browsers."""
+    """A home folder, and an empty folder in place of the folder of snap's commands."""
     for name in ("home", "snap"):
         (tmp_path / name).mkdir()
     monkeypatch.setenv("HOME", str(tmp_path / "home"))

@@ -167,9 +167,8 @@ def test_unsupported_exr_files_are_refused(tmp_path: Path) -> None:
         load_frame(path)
     OpenEXR.File({"compression": OpenEXR.NO_COMPRESSION}, {"RY": plane}).write(str(path))
     data = bytearray(path.read_bytes())
-    at = (
-        data.index(b"RY\0") + 3 + 8
-    )  # after the name, the type and the linear flag: one sample per 2 x 2 pixels
+    # The subsampling follows the channel's name, type and linear flag; 2, 2 is one sample per 2 x 2 pixels.
+    at = data.index(b"RY\0") + 3 + 8
     data[at : at + 8] = np.array([2, 2], "<i4").tobytes()
     path.write_bytes(data)
     with raises(raycam.FormatError, code="unsupported_feature", mentions=["x.exr"]):

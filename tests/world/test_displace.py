@@ -182,7 +182,7 @@ def test_displaced_triangles_keep_the_attributes_of_their_triangle() -> None:
     expected = np.where(below[..., None], [1, 0, 0], [0, 1, 0])
     assert frame["albedo"][beside] == pytest.approx(expected[beside], abs=1e-6)
     assert frame["uv"] == pytest.approx(np.stack([x, 1 - y], -1), abs=1e-5)
-    # Triangles are in the order of the original ones.
+    # The displaced triangles have the order of the original triangles.
     first_half = frame["triangle"] < world.counts["triangles"] // 2
     assert (first_half == below)[beside].all()
 
@@ -219,7 +219,7 @@ def test_invalid_displacements_are_refused(keys: dict[str, Any], code: str, fact
 
 
 def test_displaced_objects_have_no_height_map_left() -> None:
-    """The relief is in the surface: neither slopes nor the image count twice."""
+    """The relief is part of the surface, so the height map must not be applied again."""
     world = displaced(random_heights(1), plane=1)
     assert world.counts["textures"] == 0
     with raises(raycam.WorldError, code="missing_value", mentions=["height_scale"]):

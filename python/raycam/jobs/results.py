@@ -59,7 +59,8 @@ class ResultStore:
                 data = file.read()
         except FileNotFoundError:
             raise JobError(
-                f"{path}: the result is missing, although it was created", code="damaged_job"
+                f"{path}: the result was created, but is missing now; run the job's command again",
+                code="damaged_job",
             ) from None
         _compare(path, stamp, digest([data]))
         return data
@@ -71,7 +72,8 @@ class ResultStore:
             found = _fingerprint(path)
         except FileNotFoundError:
             raise JobError(
-                f"{path}: the result is missing, although it was created", code="damaged_job"
+                f"{path}: the result was created, but is missing now; run the job's command again",
+                code="damaged_job",
             ) from None
         _compare(path, stamp, found)
 
@@ -96,7 +98,10 @@ class ResultStore:
         except FileNotFoundError:
             return {}
         except (ValueError, TypeError, AttributeError, JobError):
-            raise JobError(f"{path}: the result is damaged", code="damaged_job") from None
+            raise JobError(
+                f"{path}: the list of results is damaged; remove this file and run the job's command again",
+                code="damaged_job",
+            ) from None
 
     def check_assembled(self) -> dict[str, str]:
         """Returns a message for each assembled file that differs from its stamp.
@@ -114,7 +119,7 @@ class ResultStore:
             try:
                 _compare(path, stamp, _fingerprint(path))
             except FileNotFoundError:
-                wrong[name] = f"{path}: the result is missing, although it was created"
+                wrong[name] = f"{path}: the result was created, but is missing now"
             except JobError as fault:
                 wrong[name] = str(fault)
                 with contextlib.suppress(OSError):

@@ -248,7 +248,10 @@ def random_cameras(first: dict[str, Any], count: int) -> list[dict[str, Any]]:
 
 
 def dragged(numbers: dict[str, Any], mode: str, places: list[list[float]]) -> dict[str, Any]:
-    """The numbers after a drag in the picture of the hero figure, which is 640 x 480 CSS pixels."""
+    """The camera's numbers after a drag in the picture of the first figure.
+
+    The picture has 640 x 480 CSS pixels.
+    """
     found: list[dict[str, Any]] = in_page(
         f"return draggedNumbers('hero', {json.dumps(numbers)}, {json.dumps(mode)}, {json.dumps(places)});"
     )

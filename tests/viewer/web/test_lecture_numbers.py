@@ -43,7 +43,7 @@ def states() -> list[dict[str, object]]:
 
 @pytest.fixture(scope="module")
 def shown(states: list[dict[str, object]]) -> list[dict[str, object]]:
-    """What the page computes for each state."""
+    """The page's results for each state."""
     found = in_page(
         f"""const shown = [];
         for (const state of {json.dumps(states)}) {{
