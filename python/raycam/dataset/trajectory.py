@@ -29,7 +29,10 @@ def load_rigs(rig: object, path: str | os.PathLike[str]) -> tuple[Mapping[str, R
     # A trajectory contains poses only, so any camera can provide the intrinsics.
     poses = load_cameras(path, intrinsics=Camera(IDENTITY, IDENTITY, [0, 0, 0], (1, 1)))
     if not len(poses):
-        raise CameraError(f"{os.fspath(path)}: the trajectory has no poses", code="missing_value")
+        raise CameraError(
+            f"{os.fspath(path)}: the trajectory has no poses; expected at least one pose",
+            code="missing_value",
+        )
     return {name: rig.at_pose(pose.R, pose.location) for name, pose in poses.items()}, poses
 
 

@@ -42,7 +42,9 @@ def check_audio(path: Path) -> int:
         raise FormatError(
             f"{path}: FFmpeg cannot read the audio: {fault.strerror}", code="damaged_data"
         ) from None
-    raise FormatError(f"{path}: the audio track is empty", code="missing_value")
+    raise FormatError(
+        f"{path}: the audio track is empty; use a file with sound, or omit audio", code="missing_value"
+    )
 
 
 class AudioTrack:

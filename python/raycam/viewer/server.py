@@ -353,7 +353,7 @@ class Server:
         """
         if self.following is None:
             if isinstance(message, Follow):
-                raise BadMessage("this view has no leader")
+                raise BadMessage("this view has no leader; start it with follow=True (--follow)")
             return
         if isinstance(message, Hold):
             self.following.hold(session, message.pixel)

@@ -82,7 +82,9 @@ class Scene(Bounded):
         if parent_node is None and parent_name is not None:
             found = self.get_nodes(name=parent_name)
             if len(found) != 1:
-                raise ValueError(f"{len(found)} nodes have the name {parent_name!r}; expected one")
+                raise ValueError(
+                    f"{len(found)} nodes have the name {parent_name!r}, expected one; pass parent_node instead"
+                )
             parent_node = next(iter(found))
         self.add_node(node, parent_node)
         return node
@@ -90,9 +92,13 @@ class Scene(Bounded):
     def add_node(self, node: Node, parent_node: Node | None = None) -> None:
         """Adds a node with its children; raises `ValueError` if the scene already contains the node."""
         if node in self._parents:
-            raise ValueError("the scene already contains the node")
+            raise ValueError(
+                f"the scene already contains the node {node.name!r}; use set_pose to move it, or create another node"
+            )
         if parent_node is not None and parent_node not in self._parents:
-            raise ValueError("the parent is not a node of the scene")
+            raise ValueError(
+                f"the scene does not contain the parent {parent_node.name!r}; add the parent first, with add_node"
+            )
         if parent_node is not None and node not in parent_node.children:
             parent_node.children.append(node)
         self._attach(node, parent_node)
@@ -103,7 +109,7 @@ class Scene(Bounded):
             self._main_camera = node
         for child in node.children:
             if child in self._parents:
-                raise ValueError("a node has two parents")
+                raise ValueError(f"the node {child.name!r} has two parents; create one node for each parent")
             self._attach(child, node)
 
     def remove_node(self, node: Node) -> None:
@@ -132,7 +138,9 @@ class Scene(Bounded):
 
     def _check(self, node: Node) -> None:
         if node not in self._parents:
-            raise ValueError(f"the node {getattr(node, 'name', node)!r} is not in the scene")
+            raise ValueError(
+                f"the node {getattr(node, 'name', node)!r} is not in the scene; add it with add_node, or use get_nodes"
+            )
 
     def set_pose(self, node: Node, pose: npt.ArrayLike) -> None:
         """Sets a node's pose parent_from_node [4, 4]; raises `ValueError` if it is not in the scene."""
@@ -240,7 +248,9 @@ class Scene(Bounded):
     def main_camera_node(self, node: Node) -> None:
         self._check(node)
         if node.camera is None:
-            raise ValueError("the node has no camera")
+            raise ValueError(
+                f"the node {node.name!r} has no camera; use a node that add returned for a camera"
+            )
         self._main_camera = node
 
     # Extent -----------------------------------------------------------------------------------------------

@@ -220,7 +220,10 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
         return edit_light(world, number, key, value)
     changed = world.copy()
     if number >= world._core.object_count:
-        raise WorldError("no object with this number", code="index_out_of_range")
+        raise WorldError(
+            f"object {number} does not exist; the world has {world._core.object_count} objects, numbered from 0",
+            code="index_out_of_range",
+        )
     if key == "visible" and isinstance(value, bool):
         changed.set_object(number, visible=value)
     elif key == "isolate" and isinstance(value, bool):
