@@ -270,7 +270,7 @@ def _unnamed(frame: Frame, world: World | None) -> Iterator[Notice]:
 
 
 def _packed(planes: Arrays, half: bool) -> dict[str, tuple[dict[str, Any], bytes]]:
-    """Packs planes in several threads, as zlib releases the GIL; returns header and bytes by key."""
+    """Packs planes in several threads (zlib releases the GIL); returns header and bytes by key."""
 
     def packed(key: str) -> tuple[dict[str, Any], bytes]:
         name, array = key[2:], planes[key]

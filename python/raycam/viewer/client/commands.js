@@ -174,7 +174,7 @@ function entriesOf(client, perform) {
 }
 
 /**
- * Fills the help: a row for each command, with its keys as they are labelled on this keyboard and a button.
+ * Fills the help: a row for each command, with its keys as this keyboard labels them, and a button.
  * @param {boolean} live
  * @param {(command: string) => void} perform
  */

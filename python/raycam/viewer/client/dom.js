@@ -62,7 +62,7 @@ export function fillSelect(select, options) {
 }
 
 /**
- * The numbers in fields. Reports the first field with something else, or with a number outside its `min` and `max`.
+ * The numbers in fields. Reports the first field without a number, or with a number outside the field's `min` and `max`.
  * @param {HTMLInputElement[]} inputs with labels around them
  * @param {(text: string) => void} wrong
  * @returns {number[] | null} null if a field is invalid

@@ -74,7 +74,7 @@ export async function sendPieces(client, name, file) {
 }
 
 /**
- * The models that are shown together with the first one: all others that were dropped with it, if no world file was dropped.
+ * The models that are shown together with the model `first`: all other dropped models, if no world file was dropped.
  * @param {NamedFile} first
  * @param {NamedFile[]} worlds
  * @param {Set<string>} dropped
@@ -95,7 +95,7 @@ function whyNot({ name, file: { size } }) {
   return `${name.slice(0, 40)}...: the name is longer than ${LONGEST_NAME} characters; rename the file.`;
 }
 
-/** @param {NamedFile[]} files @returns {string} the first names, and the number of the others */
+/** @param {NamedFile[]} files @returns {string} the first names, and the number of further files */
 function listOf(files) {
   const more = files.length > LISTED ? ` and ${files.length - LISTED} more` : "";
   return files.slice(0, LISTED).map(({ name }) => name).join(", ") + more;

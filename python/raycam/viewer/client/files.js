@@ -9,11 +9,12 @@ const extensionOf = (name) => (/\.([^./]+)$/.exec(name) || ["", ""])[1].toLowerC
 /** @param {string} name @param {FileTypes} types @returns {boolean} true for a world or a model */
 export const isWorld = (name, types) => types.worlds.includes(extensionOf(name));
 
-/** @param {string} name @param {FileTypes} types @returns {boolean} true for a world, a model, or a file that those name */
+/** @param {string} name @param {FileTypes} types @returns {boolean} true for a world, a model, or a file that worlds or models refer to */
 export const isKnown = (name, types) => isWorld(name, types) || types.companions.includes(extensionOf(name));
 
 /**
- * All files of a drop, those in folders included. Call it during the event: the browser forgets the entries afterwards.
+ * All dropped files, including the files in folders. Call this function during the event, because the browser
+ * discards the entries afterwards.
  * @param {DataTransfer} transfer
  * @returns {Promise<NamedFile[]>}
  */

@@ -9,7 +9,7 @@ export class Gizmo {
   /** @param {Client} client */
   constructor(client) {
     this.client = client;
-    /** The handle that is dragged; "" for none. */
+    /** The handle that is being dragged; "" without a drag. */
     this.handle = "";
     this.stroke = 0;
     /** @type {number[]} where the drag began, in pixels of the image */

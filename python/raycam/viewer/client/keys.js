@@ -75,7 +75,7 @@ const KEY_PLACES = /** @type {Record<string, string>} */ ({
 });
 
 /**
- * The name of a pressed key as the table writes it: by its place on the keyboard, so that keys work on any layout. With
+ * The name of a pressed key in the table: the name of the key's place on the keyboard, so that keys work on any layout. With
  * Ctrl, a Latin letter counts instead: Ctrl+Z is undo wherever the letter Z is.
  * @param {KeyboardEvent} event
  * @returns {string}

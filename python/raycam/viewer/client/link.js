@@ -3,7 +3,7 @@
 
 /**
  * @typedef {object} Seen
- * @property {string} camera the name of the camera; of a free camera, the name of the one that it started from, or ""
+ * @property {string} camera the name of the camera; for a free camera, the name of the camera that it started from, or ""
  * @property {boolean} free true if the camera was moved
  * @property {number[]} R camera_from_world, row by row
  * @property {number[]} C metres
@@ -55,7 +55,7 @@ function areNumbers(list, least, most) {
 }
 
 /**
- * The intrinsics of a link for a camera of another size, such as that of a window with another shape. The vertical field of view stays the same.
+ * The intrinsics of a link for a camera of another size, such as the camera of a window with another shape. The vertical field of view stays the same.
  * @param {Seen} seen
  * @param {number[]} size the camera's own size now
  * @param {number} corner the image's left and top edge in pixel coordinates: -0.5 if integers are the centres of pixels

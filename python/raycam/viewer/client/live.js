@@ -236,7 +236,7 @@ export class LiveView {
     return [limited((at.x - picture.left) / picture.zoom), limited((at.y - picture.top) / picture.zoom)];
   }
 
-  /** After each move: the camera is no longer one of the world's, and the held pixel shows another point. */
+  /** Called after each move: the camera is no longer a camera of the world, and the held pixel shows another point. */
   moved() {
     this.camera.value = "";
     this.kept.show("");

@@ -104,7 +104,7 @@ export function move(camera, right, upwards, forward) {
 }
 
 /**
- * Moves the camera level, in the direction that it looks, in metres.
+ * Moves the camera horizontally, relative to its viewing direction, in metres.
  * @param {CameraState} camera @param {number} right @param {number} forward @returns {CameraState}
  */
 export function walk(camera, right, forward) {
@@ -135,7 +135,7 @@ export function fit(camera, bounds) {
 }
 
 /**
- * A rotation close to a matrix that is no longer exactly one because of rounding (Gram-Schmidt).
+ * The rotation close to a matrix that is not exactly a rotation because of rounding (Gram-Schmidt).
  * @param {number[]} R
  */
 function orthonormal(R) {

@@ -121,7 +121,7 @@ export class Navigator {
   }
 
   /**
-   * Walks on the ground: the height of the camera above it stays. Steps add up while the server looks for the ground.
+   * Walks on the ground: the camera's height above the ground stays the same. Steps add up while the server looks for the ground.
    * @param {number} right steps @param {number} upwards @param {number} forward
    */
   async walk(right, upwards, forward) {

@@ -26,7 +26,7 @@ export class Playground {
     this.files = new Map();
     this.timer = 0;
     this.lines = 1;
-    /** The line with an error, from 1; 0 for none. */
+    /** The line with an error, counted from 1; 0 without an error. */
     this.wrong = 0;
     this.text = /** @type {HTMLTextAreaElement} */ (element("textarea", "", { id: "world-text", spellcheck: "false", "aria-label": "World file", wrap: "off" }));
     this.gutter = element("pre", "", { id: "world-lines", "aria-hidden": "true" });

@@ -221,7 +221,7 @@ export class Session {
   }
 
   /**
-   * Planes of an image by channel.
+   * Renders an image; returns its planes by channel.
    * @param {any} camera
    * @param {Record<string, any>} request
    * @param {boolean} [exact] one sample without light

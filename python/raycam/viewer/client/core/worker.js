@@ -4,7 +4,7 @@ import { Session, nextTurn } from "./session.js";
 
 const IDLE = 30; // milliseconds between two checks for work
 
-/** The error of the core, which is JSON; an empty object for other errors. */
+/** Parses an error of the core, which is JSON; returns an empty object for other errors. */
 function parsed(/** @type {string} */ text) {
   try {
     return JSON.parse(text);

@@ -35,7 +35,7 @@ const NUDGES = /** @type {Record<string, number[]>} */ ({
 });
 const LABEL_HEIGHT = 20, REACH_PX = 9, LEADER_PX = 16, PARTS = /** @type {Record<string, string>} */ ({ v: "R", "f(t)": "t" });
 
-/** Distance of a point from the line between two others. @param {number[]} at @param {number[]} a @param {number[]} b */
+/** Distance of a point from the segment between two other points. @param {number[]} at @param {number[]} a @param {number[]} b */
 function distanceToLine([x, y], [ax, ay], [bx, by]) {
   const [dx, dy] = [bx - ax, by - ay];
   const s = Math.max(0, Math.min(1, ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1)));
@@ -130,7 +130,7 @@ export class Board {
     });
   }
 
-  /** The symbol of the closest line or label; "" for none. @param {number[]} at */
+  /** The symbol of the closest line or label within reach; "" if nothing is within reach. @param {number[]} at */
   symbolAt(at) {
     let [best, found] = [REACH_PX, ""];
     for (const { symbol, points } of this.touches) {

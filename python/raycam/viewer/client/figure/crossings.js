@@ -45,7 +45,7 @@ export function drawCrossings(pen, { corners, edges, f, g, alongEdge, crossed, i
   pen.label({ at: place(f), text: `f(t): ${inside ? "inside" : "outside"}`, symbol: "f(t)" });
 }
 
-/** Coordinates in a triangle's plane, along v₁ and perpendicular to it, from a. @param {Candidate} found */
+/** The function that maps a point to coordinates in the triangle's plane: along v₁ and perpendicular to v₁, from corner a. @param {Candidate} found */
 export function planeCoordinates({ corners, edges, n }) {
   const x = edges[0].map((value) => value / (lengthOf(edges[0]) || 1));
   const across = cross(n, x);

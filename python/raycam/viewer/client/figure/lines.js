@@ -41,7 +41,7 @@ export function outsideOfLines(figure, picture) {
   return { view: viewBeside(minus(end, C), up, [C, end, ...near]), content: { corners, colors, faded: 0.45, rig, strokes, spots } };
 }
 
-/** The image, paler, and the lines over it. @param {import("./board.js").Pen} pen @param {LinesFigure} figure @param {CanvasImageSource | null} picture */
+/** Draws a paler copy of the image, and the lines over it. @param {import("./board.js").Pen} pen @param {LinesFigure} figure @param {CanvasImageSource | null} picture */
 function drawOverPicture(pen, { size, region = [0, 0, ...size], lines, marks }, picture) {
   const { ctx } = pen;
   const scale = pen.width / region[2];

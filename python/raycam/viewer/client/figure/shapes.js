@@ -3,7 +3,7 @@
 /** @typedef {import("./board.js").Pen} Pen */
 
 /**
- * A line through points.
+ * Draws a line through points.
  * @param {Pen} pen @param {number[][]} points
  * @param {{ color: string, width?: number, dash?: number[], fill?: string, close?: boolean }} style a name of a colour, or a colour
  */
@@ -21,7 +21,7 @@ export function drawLine({ ctx, color }, points, { color: name, width = 2, dash 
   ctx.setLineDash([]);
 }
 
-/** An arrow; its head keeps its size. @param {Pen} pen @param {number[]} from @param {number[]} to @param {string} name @param {number} [width] */
+/** Draws an arrow, whose head has the same size for every length. @param {Pen} pen @param {number[]} from @param {number[]} to @param {string} name @param {number} [width] */
 export function drawArrow(pen, from, to, name, width = 2.5) {
   const { ctx, color } = pen;
   const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
@@ -39,7 +39,7 @@ export function drawArrow(pen, from, to, name, width = 2.5) {
   ctx.fill();
 }
 
-/** A dot with a rim in the ground's colour. @param {Pen} pen @param {number[]} at @param {string} name @param {number} [radius] */
+/** Draws a dot with a rim in the background's colour. @param {Pen} pen @param {number[]} at @param {string} name @param {number} [radius] */
 export function drawDot({ ctx, color }, [x, y], name, radius = 5) {
   ctx.beginPath();
   ctx.arc(x, y, radius, 0, 2 * Math.PI);
@@ -48,7 +48,7 @@ export function drawDot({ ctx, color }, [x, y], name, radius = 5) {
   ctx.stroke();
 }
 
-/** A pale ring around a handle. @param {Pen} pen @param {number[]} at @param {string} name @param {number} radius */
+/** Draws a pale ring around a handle. @param {Pen} pen @param {number[]} at @param {string} name @param {number} radius */
 export function drawRing({ ctx, color }, [x, y], name, radius) {
   ctx.beginPath();
   ctx.arc(x, y, radius, 0, 2 * Math.PI);
@@ -57,7 +57,7 @@ export function drawRing({ ctx, color }, [x, y], name, radius) {
   ctx.globalAlpha = 1;
 }
 
-/** A glow around a light. @param {Pen} pen @param {number[]} at @param {number} radius */
+/** Draws a glow around a light. @param {Pen} pen @param {number[]} at @param {number} radius */
 function drawGlow({ ctx, color }, [x, y], radius) {
   const glow = ctx.createRadialGradient(x, y, 0, x, y, radius);
   glow.addColorStop(0, color("glow"));
@@ -66,7 +66,7 @@ function drawGlow({ ctx, color }, [x, y], radius) {
   ctx.fillRect(x - radius, y - radius, 2 * radius, 2 * radius);
 }
 
-/** A bulb, with a glow. @param {Pen} pen @param {number[]} at @param {number} [radius] */
+/** Draws a bulb with a glow. @param {Pen} pen @param {number[]} at @param {number} [radius] */
 export function drawBulb(pen, [x, y], radius = 6) {
   drawGlow(pen, [x, y], 5 * radius);
   const { ctx, color } = pen;
@@ -75,7 +75,7 @@ export function drawBulb(pen, [x, y], radius = 6) {
   drawDot(pen, [x, y], "bulb", radius);
 }
 
-/** The sun, with a glow; `away` is the angle of an arrow toward a sun outside the figure. @param {Pen} pen @param {number[]} at @param {number} [radius] @param {number} [away] */
+/** Draws the sun with a glow; `away` is the angle of an arrow towards a sun outside the figure. @param {Pen} pen @param {number[]} at @param {number} [radius] @param {number} [away] */
 export function drawSun(pen, [x, y], radius = 8, away) {
   drawGlow(pen, [x, y], 4 * radius);
   const rays = away === undefined ? Array.from({ length: 8 }, (_, i) => (i * Math.PI) / 4) : [];

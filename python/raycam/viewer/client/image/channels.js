@@ -60,7 +60,7 @@ export function styleOf({ name, dtype, components }) {
   return components === 2 ? { kind: "flow", of: 2 } : components === 3 ? { kind: "place", of: 3 } : { kind: "scalar" };
 }
 
-/** The unit of a channel's values; "" for none. @param {string} name @returns {string} */
+/** The unit of a channel's values; "" for values without a unit. @param {string} name @returns {string} */
 export function unitOf(name) {
   return (Object.hasOwn(STYLES, name) && STYLES[name].unit) || "";
 }

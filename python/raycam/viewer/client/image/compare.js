@@ -35,7 +35,7 @@ export function areComparable(a, b) {
 }
 
 /**
- * The difference of two planes: for each pixel the largest of its components, or 1 where ids differ. Equal values,
+ * The difference of two planes: for each pixel the largest difference of its components, or 1 if ids differ. Equal values,
  * infinities and NaN included, differ by 0; a value and a missing value differ by infinity. "signed" keeps the sign
  * of A - B, "relative" divides by |B|. The statistics are those of the absolute difference.
  * @param {Plane} a

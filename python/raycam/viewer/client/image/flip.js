@@ -129,7 +129,7 @@ function featuresOf(y, width) {
   });
 }
 
-/** A kernel whose positive weights sum to 1 and whose negative ones sum to -1. @param {Float64Array} kernel */
+/** A kernel, scaled so that its positive weights sum to 1 and its negative weights to -1. @param {Float64Array} kernel */
 function balanced(kernel) {
   const [up, down] = [1, -1].map((sign) => kernel.reduce((sum, each) => sum + Math.max(sign * each, 0), 0));
   return kernel.map((each) => each / (each > 0 ? up : down));

@@ -11,7 +11,7 @@ import { BULB, SUN, toSun, worldText } from "./world.js";
 /** @typedef {import("./figure.js").Figure} Figure */
 
 /**
- * An image with light, rendered by the core while the figure is visible; before the first one, the flat image.
+ * An image with light, rendered by the core while the figure is visible; before the first rendered image, the flat image is shown.
  * @param {Figure} fig
  * @param {() => { text: string, size: number[], integrator: string, samples: number, seed?: number }} wanted
  * @param {string} [key]

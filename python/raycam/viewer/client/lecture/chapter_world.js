@@ -54,7 +54,7 @@ export function buildOrigin(fig) {
   );
 }
 
-/** A box, one triangle after the other. @param {Figure} fig */
+/** A box that is built one triangle after the other. @param {Figure} fig */
 export function buildBox(fig) {
   let count = 12;
   const { shared } = fig;

@@ -64,7 +64,7 @@ function bindMenu(menu) {
   });
 }
 
-/** Marks the chapter on screen, and how much was read. @param {Chapter[]} chapters */
+/** Marks the current chapter, and the fraction of the page that was read. @param {Chapter[]} chapters */
 function followScrolling(chapters) {
   const bar = byId("read", HTMLElement);
   let current = -1;

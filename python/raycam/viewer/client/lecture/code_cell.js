@@ -10,7 +10,7 @@ import { BACKGROUND, colorsOf, cornersOf, firstNumbers, SIZE, worldText } from "
 /** @typedef {import("./figure.js").Shared} Shared */
 /** @typedef {import("./pictures.js").Pictures} Pictures */
 
-/** The code of all cells up to one. @param {Shared} shared @param {string} id */
+/** The code of all cells up to the cell `id`. @param {Shared} shared @param {string} id */
 function codeUntil(shared, id) {
   const last = CODE_EXERCISES.findIndex((each) => each.id === id);
   return CODE_EXERCISES.slice(0, last + 1).map((each) => shared.progress[`code-${each.id}`] || each.start).join("\n");

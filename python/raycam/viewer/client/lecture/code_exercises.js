@@ -25,7 +25,7 @@ export const HELPERS = `const dot = (p, q) => p[0] * q[0] + p[1] * q[1] + p[2] *
 
 const PIXELS = [[170, 165], [60, 120], [100, 30], [250, 200], [185, 170], [210, 90], [30, 230], [140, 110]];
 
-/** The world of the code cells: the page's at its start. */
+/** The world of the code cells: the page's initial world. */
 function codeWorld() {
   const numbers = firstNumbers();
   return { corners: cornersOf(numbers), camera: cameraOf(numbers) };

@@ -17,7 +17,7 @@ const RAY_DEPTH = 10;
 /** Removes rounding errors of angles such as cos 90°. @param {number} value */
 const tidy = (value) => Math.round(value * 1e12) / 1e12;
 
-/** All results about a camera, a pixel and a triangle that exercises ask for. @param {ExerciseNumbers} [numbers] @returns {import("./answers.js").Facts} */
+/** All results about a camera, a pixel and a triangle that exercises require. @param {ExerciseNumbers} [numbers] @returns {import("./answers.js").Facts} */
 export function factsOf(numbers = EXERCISE_NUMBERS) {
   const { P, R } = Object.fromEntries(Object.entries(cameraOf(numbers)).map(([name, values]) => [name, values.map(tidy)]));
   const first = rayOfPixel(P, numbers.pixel[0], numbers.pixel[1]);

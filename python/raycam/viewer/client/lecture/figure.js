@@ -87,7 +87,7 @@ export class Figure {
     return input;
   }
 
-  /** Adds a row of buttons, one of which is always chosen. @param {{ name: string, options: string[], get: () => number, set: (i: number) => void }} options */
+  /** Adds a row of buttons; exactly one button is always chosen. @param {{ name: string, options: string[], get: () => number, set: (i: number) => void }} options */
   choice({ name, options, get, set }) {
     const group = element("div", "", { class: "choice", role: "group", "aria-label": name });
     const buttons = options.map((text, i) => {

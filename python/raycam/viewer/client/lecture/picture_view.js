@@ -44,7 +44,7 @@ function steering({ shared }) {
   };
 }
 
-/** Adds the buttons that choose what dragging does. @param {Figure} fig @param {HTMLElement} frame @param {() => import("./steer.js").Mode} get @param {(mode: import("./steer.js").Mode) => void} set */
+/** Adds the buttons that choose the effect of dragging. @param {Figure} fig @param {HTMLElement} frame @param {() => import("./steer.js").Mode} get @param {(mode: import("./steer.js").Mode) => void} set */
 function addModes(fig, frame, get, set) {
   const bar = element("div", "", { class: "modes", role: "toolbar", "aria-label": "Dragging the picture" });
   const buttons = MODES.map(({ mode, text, symbol, title }) => {

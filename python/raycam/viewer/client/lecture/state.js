@@ -6,7 +6,7 @@ import { colorsOf, cornersOf, firstNumbers, namesOf, SIZE } from "./world.js";
 
 const STORE = "raycam-lecture";
 
-/** The shared state. `changed` recomputes it and calls every listener once in the next animation frame. */
+/** The shared state. `changed` recomputes the state, and calls every listener once in the next animation frame. */
 export class Shared {
   constructor() {
     this.numbers = firstNumbers();
@@ -61,7 +61,7 @@ export class Shared {
     this.changed();
   }
 
-  /** Highlights a symbol in all formulas and figures; "" for none. @param {string} symbol */
+  /** Highlights a symbol in all formulas and figures; "" removes the highlight. @param {string} symbol */
   point(symbol) {
     if (symbol === this.highlight) return;
     this.highlight = symbol;

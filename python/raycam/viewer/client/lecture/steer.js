@@ -26,7 +26,7 @@ export function setAngles(numbers, { yaw = numbers.yaw, pitch = numbers.pitch, r
   numbers.roll = hundredths(((((roll + 180) % 360) + 360) % 360) - 180);
 }
 
-/** Turns the camera, by Newton's method, so that the direction that one pixel shows appears at another. @param {Numbers} numbers @param {number[]} from @param {number[]} to */
+/** Turns the camera, by Newton's method, so that the direction that one pixel shows appears at another pixel. @param {Numbers} numbers @param {number[]} from @param {number[]} to */
 export function turnCamera(numbers, from, to) {
   const { r, C } = rayOfPixel(cameraOf(numbers).P, from[0], from[1]);
   const point = plusTimes(C, 1, r);
@@ -82,7 +82,7 @@ export function sunInPicture(numbers) {
   return { pixel: way.map((value, i) => SIZE[i] / 2 - 0.5 + scale * value), isInside };
 }
 
-/** Drags the sun in the image: in view it follows the pointer, at the edge it turns around the camera. @param {Numbers} numbers @param {number[]} from @param {number[]} to */
+/** Drags the sun in the image: a visible sun follows the pointer; a sun at the image's edge turns around the camera. @param {Numbers} numbers @param {number[]} from @param {number[]} to */
 export function dragSun(numbers, from, to) {
   if (sunInPicture(numbers).isInside) return setSun(numbers, rayOfPixel(cameraOf(numbers).P, to[0], to[1]).r);
   const [x, y] = to.map((value, i) => inDegrees((value - from[i]) / [numbers.fx, numbers.fy][i]));

@@ -157,7 +157,7 @@ function contentOfMidpoint({ ray }, found) {
   };
 }
 
-/** The measured pixel in the second image, the true one, and the epipolar line. @param {import("../figure/board.js").Pen} pen @param {import("./state.js").Shared} shared @param {{ P: number[], exact: number[], pixel: number[] } | null} found */
+/** Draws the measured pixel in the second image, the true pixel, and the epipolar line. @param {import("../figure/board.js").Pen} pen @param {import("./state.js").Shared} shared @param {{ P: number[], exact: number[], pixel: number[] } | null} found */
 function drawMeasured(pen, shared, found) {
   if (!found) return;
   const place = (/** @type {number[]} */ pixel) => pixel.map((value) => ((value + 0.5) * pen.width) / SIZE[0]);

@@ -59,7 +59,7 @@ export function sunStrokes({ shared }) {
   });
 }
 
-/** The handle of the sun's direction, at the middle one of its rays. @param {Figure} fig @returns {Handle} */
+/** The handle of the sun's direction, at the middle ray of the sun. @param {Figure} fig @returns {Handle} */
 export function sunHandle({ shared: { numbers } }) {
   return {
     get: () => plusTimes(SUN_FOOT, SUN_AWAY, toSun(numbers)), color: "L", symbol: "L", text: "sun", glows: "sun",
@@ -78,7 +78,7 @@ export function cameraHandles(fig) {
   ];
 }
 
-/** Handles of the corners of the free triangle that the pixel shows, or of the green one. @param {Figure} fig @returns {Handle[]} */
+/** Handles of the corners of the free triangle that the pixel shows, or of the green triangle. @param {Figure} fig @returns {Handle[]} */
 export function cornerHandles({ shared }) {
   const { numbers, found } = shared;
   const first = shared.corners.length / 9 - numbers.triangles.length;

@@ -38,7 +38,7 @@ export function serveLecture(scope) {
   /** True while refinement must wait: the reader drags something, or a figure has no image yet. */
   const mustYield = () => performance.now() < quietAt || [...waiting.values()].some(({ done }) => done === 0);
 
-  /** Renders one step of an image in bands of rows, and ends early if the figure requests another one. */
+  /** Renders one step of an image in bands of rows, and ends early if the figure requests another image. */
   async function draw(/** @type {Request} */ asked) {
     const { key, id, width, height, integrator, seed } = asked;
     const { world, camera } = load(asked);

@@ -58,7 +58,7 @@ export function toSun({ sun, height }) {
   return [Math.cos(h) * Math.cos(a), Math.cos(h) * Math.sin(a), Math.sin(h)];
 }
 
-/** The corners of all triangles, nine numbers each, in the core's order: the floor, the box, the free ones. @param {Numbers} numbers */
+/** The corners of all triangles, nine numbers each, in the core's order: the floor, the box, the free triangles. @param {Numbers} numbers */
 export function cornersOf({ triangles }) {
   const [c, s] = [Math.cos((BOX_YAW * Math.PI) / 180), Math.sin((BOX_YAW * Math.PI) / 180)];
   const box = BOX.map(([x, y, z]) => [c * x - s * y + BOX_PLACE[0], s * x + c * y + BOX_PLACE[1], z + BOX_PLACE[2]]);

@@ -2,7 +2,7 @@
 
 import { byId, element } from "../dom.js";
 
-/** Shows what the world and the frame contain, and their notices. @param {Record<string, any>} about */
+/** Shows texts about the world and the frame, and their notices. @param {Record<string, any>} about */
 export function showAbout({ about, notices }) {
   byId("about", HTMLPreElement).textContent = about;
   byId("notices", HTMLElement).replaceChildren(...notices.map((/** @type {string} */ text) => element("li", text)));

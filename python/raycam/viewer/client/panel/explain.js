@@ -7,7 +7,7 @@ import { showFigure } from "../figure/explained.js";
 /** @typedef {Omit<Section, "title"> & { column: number, row: number, sections?: Section[] }} Explanation */
 
 /**
- * Shows an explanation: its ray, and by buttons its other sections.
+ * Shows an explanation: first the section about the ray; buttons show the other sections.
  * @param {Explanation} explanation
  * @param {HTMLCanvasElement | null} picture
  */

@@ -28,7 +28,7 @@ export class FollowingControls {
     /** Called with the leader's time. @type {(time: number) => void} */
     this.onTime = () => {};
     this.isShowing = false;
-    /** True from a connection until the leader's display is known: the page sends its own settings then. */
+    /** True from a connection until the leader's display is received; in this time, the page sends its own settings. */
     this.isStarting = true;
     this.reminded = -Infinity;
     this.bar = byId("following", HTMLElement);

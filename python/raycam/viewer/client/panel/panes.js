@@ -56,7 +56,7 @@ export class Panes {
     return this.panes.length > 0 && pane?.name !== "";
   }
 
-  /** Shows these cameras; only the main image if there are none. @param {string[]} names */
+  /** Shows the cameras `names`, or only the main image if the list is empty. @param {string[]} names */
   show(names) {
     this.lay(names);
     this.client.transport.send({ type: "panes", names });

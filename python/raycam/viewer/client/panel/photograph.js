@@ -29,7 +29,7 @@ export class PhotographControls {
     byId("photograph", HTMLElement).hidden = true;
   }
 
-  /** @param {string} name of the camera that is looked through; empty for a free one */
+  /** @param {string} name of the current camera; empty for a free camera */
   showFor(name) {
     const wanted = this.cameras.includes(name) ? name : "";
     if (wanted === this.camera) return;

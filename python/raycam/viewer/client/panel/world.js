@@ -37,7 +37,7 @@ export class WorldControls {
     /** @type {{ name: string, visible: boolean }[]} */
     this.objects = [];
     this.selected = -1;
-    /** True once the user has selected an object: only then is it outlined. */
+    /** True once the user has selected an object; objects are outlined only after that. */
     this.isChosen = false;
     this.tree = new SceneTree({
       select: (number) => {
@@ -125,7 +125,7 @@ export class WorldControls {
   }
 
   /**
-   * Shows what the session draws over the image, and clears the selection, because it may be a new session.
+   * Shows the lines that the session draws over the image, and clears the selection, because it may be a new session.
    * @param {{ cameras: boolean, explained: boolean, grid: boolean } | undefined} overlay
    */
   begin(overlay) {

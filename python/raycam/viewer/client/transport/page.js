@@ -25,7 +25,7 @@ export class PageTransport {
   }
 
   /**
-   * Opens the transport. From now on, it passes messages to the client.
+   * Opens the transport, which then passes messages to the client.
    * @param {(message: Message) => void} say
    */
   open(say) {
