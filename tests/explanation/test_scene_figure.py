@@ -1,4 +1,4 @@
-"""Figures of light and of the tree."""
+"""Figures that explain the light of a pixel, and the search in the tree of boxes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The journal contains exactly what happened, wherever its writer was killed."""
+"""The journal contains exactly the finished entries, even if its writer was killed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lidars as text."""
+"""The text that describes a lidar."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Devices of the package."""
+"""The lidar devices that raycam includes."""
 
 from __future__ import annotations
 

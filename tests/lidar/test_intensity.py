@@ -1,4 +1,4 @@
-"""Intensities of devices."""
+"""Intensities as the lidars of different manufacturers report them."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ def test_preparation_measures_the_pace(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     pace = Pace()
     prepare(session.view, pace, None, raycam.Cancel())
-    assert pace.size((24, 16)) == (24, 16)  # without measurements, it would be half of this size
+    assert pace.size((24, 16)) == (24, 16)  # without measurements, the size would be half
     assert pace.size((48000, 32000)) == (12000, 8000)
 
 

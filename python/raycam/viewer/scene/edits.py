@@ -31,7 +31,7 @@ MOST_STEPS = 100
 """Maximum number of steps that can be undone."""
 MOST_LISTED = 1000
 """Maximum number of objects and of lights listed by name."""
-READ_ONLY = "this view is read-only, because it was started with edit=False"
+READ_ONLY = "this view is read-only, because it was started with edit=False; start it with edit=True"
 
 
 next_step_number = itertools.count().__next__
