@@ -1,5 +1,7 @@
-"""Writes the corpora for fuzzing to fuzz/corpus/TARGET/, from the files of the tests and from those that
-examples/seeds.rs writes with raycam."""
+"""Writes the corpora for fuzzing to fuzz/corpus/TARGET/.
+
+The seeds are files of the tests, and files that examples/seeds.rs writes with raycam.
+"""
 
 from __future__ import annotations
 

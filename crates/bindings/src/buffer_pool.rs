@@ -116,7 +116,7 @@ impl BufferPool {
         self.entries.extract_if(.., old).collect()
     }
 
-    /// Returns an idle array, if there is one.
+    /// Returns an idle array; `None` if there is none.
     fn acquire(&mut self, py: Python<'_>, kind: PixelType, values: usize) -> Option<PooledArray> {
         let fits =
             |entry: &PoolEntry| entry.values == values && entry.array.kind() == kind && entry.array.is_unreferenced(py);

@@ -22,7 +22,7 @@ impl Cancel {
         self.control.cancel();
     }
 
-    /// True after `cancel`.
+    /// True after `cancel` has been called.
     #[getter]
     fn is_cancelled(&self) -> bool {
         self.control.is_cancelled()

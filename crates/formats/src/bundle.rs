@@ -1,9 +1,9 @@
 //! Worlds as bytes for other processes and machines, with the exact data that images are rendered from.
 //!
 //! The first line names the format and the version of raycam; the world follows in [MessagePack](https://msgpack.org).
-//! Images are stored as their original files if these are smaller than the texels. Equal worlds give equal bytes,
-//! wherever their files were, so the hash of the bytes identifies the world. Each version of raycam reads only its own
-//! bytes.
+//! Images are stored as their original files if these are smaller than the texels. Equal worlds give equal bytes, even
+//! if their files were in different folders, so the hash of the bytes identifies the world. Each version of raycam
+//! reads only its own bytes.
 
 use std::collections::HashMap;
 use std::io::{self, Write};

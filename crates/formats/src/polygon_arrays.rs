@@ -45,7 +45,7 @@ pub struct PolygonArrays<'a> {
     pub object_matrices: &'a [[f64; 12]],
     /// Names of the materials in the MTL file.
     pub materials: Vec<String>,
-    /// Red, green, blue (linear) and opacity of further materials, whose indices follow those of `materials`.
+    /// Red, green, blue (linear) and opacity of further materials, whose indices follow the indices of `materials`.
     pub plain_materials: &'a [[f32; 4]],
 }
 

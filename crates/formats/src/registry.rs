@@ -18,7 +18,8 @@ struct FileFormat {
     /// Extension in lower case, without the dot.
     extension: &'static str,
     read: Reader,
-    /// Number of bytes of a large file that its reader requires in memory; `None` for all.
+    /// Function that returns the number of bytes of a large file that the reader requires in memory; `None` for all
+    /// bytes.
     head: fn(&File, u64) -> Option<u64>,
 }
 
@@ -151,7 +152,7 @@ fn text_extension(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// `head` of a format whose reader requires the complete file.
+/// Function `head` of a format whose reader requires the complete file.
 fn read_whole(_: &File, _: u64) -> Option<u64> {
     None
 }

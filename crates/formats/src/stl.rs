@@ -203,7 +203,8 @@ fn header_color(header: &[u8]) -> Option<[u8; 4]> {
     Some([r, g, b, if is_opaque { 255 } else { alpha }])
 }
 
-/// Colours of facets, if the bytes after them are colours. `whole` is the colour in the header.
+/// Colours of the facets; `None` if the two bytes after each facet are not colours. `whole` is the colour in the
+/// header.
 fn facet_colors(
     path: &Path,
     whole: Option<[u8; 4]>,

@@ -21,10 +21,10 @@ pub(crate) const MIN_GUIDED_SEGMENTS: u32 = 2;
 
 /// The path guiding data of one world.
 pub(crate) trait PathGuiding: Debug + Send + Sync {
-    /// Computes everything that depends only on the geometry, in the current thread pool.
+    /// Computes all data that depends only on the geometry, in the current thread pool.
     fn learn_geometry(&self, geometry: &Geometry);
 
-    /// Learns everything that the samples of an image require before the first sample is traced; once per world.
+    /// Learns all data that the samples of an image require before the first sample is traced; once per world.
     fn learn(&self, geometry: &Geometry, lights: &Lights, settings: &Settings);
 
     /// Index of a pixel's first sample that is guided by [`PathGuiding::learn_late`]; `None` if there is no such
@@ -34,7 +34,7 @@ pub(crate) trait PathGuiding: Debug + Send + Sync {
     /// Learns the additional data that late samples require; once per world.
     fn learn_late(&self, geometry: &Geometry, lights: &Lights);
 
-    /// Guide of a batch of samples; `None` if there are no targets for these samples.
+    /// Returns the guide of a batch of samples; `None` if there are no targets for these samples.
     fn guide<'a>(&'a self, geometry: &Geometry, lights: &Lights, is_late: bool)
     -> Option<Box<dyn DirectionGuide + 'a>>;
 

@@ -14,7 +14,7 @@ use crate::render::{RenderRequest, estimated_frame_work};
 use crate::settings::Settings;
 use crate::thread_pool::Workers;
 
-/// Images of a world; each image has its camera and its own poses of some objects.
+/// Images of a world; each image may have its own camera and its own poses of some objects.
 #[derive(Clone, Copy, Debug)]
 pub struct PictureSeries<'a> {
     /// World description.

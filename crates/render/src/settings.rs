@@ -10,7 +10,7 @@ use crate::film::channel::Channel;
 /// Surface on a pixel's centre ray that the ground truth describes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TruthSurface {
-    /// The first triangle hit, whatever its material.
+    /// The first triangle hit, of any material.
     #[default]
     First,
     /// The first surface that is not transparent. The straight ray skips surfaces of opacity below one half, back faces
@@ -58,7 +58,7 @@ impl Catchers {
 pub struct Settings {
     /// Algorithm that computes the colour of a camera ray.
     pub integrator: Integrator,
-    /// Samples per pixel, at least 1. A single sample is the exact centre ray, whatever the filter.
+    /// Samples per pixel, at least 1. A single sample is the exact centre ray, with any filter.
     pub samples: u32,
     /// Target standard error of a pixel's luminance: the pixel stops when the estimate is at or below this value.
     /// `samples` is then the maximum.

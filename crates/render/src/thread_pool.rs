@@ -87,11 +87,12 @@ pub(crate) enum Workers {
     Pool(Arc<SharedPool>, usize),
 }
 
-/// Work, in nanoseconds, up to which only the calling thread is used: waking others would take as long.
+/// Work, in nanoseconds, up to which only the calling thread is used, because waking other threads would take as long.
 pub(crate) const MAX_WORK_HERE: f64 = 0.4e6;
 /// Minimum work per thread, in nanoseconds.
 const WORK_PER_THREAD: f64 = 0.2e6;
-/// Time after which a call yields to other calls waiting for the same threads, such as a small image during a long one.
+/// Time after which a call yields to other calls waiting for the same threads, such as a small image while a large
+/// image is rendered.
 const TURN: Duration = Duration::from_millis(10);
 /// Maximum number of calls suspended on one thread, whose stack contains them: a nested call takes up to 400 KiB.
 const MOST_WAITING: u32 = 8;

@@ -47,8 +47,8 @@ pub(crate) fn world_from_dict(
     Ok(world)
 }
 
-/// Adds an object. Its files may be anywhere or, with `within`, only in that folder; `shared` contains files of the
-/// same folder.
+/// Adds an object. The object's files may be in any folder or, with `within`, only in that folder; `shared` contains
+/// files of the same folder.
 #[pyfunction]
 #[pyo3(signature = (world, description, within, shared=None))]
 pub(crate) fn world_add_object(

@@ -16,7 +16,7 @@ pub(crate) struct WorkLimitExceeded;
 /// The polygon is viewed along its area vector (Newell); it may be concave, and need not be exactly planar. Corners in
 /// the middle of a straight side are used too, so that adjacent polygons that share them have no gaps. A polygon that
 /// intersects itself keeps its signed area; a polygon without area becomes triangles without area. `steps` is reduced
-/// by the work done.
+/// by the number of steps used.
 pub(crate) fn triangulate(
     corners: &[DVec3],
     steps: &mut u64,

@@ -35,7 +35,7 @@ impl DegenerateFaces {
         self.first = self.first.take().or(later.first);
     }
 
-    /// Notice about these faces, if there are any.
+    /// Notice about these faces; `None` if there are none.
     pub(crate) fn notice(&self, path: &Path) -> Option<Notice> {
         let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
         let message = format!("{path}: {count} faces with fewer than 3 corners are skipped, the first in {first}");

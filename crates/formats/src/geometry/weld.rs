@@ -143,7 +143,7 @@ impl<P: WeldKey> VertexWelder<P> {
 /// Number of shards into which points are divided by their hashes, each processed by one thread at a time.
 const SHARDS: usize = 64;
 
-/// Shard of a hash. Its lower bits select the slot in a table.
+/// Shard of a hash. The lower bits of the hash select the slot in a table.
 fn shard_of(hash: u64) -> usize {
     (hash >> 32) as usize % SHARDS
 }

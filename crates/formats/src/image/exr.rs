@@ -24,8 +24,8 @@ use crate::io::{AssetRoot, stand_in};
 /// Channel of an EXR file: its name, true for whole numbers, and the bits of its float32 or uint32 samples.
 pub type ExrChannel = (String, bool, Vec<u32>);
 
-/// Returns every channel of a single-part EXR file at its largest level, row by row from the top, and the number of
-/// columns and rows.
+/// Returns every channel of a single-part EXR file at the file's largest level, row by row from the top, and the number
+/// of columns and rows.
 ///
 /// # Errors
 /// Errors of [`decode_image`](super::decode_image), and for several parts, deep samples and subsampled channels.

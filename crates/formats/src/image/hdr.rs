@@ -75,7 +75,7 @@ fn after_resolution(bytes: &[u8]) -> Option<&[u8]> {
     Some(&bytes[start + length + 1..])
 }
 
-/// `Some` if these are all scanlines of an image; allocates nothing.
+/// `Some` if these bytes are all scanlines of an image; allocates nothing.
 ///
 /// Source: Ward, "Radiance File Formats", "Picture File Format". A line that begins with 2, 2 and a number below 128
 /// has its four channels one after the other, in runs of one value (more than 128) and of several values. In any other

@@ -252,8 +252,8 @@ fn block_compression(vk_format: u32, model: u8) -> Option<&'static str> {
     })
 }
 
-/// Storage format for the number of an uncompressed Vulkan format; `None` if its channels have different sizes or it is
-/// unknown.
+/// Storage format of an uncompressed texture, by the number of the Vulkan format; `None` for unknown formats and for
+/// channels of different sizes.
 fn plain_format(vk_format: u32) -> Option<LevelFormat> {
     let (sample, channels, blue_first) = match vk_format {
         9 | 15 => (SampleType::U8, 1, false),
@@ -325,7 +325,7 @@ fn transcode(file: &Decoder<'_>, header: &Ktx2Header, source: SourceFormat, leve
     Ok(pixels)
 }
 
-/// KTX2 file with one level and without supercompression, with the same size and format.
+/// KTX2 file with the same size and format, but with one level and without supercompression.
 fn single_level(bytes: &[u8], descriptor: (usize, usize), level: &[u8]) -> Vec<u8> {
     let descriptor = &bytes[descriptor.0..descriptor.1];
     let descriptor_at = HEADER_BYTES + LEVEL_ENTRY_BYTES;

@@ -10,7 +10,7 @@ use crate::budget::Budget;
 use crate::error::Result;
 
 /// Returns an image with these colours, or white, and the opacity of another image: its alpha if it has any, otherwise
-/// its luminance. The smaller image is resampled to the size of the larger.
+/// its luminance. The smaller image is resampled to the size of the larger image.
 pub(crate) fn merge_alpha(color: Option<&Texture>, opacity: &Texture, budget: &mut Budget) -> Result<Image> {
     let sizes = [Some(opacity), color].into_iter().flatten();
     let sizes = sizes.map(|texture| texture.image.size);

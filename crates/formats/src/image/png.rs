@@ -49,8 +49,8 @@ fn read_rows(file: &Decoder<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Gamma of a PNG if it differs from sRGB's, true if its primaries differ, and its code points of primaries and
-/// transfer function if they differ from sRGB's; `image` does not return these.
+/// Colour information of a PNG that `image` does not return: the gamma if it differs from sRGB's; true if the primaries
+/// differ; and the code points of primaries and transfer function if they differ from sRGB's.
 fn unapplied_colors(bytes: &[u8]) -> (Option<f32>, bool, Option<[u8; 2]>) {
     let Ok(reader) = ::png::Decoder::new(Cursor::new(bytes)).read_info() else { return (None, false, None) };
     let points = reader.info().coding_independent_code_points;

@@ -77,9 +77,9 @@ impl AssetRoot {
         }
     }
 
-    /// Same as [`Self::new`], but the program itself names the files for [`AssetLoader`]: they may be anywhere, and
-    /// relative names start from `root`. Files to which such a file refers must be in `root`, or in the folder of the
-    /// file.
+    /// Same as [`Self::new`], but the program itself names the files for [`AssetLoader`]: these files may be in any
+    /// folder, and relative names start from `root`. Files to which such a file refers must be in `root`, or in the
+    /// folder of the file.
     pub fn trusted(root: &Path, budget: &Budget) -> Self {
         Self { trusted: true, ..Self::new(root, budget) }
     }
@@ -295,7 +295,8 @@ impl AssetRoot {
         None
     }
 
-    /// Sorted names in a folder inside the root; empty for another folder, and for one with too many names.
+    /// Sorted names in a folder inside the root; empty for a folder outside the root, and for a folder with too many
+    /// names.
     fn listing(&mut self, folder: &Path) -> &[OsString] {
         if let Some(files) = &self.memory {
             self.listings.insert(folder.into(), files.folder_names(folder));

@@ -127,7 +127,7 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-/// Word for a message: at most 40 characters, whatever the bytes.
+/// Word for a message: at most 40 characters, for any bytes.
 pub(crate) fn for_message(word: &[u8]) -> String {
     let text = String::from_utf8_lossy(word);
     let mut short: String = text.chars().take(40).collect();

@@ -51,7 +51,8 @@ pub(crate) struct Chunk {
     /// Line of the first colour outside 0..=1, and the range of all values.
     pub(crate) odd_color_line: Option<usize>,
     pub(crate) color_bounds: ColorBounds,
-    /// Largest index of a position, of texture coordinates and of a normal, with its line: these may follow the faces.
+    /// Largest index of a position, of texture coordinates and of a normal, with its line. The elements themselves may
+    /// follow the faces.
     pub(crate) max_index: [(i64, usize); 3],
     pub(crate) degenerate: DegenerateFaces,
     pub(crate) ignored: IgnoredStatements,

@@ -168,7 +168,7 @@ impl MtlMaterial {
         }
     }
 
-    /// Physically based part; its defaults are rough and not metallic.
+    /// Values of the physically based keys; by default, the material is rough and not metallic.
     fn principled_mut(&mut self) -> &mut Principled {
         self.principled.get_or_insert_with(|| Principled {
             metallic: 0.0.into(),
@@ -325,8 +325,8 @@ impl Statement<'_> {
         }
     }
 
-    /// One number for all channels, or three; beyond 1 if `bright`. Values outside are clamped, and whole numbers up to
-    /// 255 are interpreted as bytes.
+    /// Reads one number for all channels, or three numbers, which may exceed 1 if `bright`. Other values are clamped,
+    /// and whole numbers up to 255 are interpreted as bytes.
     fn color(&self, bright: bool, odd: &mut Diagnostics) -> Option<Rgb> {
         let expected = format!("1 or 3 numbers {}", if bright { "of 0 or more" } else { "from 0 to 1" });
         let values: Option<Vec<f64>> = Words(self.rest).map(lexer::number).collect();

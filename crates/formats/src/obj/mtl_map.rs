@@ -72,8 +72,8 @@ impl MtlMap {
     }
 }
 
-/// File and options of a map. The file name is the rest of the line and may contain spaces; options precede it, but
-/// some programs write them after it.
+/// File and options of a map. The file name is the rest of the line and may contain spaces; options precede the name,
+/// but some programs write options after the name.
 pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mut Diagnostics) -> Option<MtlMap> {
     let key = String::from_utf8_lossy(key);
     let mut options = MapOptions::default();

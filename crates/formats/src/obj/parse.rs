@@ -287,7 +287,8 @@ fn limit(line: usize, count: usize, what: &str) -> Result<(), LineError> {
     Err((line, ErrorCode::TooLarge.message(format!("more than {MAX_NAMES} {what} in one file"))))
 }
 
-/// Several names, each ending in `.mtl` and possibly containing spaces, or a single name.
+/// Splits the text of an `mtllib` statement into several names, if each ends in `.mtl`, or returns it as a single name.
+/// Names may contain spaces.
 fn libraries(names: &[u8], known: &mut Vec<Vec<u8>>) {
     let (mut start, mut ends) = (0, Vec::new());
     for (at, window) in names.windows(5).enumerate() {

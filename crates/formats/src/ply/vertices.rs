@@ -42,7 +42,7 @@ pub(crate) fn read(path: &Path, element: &Element, body: &mut Body<'_>, odd: &mu
     row_by_row(element.count, &columns, body, odd)
 }
 
-/// `None` if any of the indices is invalid.
+/// Reads each column of the table at once; `None` if a column or value is missing or invalid.
 fn at_once(columns: &Columns<'_>, table: &FixedTable<'_>) -> Option<PlyVertices> {
     let finite = |position: [f64; 3]| position.iter().all(|c| c.is_finite()).then_some(position);
     let positions = table.read([X, Y, Z], finite)?;
@@ -105,7 +105,7 @@ fn flipped_uv(u: f64, v: f64) -> Option<[f32; 2]> {
     (u.is_finite() && v.is_finite()).then_some([u as f32, (1.0 - v) as f32])
 }
 
-/// Texture coordinates with their origin at the top left; if they are not finite, the file's origin, with a notice.
+/// Texture coordinates with their origin at the top left; if they are not finite, (0, 0) of the file, with a notice.
 pub(crate) fn uv(body: &Body<'_>, u: f64, v: f64, odd: &mut Diagnostics) -> [f32; 2] {
     flipped_uv(u, v).unwrap_or_else(|| {
         let message = format!("texture coordinate ({u}, {v}) is not finite; treated as (0, 0)");

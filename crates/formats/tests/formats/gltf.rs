@@ -44,7 +44,7 @@ pub fn document(uri: &str, more: &str) -> String {
     )
 }
 
-/// Container with a document and its binary chunk.
+/// GLB file with a document and its binary chunk.
 pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     let mut chunks = Vec::new();
     for (kind, bytes, pad) in [(b"JSON", json.as_bytes(), b' '), (b"BIN\0", binary, 0)] {

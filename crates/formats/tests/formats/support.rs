@@ -83,7 +83,7 @@ pub fn truncations(name: &str, bytes: &[u8], may_end: impl Fn(usize) -> bool) {
     }
 }
 
-/// Damages single bytes in many ways; nothing may panic, and whatever is read must be consistent.
+/// Damages single bytes in many ways; nothing may panic, and all data that is read must be consistent.
 pub fn mutations(name: &str, bytes: &[u8], count: usize) {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = |below: usize| {

@@ -220,8 +220,8 @@ struct TileCone {
 
 /// Padding of boxes relative to size and distance, for rounding.
 const BOX_PADDING: f64 = 1e-6;
-/// Factor by which the spread of the rays at a tile's edge is increased, so that it bounds the rays inside the tile,
-/// because lenses bend rays.
+/// Factor on the spread of nine rays of a tile, so that the cone also contains the rays between them, which lenses may
+/// bend.
 const LENS_MARGIN: f64 = 1.5;
 
 impl TileCone {

@@ -31,7 +31,7 @@ pub enum KeypointSource {
         /// Position in mesh coordinates.
         point: DVec3,
     },
-    /// Point on a triangle; it moves with the vertices, including those of deforming meshes.
+    /// Point on a triangle; it moves with the vertices, also in deforming meshes.
     Triangle {
         /// Index of the object.
         object: usize,

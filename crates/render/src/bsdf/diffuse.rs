@@ -18,7 +18,7 @@ use crate::soa::{LANES, Vec3xN, get_lane, set_lane};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Diffuse<'a> {
     pub albedo: Vec3,
-    /// Sampled by [`SampleCosineHemisphere`] or by path guiding.
+    /// Sampled direction, from [`SampleCosineHemisphere`] or path guiding.
     pub sampled_direction: Vec3,
     /// Cones that guide a lane's samples.
     pub guiding: Option<(&'a ConeMixture<LANES>, usize)>,
@@ -56,7 +56,7 @@ impl Diffuse<'_> {
 }
 
 impl BsdfModel for Diffuse<'_> {
-    /// The triangle reflects only on the viewer's side, whatever its shading normal.
+    /// The triangle reflects only on the viewer's side, for any shading normal.
     #[inline]
     fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval {
         let cosine = frame.normal.dot(wi);

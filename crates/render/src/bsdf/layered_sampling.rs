@@ -115,8 +115,8 @@ impl LayeredBsdf<'_> {
         })
     }
 
-    /// Samples a local direction by one microfacet, which reflects if `choice` is below the reflection's part of the
-    /// lobe's probability.
+    /// Samples a local direction by one microfacet, which reflects if `choice` is below the probability of reflection
+    /// within this lobe.
     fn sample_microfacet(&self, choice: f32, random: [f32; 2]) -> Option<Vec3> {
         let wo = self.wo;
         let wm = self.stack.ggx.sample_wm(wo, random);

@@ -19,7 +19,8 @@ use crate::lobes::fresnel::Fresnel;
 pub(crate) struct MultiscatterTerms {
     /// Loss from `wo`.
     pub view_loss: Vec3,
-    /// Mean loss over both sides, each times its squared index relative to the viewer's side. At least 1e-9.
+    /// Sum over both sides of the mean loss, times the side's squared index relative to the viewer's side. At least
+    /// 1e-9.
     pub mean_loss: Vec3,
     /// Fraction of this energy that leaves on the viewer's side.
     pub reflected_fraction: f32,
@@ -124,7 +125,7 @@ impl<'a> MultiscatterDielectric<'a> {
         self.terms.eval(loss, cosine)
     }
 
-    /// The albedo of one reflection and of one refraction, for a solid.
+    /// The albedo of a single reflection and of a single refraction, for a solid.
     pub fn single_scatter_albedo(&self, w: Vec3) -> Option<[f32; 2]> {
         let albedo = self.loss_tables.map(|tables| tables.albedo(self.starts_inside, w.z, self.f0_f90));
         albedo.map(|albedo| albedo.map(|color| color.element_sum() / 3.0))

@@ -49,7 +49,7 @@ impl ModifiedPhong<'_> {
 }
 
 impl BsdfModel for ModifiedPhong<'_> {
-    /// The triangle reflects only on the viewer's side, whatever its shading normal.
+    /// The triangle reflects only on the viewer's side, for any shading normal.
     #[inline]
     fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval {
         if frame.geometric.dot(wi) > 0.0 { self.eval_reflection(frame, wi) } else { BsdfEval::default() }

@@ -28,7 +28,7 @@ pub fn srgb16(pixels: &[Rgb], scale: f32, view: ViewTransform) -> Result<Vec<u16
     map_pixels(pixels, scale, view, |rgb| rgb.map(encode))
 }
 
-/// Encodes every pixel, on all threads above [`PIXELS_PER_TASK`].
+/// Encodes every pixel; uses all threads if there are more than [`PIXELS_PER_TASK`] pixels.
 fn map_pixels<T: Copy + Default + Send>(
     pixels: &[Rgb],
     scale: f32,

@@ -84,7 +84,8 @@ impl<'a> Film<'a> {
         }
     }
 
-    /// Fills a tile, which may be wide, with the background: all rows of one channel before the next channel.
+    /// Fills a tile, which may be several tiles wide, with the background. All rows of one channel are written before
+    /// the next channel.
     pub fn fill(&self, tile: &Tile, background: &[(Channel, ImagePlane)]) {
         let (first, mut strips) = self.tile_row(tile);
         let mut runs = vec![];

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 /// Prefix of the channel names.
 pub(crate) const LIGHT_PREFIX: &str = "light:";
 
-/// Limits on the names, which are never freed: their number and their length in bytes.
+/// Maximum number of names, and maximum length of a name in bytes. Names are never freed.
 const MAX_NAMES: usize = 1 << 16;
 const MAX_LENGTH: usize = 256;
 
@@ -18,7 +18,7 @@ pub struct LightName(&'static str);
 static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
 
 impl LightName {
-    /// Name of a channel; `None` without the prefix, without a name after it, and beyond the limits.
+    /// Returns the name of a channel; `None` if the prefix is missing, if no name follows, or if a limit is exceeded.
     pub fn from_channel(name: &str) -> Option<Self> {
         let light = name.strip_prefix(LIGHT_PREFIX)?;
         if light.is_empty() || light.len() > MAX_LENGTH {

@@ -23,7 +23,7 @@ impl Tile {
     }
 
     /// Tiles of a region. Tiles are halved in size if there would otherwise be few per thread. Consecutive tiles are in
-    /// different rows of large tiles, so that two threads rarely write to one row.
+    /// different rows of large tiles, so that two threads rarely write to the same row.
     pub fn for_threads(region: [u32; 4], threads: usize) -> Vec<Tile> {
         let mut size = TILE_SIZE;
         loop {

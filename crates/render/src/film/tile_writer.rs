@@ -10,8 +10,8 @@ use crate::film::tile::TILE_SIZE;
 pub(crate) const ROWS_PER_WRITE: u32 = 4;
 const PIXELS_PER_WRITE: usize = (TILE_SIZE * ROWS_PER_WRITE) as usize;
 
-/// Run of consecutive pixels in a row: position in the strip, and the index within the tile of its first pixel unless
-/// the run is background.
+/// Consecutive pixels in a row: their position in the strip, and the index of the first pixel within the tile; the
+/// index is `None` for background.
 pub(crate) struct PixelRun {
     pub to: usize,
     pub from: Option<usize>,

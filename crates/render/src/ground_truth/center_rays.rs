@@ -35,7 +35,7 @@ impl Normals {
     }
 }
 
-/// Normals of a triangle at its last hit.
+/// Normals of the triangle that was hit last.
 #[derive(Clone, Copy)]
 struct CachedTriangle {
     /// Unit normal on the counter-clockwise side, and unit normal on the viewer's side.

@@ -24,7 +24,7 @@ impl Geometry {
         is_same_side && !self.is_shadowed(point, towards)
     }
 
-    /// True if a surface that casts a shadow is between a point and the point at an offset of `towards` from it.
+    /// True if a surface that casts a shadow is between the points `point` and `point + towards`.
     fn is_shadowed(&self, point: DVec3, towards: DVec3) -> bool {
         let mut begin = END_OFFSET;
         for _ in 0..MAX_PASSED {

@@ -131,8 +131,8 @@ impl CausticMap {
         Self { first, second }
     }
 
-    /// Targets of points, given relative to the caster's centre and in units of its radius. Also their second targets,
-    /// if the map has any.
+    /// Targets of points, given relative to the caster's centre and in units of its radius. Also returns the second
+    /// targets, if the map has any.
     #[inline(always)]
     pub fn lookup_lanes<const N: usize>(&self, points: &Vec3xN<f32, N>) -> (GuideTargets<N>, Option<GuideTargets<N>>) {
         let mut cells = [0; N];

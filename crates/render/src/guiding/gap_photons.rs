@@ -24,14 +24,14 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Work of an image, in samples, before its first sample that is guided to gaps: finding gaps takes 0.1 to 0.6 s. Lab
-/// note: "from sample 2^22 / (width x height) of a pixel on", 11-27.
+/// Number of samples of an image before the first sample that is guided to gaps, because finding gaps takes 0.1 to 0.6
+/// s. Lab note: "from sample 2^22 / (width x height) of a pixel on", 11-27.
 const SAMPLES_BEFORE: u64 = 1 << 22;
 /// Number of photons in each half. Lab note: "2 x 2^17 photons", 11-27; 2^16 and 2^18 were rejected.
 const PHOTONS: u32 = 1 << 17;
 /// Number of lines through the world, for each half, that search for lit surfaces. Not tuned.
 const LINES: u32 = 1 << 14;
-/// Photons traced together. This value is not tuned, because results do not depend on it.
+/// Number of photons traced together. This value is not tuned, because results do not depend on it.
 const BATCH: u32 = 1 << 11;
 /// Maximum number of surfaces that a line crosses. Not tuned.
 const MAX_CROSSINGS: u32 = 16;

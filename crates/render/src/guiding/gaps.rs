@@ -16,8 +16,8 @@ use crate::lobes::cone_mixture::TargetCone;
 
 /// Maximum number of gaps; each takes time at every diffuse hit.
 pub(crate) const MAX_GAPS: usize = 8;
-/// Minimum fraction of the variance that the first ball removes: for the photons that it was fitted to, and for the
-/// other half.
+/// Minimum fraction of the variance that the first ball removes: in the half of the photons to which it was fitted, and
+/// in the other half.
 const MIN_FIRST_GAIN: [f64; 2] = [0.03, 0.02];
 /// Minimum fraction of the variance that each further ball removes, for the same two halves.
 const MIN_FURTHER_GAIN: [f64; 2] = [0.012, 0.01];

@@ -46,8 +46,8 @@ impl<const N: usize> WithSimd for SampleGuided<'_, N> {
 }
 
 impl<const N: usize> ConeMixture<N> {
-    /// Adds one cone per lane, from a point to a target of a caustic map, in coordinates in which the caster has the
-    /// centre 0 and the radius 1. Returns the result of [`ConeMixture::set_cones`].
+    /// Adds one cone per lane, from a point to a target of a caustic map. Coordinates are relative to the caster, which
+    /// has the centre 0 and the radius 1. Returns the result of [`ConeMixture::set_cones`].
     #[inline(always)]
     fn add_map_cones(
         &mut self,

@@ -17,7 +17,7 @@ use crate::prepare::world::PreparedWorld;
 pub struct BrightPath {
     /// Largest component of the radiance of the sample.
     pub radiance: f32,
-    /// Instances that the path met, starting at the camera; the last one is lit by the ray.
+    /// Instances that the path met, starting at the camera; the light of the ray arrives at the last instance.
     pub instances: Vec<u32>,
     /// Start of the ray, scene-local.
     pub origin: DVec3,

@@ -21,7 +21,7 @@ use crate::settings::Catchers;
 pub(super) struct RayBegins(Vec<(DVec3, f64)>);
 
 impl RayBegins {
-    /// Returns the distance at which the present ray of a path begins. The ray ends at `hit`, where the next one begins
+    /// Returns the distance at which the present ray of a path begins. The ray ends at `hit`; the next ray begins there
     /// unless something scatters the path. `start_depth` is [`CameraRayBatch::start_depth`].
     pub fn advance(&mut self, geometry: &Geometry, index: usize, path: &PathState, hit: &Hit, start_depth: f64) -> f64 {
         let scattered = path.prev_context.position;

@@ -16,7 +16,7 @@ use crate::media::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::sampling::dimension::Dimension;
 
 /// Only one of this many shadow rays that must cross the boundary of a closed body is traced, and its light is
-/// multiplied by this number. The rate is not zero, because light passes where parts of a mesh are inside out.
+/// multiplied by this number. The rate is not zero, because light can pass through parts of a mesh that are inside out.
 const INTERIOR_SHADOW_RATE: f32 = 16.0;
 
 /// Fraction of each colour of a BSDF's value that comes from the diffuse lobes.
@@ -30,7 +30,8 @@ pub(super) fn sampled_diffuse_share<B: BsdfModel>(point: &ShadingPoint<B>, wi: V
     diffuse_share(point, wi, point.bsdf.eval(&point.frame, wi).value)
 }
 
-/// First scattering of the ambient term: its diffuse fraction is the diffuse lobes' share of the albedo.
+/// First scattering of ambient light: its diffuse fraction is the albedo of the diffuse lobes divided by the whole
+/// albedo.
 fn ambient_scattering<B: BsdfModel>(point: &ShadingPoint<B>) -> FirstScattering {
     let whole = point.bsdf.albedo(&point.frame);
     let diffuse = point.bsdf.diffuse_albedo(&point.frame) / whole;

@@ -25,8 +25,8 @@ impl PathTracer<'_> {
         path.light_search == LightSearch::Scattered && !path.specular_bounce
     }
 
-    /// Adds the light of a hit that BSDF samples and light samples share. Returns false if the path ends at the hit;
-    /// and, if a second path searches for the light behind the hit, this path and its ray.
+    /// Adds the light of a hit that both BSDF samples and light samples can find. Returns false if the path ends at the
+    /// hit. If a second path searches for the light behind the hit, also returns that path and its ray.
     #[inline(never)]
     pub fn meet_hidden(
         &self,

@@ -62,7 +62,7 @@ impl ShadowRayQueue {
         self.rays.iter().zip(&self.contribution).map(|(&ray, &(index, light))| (ray, index, light))
     }
 
-    /// Traces all rays, adds the light of unoccluded ones to `radiance` and to the `passes`, dimmed by `media`, and
+    /// Traces all rays, adds the light of unoccluded rays to `radiance` and to the `passes`, dimmed by `media`, and
     /// empties the queue.
     pub fn trace(
         &mut self,
@@ -102,8 +102,8 @@ impl ShadowRayQueue {
         self.clear();
     }
 
-    /// Dims the light of rays by the media that they pass: of all rays if surfaces may let light through, otherwise of
-    /// the unoccluded ones.
+    /// Dims the light of rays by the media that they pass: of all rays if surfaces may let light through, otherwise
+    /// only of the unoccluded rays.
     #[inline(never)]
     fn dim_by_media(&mut self, media: &MediaMap, dims_occluded: bool) {
         let Self { rays, occluded, contribution, interiors, media_rays, borders, .. } = self;

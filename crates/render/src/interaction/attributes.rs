@@ -189,7 +189,7 @@ impl Geometry {
         Some(self.textures[slot.texture].mean_gradient(uv, axes.unwrap_or_default()))
     }
 
-    /// Coordinates of a hit in a texture, and the axes of the ray's footprint there; no axes if the footprint is a
+    /// Coordinates of a hit in a texture, and the axes of the ray's footprint at the hit; no axes if the footprint is a
     /// point.
     #[inline]
     fn texture_footprint(

@@ -282,7 +282,7 @@ impl<const N: usize> SurfaceInteractions<N> {
 }
 
 impl SurfaceInteraction {
-    /// Interaction of a ray with this direction and its hit; `cone` is the ray's cone there.
+    /// Interaction of a ray with this direction at its hit; `cone` is the ray's cone at the hit.
     pub fn new(world: &Geometry, direction: Vec3, hit: &Hit, cone: &RayCone) -> Self {
         let corners = world.corners(hit.instance, hit.triangle);
         let mut interactions = SurfaceInteractions::<1>::default();

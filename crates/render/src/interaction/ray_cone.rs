@@ -17,8 +17,8 @@ pub(crate) struct RayCone {
     pub stretch: Stretch,
 }
 
-/// Direction of an elliptic cone's larger width, across its axis, and the ratio of that width to the mean width, in few
-/// bits; 0 for a round cone.
+/// Shape of an elliptic cone in a few bits: the direction of the larger width, perpendicular to the axis, and the ratio
+/// of this width to the mean width; 0 for a round cone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Stretch(u32);
 
@@ -198,7 +198,8 @@ impl Footprint {
         Self { axes: [weights(along * long), weights(normal.cross(along) * width)] }
     }
 
-    /// Axes in the image, in units of the whole image, for the vertices' texture coordinates.
+    /// Axes of the footprint in texture coordinates (1 is the whole image), for the texture coordinates of the
+    /// vertices.
     pub fn in_texture(&self, [a, b, c]: [Vec2; 3]) -> [Vec2; 2] {
         self.axes.map(|axis| (b - a) * axis.x + (c - a) * axis.y)
     }

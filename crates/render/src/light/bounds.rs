@@ -123,7 +123,7 @@ pub(crate) struct PreparedLightBounds {
 
 /// Maximum radius of a group of lights with similar effects at a point, as a fraction of the distance to the group.
 const FAR_RADIUS: f32 = 0.2;
-/// Minimum cosine of the half angle of their normal cone.
+/// Minimum cosine of the half angle of the cone of normals of such a group.
 const FAR_COS_THETA_O: f32 = 0.8;
 
 impl PreparedLightBounds {

@@ -5,7 +5,7 @@ use glam::Vec3;
 /// Distribution over the cells of a triangle, in weights (u, v) of its second and third vertex.
 ///
 /// The unit square of (u, v) has `size` x `size` cells; the triangle u + v < 1 contains `size - 1 - row` whole cells of
-/// each row and half of the following one. A row is chosen by the marginal distribution, then a cell by the row's
+/// each row and half of the following cell. A row is chosen by the marginal distribution, then a cell by the row's
 /// conditional distribution, both by inversion (M. Pharr, W. Jakob and G. Humphreys, "Physically Based Rendering", 4th
 /// edition, section A.5.6). Within a whole cell, the density is bilinear between the brightness of the corners (section
 /// 2.4.2); within half a cell, and on an image without interpolation, it is constant.
@@ -149,7 +149,7 @@ impl EmissionTable {
         &self.conditional[self.first_of_row(row)..][..self.size - row + 1]
     }
 
-    /// Index of a row's first value; the row has one value more than cells.
+    /// Index of a row's first value; a row has one more value than cells.
     fn first_of_row(&self, row: usize) -> usize {
         row * (self.size + 1) - row * row.saturating_sub(1) / 2
     }

@@ -42,7 +42,7 @@ pub(crate) struct EmissiveKey {
 #[derive(Debug)]
 struct EmissiveInstance {
     instance: usize,
-    /// The mesh; holding it keeps its address from being reused.
+    /// The mesh; the reference prevents its address from being reused.
     mesh: Weak<PreparedMesh>,
     world_from_mesh: DAffine3,
     materials: Vec<(Material, Vec<Weak<PreparedTexture>>)>,
@@ -159,7 +159,7 @@ impl EmissiveTriangles {
         self.tree.importance(from)
     }
 
-    /// Samples a triangle by the light tree and a point on it by its brightness.
+    /// Samples a triangle by the light tree, and a point on the triangle by its brightness.
     pub fn sample(
         &self,
         world: &Geometry,

@@ -104,13 +104,14 @@ impl Lights {
         (one && choice == LightSampling::Importance).then_some(only)
     }
 
-    /// True if the only light is one non-constant infinite light.
+    /// True if the world has exactly one light, which is infinite and not constant.
     pub(crate) fn is_single_infinite(&self, choice: LightSampling) -> bool {
         let one = self.non_constant_infinite == 1 && self.infinite.len() == 1 && self.finite.is_empty();
         one && choice == LightSampling::Importance && !self.has_emissive_triangles()
     }
 
-    /// Number of samples of [`Lights::sample_split`], if there are several lights and not too many infinite ones.
+    /// Number of samples of [`Lights::sample_split`], if the world has several lights, but not too many infinite
+    /// lights.
     pub fn max_split_samples(&self) -> Option<usize> {
         let several = self.non_constant_infinite + self.tree.count() + usize::from(self.has_emissive_triangles()) > 1;
         (several && self.non_constant_infinite <= MAX_SPLIT_LIGHTS)

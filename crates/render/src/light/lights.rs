@@ -250,8 +250,8 @@ impl Lights {
         LightOwner::World(self.owners[self.infinite[index]])
     }
 
-    /// Fraction of each colour of the infinite lights' radiance that belongs to one light. Without `has_constant`,
-    /// constant skies have no part.
+    /// Fraction of each colour of the infinite lights' radiance that belongs to one light. Constant skies are included
+    /// only if `has_constant` is true.
     pub fn share_of_infinite(
         &self,
         owner: LightOwner,

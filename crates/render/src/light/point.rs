@@ -17,7 +17,8 @@ pub(crate) struct PointLight {
     radius: f64,
 }
 
-/// Squared sine of the half angle below which a sphere is sampled as a point: its density would overflow float32.
+/// Squared sine of the half angle below which a sphere is sampled as a point, because the density would overflow
+/// float32.
 const MIN_SIN2: f64 = 1e-30;
 
 impl PointLight {

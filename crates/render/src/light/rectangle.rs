@@ -135,7 +135,7 @@ impl RectangleLight {
     }
 }
 
-/// [`RectangleLight::sample`] for many points.
+/// Same as [`RectangleLight::sample`], for many points.
 pub(crate) struct SampleRectangle<'a, const N: usize> {
     pub light: &'a RectangleLight,
     pub points: &'a Vec3xN<f64, N>,

@@ -117,7 +117,8 @@ impl AlbedoBlock {
     }
 }
 
-/// Cosine-weighted mean over the hemisphere. Azimuths are uniform; the squares of their cosines are not.
+/// Cosine-weighted mean over the hemisphere. Azimuths have equal weights, although the table is uniform in the square
+/// of their cosine.
 fn hemisphere_mean_of(table: &[[f32; COSINE_STEPS]; AZIMUTH_STEPS]) -> f32 {
     const AZIMUTHS: usize = 64;
     let mut weights = [0.0f64; AZIMUTH_STEPS];

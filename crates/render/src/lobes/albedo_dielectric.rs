@@ -96,7 +96,7 @@ impl DielectricAlbedo {
         }))
     }
 
-    /// The albedo of one reflection and of one refraction.
+    /// The albedo of a single reflection and of a single refraction.
     fn side_albedo(&self, ggx: &Ggx, eta: f32, cosine: f32) -> [[f32; 3]; 2] {
         if ggx.effectively_smooth() {
             return self.facet_albedo(cosine, eta, 1.0, 1.0);
@@ -133,7 +133,7 @@ impl DielectricAlbedo {
 }
 
 impl EnergyLoss<'_> {
-    /// The albedo of one reflection and of one refraction, for light from one side at a cosine.
+    /// The albedo of a single reflection and of a single refraction, for light from one side at a cosine.
     #[inline(always)]
     pub fn albedo(&self, inside: bool, cosine: f32, ends: (Vec3, Vec3)) -> [Vec3; 2] {
         let (first, part) = table_position::<COSINE_STEPS>(cosine);

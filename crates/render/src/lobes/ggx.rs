@@ -17,7 +17,7 @@ pub(crate) struct Ggx {
     pub alpha_y: f32,
 }
 
-/// Narrower distributions count as mirrors, because float32 cannot resolve their peak.
+/// Minimum width; narrower distributions count as mirrors, because float32 cannot resolve their peak.
 const MIN_ALPHA: f32 = 1e-3;
 
 impl Ggx {
@@ -107,8 +107,8 @@ impl Ggx {
 pub(crate) struct MicrofacetEval {
     /// Cosine between `wo` and the normal of these microfacets.
     pub cosine: f32,
-    /// Factor on their reflectance or transmittance: D G divided by the cosines in the definition of the BSDF, times
-    /// the cosine of `wi`.
+    /// Factor on the reflectance or transmittance of these microfacets: D G divided by the cosines in the definition of
+    /// the BSDF, times the cosine of `wi`.
     pub weight: f32,
     /// The density of sampling `wi` by [`Ggx::sample_wm`], by solid angle.
     pub pdf: f32,

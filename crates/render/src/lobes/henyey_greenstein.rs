@@ -39,8 +39,8 @@ pub(crate) fn sample_henyey_greenstein(direction: Vec3, g: f32, [x, y]: [f32; 2]
 mod tests {
     use super::*;
 
-    /// The mean cosine of the samples is g, and their density is the function's: the mean of cos^2 / density over the
-    /// sphere's area.
+    /// The mean cosine of the samples is g. The samples have the reported density: the mean of 1 / density is the area
+    /// of the sphere.
     #[test]
     fn phase_function_samples_have_the_mean_cosine_and_density() {
         let axis = Vec3::new(0.6, 0.0, 0.8);

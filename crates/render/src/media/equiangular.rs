@@ -16,8 +16,8 @@ pub(crate) struct Equiangular {
     end: f64,
 }
 
-/// Smallest distance of the light from the ray, as a fraction of its distance from the ray's origin: keeps the density
-/// finite.
+/// Minimum distance of the light from the ray, as a fraction of the light's distance from the ray's origin; keeps the
+/// density finite.
 const MIN_HEIGHT: f64 = 1e-9;
 
 impl Equiangular {

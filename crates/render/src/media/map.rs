@@ -57,7 +57,8 @@ impl<'a> MediaMap<'a> {
     }
 
     /// Visits the parts of a ray that are in a medium, in order, until `visit` breaks. Otherwise, returns the path's
-    /// media at the ray's end. `borders` are the borders that the ray crosses; borders behind its end are ignored.
+    /// media at the ray's end. `borders` are the borders that the ray crosses; borders behind the ray's end are
+    /// ignored.
     pub fn visit<B>(
         &self,
         interior: InteriorList,

@@ -68,7 +68,7 @@ impl InteriorList {
     }
 
     /// Transition at a surface of a material with an interior. A path that leaves a material without having entered it
-    /// started inside.
+    /// must have started inside.
     fn transition(
         self,
         geometry: &Geometry,

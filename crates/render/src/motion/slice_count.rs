@@ -42,7 +42,7 @@ impl SliceCount {
         Self::for_motion(way.longest(), [MIN_SLICES.min(max), max])
     }
 
-    /// Motion per slice, in pixels, if it is large enough to be visible as separate images.
+    /// Motion per slice, in pixels; `None` if it is too small to be visible as separate images.
     pub fn coarse_step(&self) -> Option<f64> {
         let step = self.motion / self.slices as f64;
         (step > COARSE_STEP).then_some(step)
@@ -66,8 +66,8 @@ struct MeshBox {
 }
 
 impl Ways {
-    /// Adds the positions in a world. Positions outside of the image are clamped to at most the image's size away from
-    /// it.
+    /// Adds the positions in a world. Positions outside the image are moved closer, to at most the image's size away
+    /// from the image.
     fn add(&mut self, world: &World, camera: &Camera) {
         let size = DVec2::from(camera.size().map(f64::from));
         self.corners.resize(8 * world.objects.len(), (None, 0.0));

@@ -39,7 +39,7 @@ pub(crate) struct PreparedInstance {
     pub ray_visibility: RayVisibility,
     /// True for the border of a medium, which only media cross.
     pub is_boundary: bool,
-    /// True for a shadow catcher: compositions show only its shadows.
+    /// True for a shadow catcher, of which only the shadows appear in a composite.
     pub is_catcher: bool,
 }
 

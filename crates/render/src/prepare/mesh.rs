@@ -168,7 +168,7 @@ impl PreparedMesh {
         *self.is_closed.get_or_init(|| body)
     }
 
-    /// True if a mesh has the same number of vertices and triangles, so that it may be a deformed version.
+    /// True if `mesh` has the same number of vertices and triangles, so that it may be a deformed version of this mesh.
     fn has_size_of(&self, mesh: &Mesh) -> bool {
         (self.mesh.vertices.len(), self.mesh.triangles.len()) == (mesh.vertices.len(), mesh.triangles.len())
     }

@@ -59,8 +59,8 @@ impl Geometry {
         }
     }
 
-    /// Scene against which a frame of this many samples is traced. It depends only on the world and that number, so
-    /// that equal frames are bit-identical.
+    /// Scene against which a frame of this many samples is traced. The choice depends only on the world and the number
+    /// of samples, so that equal frames are bit-identical.
     pub(crate) fn scene_for_samples(&self, samples: u64) -> &Scene {
         let flattened = self.flattened_if_worth(|_| self.flattening_pays(samples));
         flattened.unwrap_or_else(|| {

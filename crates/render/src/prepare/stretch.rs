@@ -1,9 +1,9 @@
 //! Stretched meshes: an instance whose transform squeezes its mesh gets a BVH over the squeezed mesh.
 //!
 //! Rays are traced in mesh coordinates. If a transform squeezes the mesh to a small fraction along one axis, one
-//! float32 rounding in the scene becomes much larger in mesh coordinates, and boxes padded by that amount contain rays
-//! far away from them. The mesh is therefore squeezed first; the rest of the transform is nearly a rotation with a
-//! uniform scale.
+//! float32 rounding in the scene becomes much larger in mesh coordinates, and boxes padded by that amount are hit by
+//! many rays that miss the mesh. The mesh is therefore squeezed first; the rest of the transform is nearly a rotation
+//! with a uniform scale.
 
 use std::collections::HashMap;
 use std::sync::Arc;

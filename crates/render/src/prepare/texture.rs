@@ -23,7 +23,8 @@ const MAX_ANISOTROPY: f32 = 16.0;
 /// lookup. A ray that hits a texel's centre therefore returns exactly that texel.
 const ROUNDING: f32 = 1.0 / 16.0;
 
-/// Image, and its mip maps once requested. Textures of all worlds of a family that show the same image share them.
+/// Image, and its mip maps after they have been requested. Textures of all worlds of a family that show the same image
+/// share these maps.
 #[derive(Debug)]
 pub(crate) struct PreparedImage {
     image: Arc<Image>,
@@ -33,7 +34,7 @@ pub(crate) struct PreparedImage {
     smaller_by_alpha: OnceLock<Option<Vec<Arc<Image>>>>,
 }
 
-/// Texture, and its mip map once requested.
+/// Texture, and its mip map after it has been requested.
 #[derive(Debug)]
 pub(crate) struct PreparedTexture {
     texture: Arc<Texture>,

@@ -104,8 +104,8 @@ impl PreparedWorld {
         Self::is_brief(world, &MeshList::new(world, &family.meshes))
     }
 
-    /// Prepares `world`, the state of `before` at another time, in the current thread pool. `reference` is `before`
-    /// prepared; its origin, textures, and unchanged materials and lights are reused.
+    /// Prepares `world`, the state of `before` at another time, in the current thread pool. `reference` is the prepared
+    /// `before`; its origin and textures, and unchanged materials and lights, are reused.
     ///
     /// # Errors
     /// Errors of [`PreparedWorld::new`].

@@ -32,7 +32,7 @@ enum Rule {
 struct Body {
     instance: usize,
     rule: Rule,
-    /// Box that contains all its vertices.
+    /// Box that contains all vertices of the object.
     bounds: [DVec3; 2],
     edges: Vec<([DVec3; 2], f64)>,
 }
@@ -117,8 +117,8 @@ fn way_out(point: DVec3, [lower, upper]: [DVec3; 2]) -> DVec3 {
 /// True for each point inside any of the selected objects. A point on a surface is treated as if it were shifted by an
 /// infinitesimal vector, so a box contains points with `lower <= point < upper`.
 ///
-/// The result is exact for closed meshes, whatever the orientation of their triangles. Open meshes contain the points
-/// whose absolute winding number is at least 1/2.
+/// The result is exact for closed meshes, for any orientation of their triangles. Open meshes contain the points whose
+/// absolute winding number is at least 1/2.
 ///
 /// # Errors
 /// [`RenderError::Cancelled`], and errors of [`crate::thread_pool::with_pool`].

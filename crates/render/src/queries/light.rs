@@ -26,7 +26,7 @@ use crate::thread_pool::with_pool;
 const BATCH_RAYS: usize = 4096;
 /// Maximum number of samples of a point in a batch.
 const SAMPLES_PER_BATCH: u32 = 64;
-/// Bytes for each point: its light, and the point itself.
+/// Number of bytes per point, for the point and its light.
 const POINT_BYTES: u64 = 96;
 /// Distance of the rays' starts from the points, relative to the largest coordinate.
 const RELATIVE_LIFT: f64 = 1e-9;
@@ -227,7 +227,7 @@ struct Arrival {
     hit: Hit,
 }
 
-/// Rays and their hits, one for each sample. Rays to points of surfaces start next to them.
+/// Rays and their hits, one for each sample. Rays to points of surfaces start close to these points.
 #[derive(Default)]
 struct ArrivedRays {
     origins: Vec<DVec3>,

@@ -17,7 +17,7 @@ use crate::thread_pool::Workers;
 const PER_BLOCK: usize = 1 << 20;
 /// Number of points per task; the points of a task are neighbours along the Morton curve.
 const PER_TASK: usize = 1024;
-/// Estimated time per point on one thread, in nanoseconds, for a point far from a fine surface.
+/// Estimated time per point on one thread, in nanoseconds, for a point that is far from a surface of many triangles.
 const NS_PER_POINT: f64 = 20_000.0;
 
 /// Points of a query, in world coordinates.

@@ -24,8 +24,8 @@ pub(super) fn is_brief(n: usize, each: f64) -> bool {
     each * n as f64 <= MAX_WORK_HERE
 }
 
-/// Runs `work` for ranges of 0..`n`; a ray or point takes `each` nanoseconds. It runs in a pool or, if brief, on the
-/// calling thread. `append` receives the answers in order. Brief `work` must not use rayon.
+/// Runs `work` for ranges of 0..`n`, in a pool or, if the work is brief, on the calling thread. A ray or point takes
+/// `each` nanoseconds. `append` receives the answers in order. Brief `work` must not use rayon.
 pub(super) fn in_tasks<T: Send>(
     (n, each): (usize, f64),
     threads: Option<usize>,

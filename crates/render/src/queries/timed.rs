@@ -27,7 +27,7 @@ const RAYS_PER_SLICE: usize = 512;
 /// Bytes per ray of the arrays that are sorted by time.
 const SORTED_RAY_BYTES: u64 = 88;
 
-/// A world and its prepared form, for rays with other times.
+/// A world and its prepared form, for rays at other times.
 #[derive(Clone, Copy)]
 pub struct MovingWorld<'a> {
     /// The world's description at the world's own time.

@@ -59,8 +59,8 @@ impl MovingPoints<'_> {
 /// without a triangle.
 ///
 /// Velocities are differences of exact positions up to 20 microseconds before and after each point's time. If the
-/// velocity jumps within this interval, only positions on one side of the jump are used; for a point whose time is the
-/// time of the jump, the positions after it.
+/// velocity jumps within this interval, only positions on one side of the jump are used; for a point at the time of the
+/// jump, the positions after the jump.
 ///
 /// # Errors
 /// [`RenderError::Settings`] for malformed points, [`RenderError::World`] if the world cannot be evaluated at a time,

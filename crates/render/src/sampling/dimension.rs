@@ -23,7 +23,7 @@ pub(crate) enum Dimension {
     Light(u32, usize),
     /// Colour and distance of a free flight through the first medium of a ray.
     FreeFlight(u32),
-    /// Choice of a light and distance near to it along a ray through a medium, and position on the light.
+    /// Choice of a light along a ray through a medium, distance near to this light, and position on it.
     NearLight(u32, usize),
 }
 

@@ -265,8 +265,8 @@ fn owen_scramble(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// Nested scrambling that keeps 0 and the lowest set bit: bit-reversed, it permutes the numbers from 2^k to 2^(k + 1)
-/// among themselves, for each k.
+/// Nested scrambling that keeps 0 and the lowest set bit. In terms of the reversed bits, it permutes the numbers from
+/// 2^k to 2^(k + 1) among themselves, for each k.
 #[inline(always)]
 fn nested_shuffle(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);

@@ -21,7 +21,7 @@ use crate::tile_renderer::{PixelLists, RayBatchBuffers, ThreadScratch, TileRende
 
 /// Approximate number of rays per batch.
 const BATCH_RAYS: usize = 4096;
-/// Maximum number of samples of a pixel in a batch. The fewer pixels a batch has, the longer its rays stay coherent.
+/// Maximum number of samples of a pixel in a batch. Rays of fewer pixels stay coherent longer.
 const SAMPLES_PER_PIXEL_PER_BATCH: u32 = 64;
 
 impl TileRenderer<'_> {

@@ -260,7 +260,7 @@ impl<'a> TileRenderer<'a> {
         if self.needs.truth || is_rolling { self.trace_center_rays(scratch, control) } else { Ok(()) }
     }
 
-    /// Collects the blocks of a tile, and the pixels of those that any object can project to.
+    /// Collects the blocks of a tile, and the pixels of the blocks that any object can project to.
     fn collect_pixels(&self, tile: &Tile, scratch: &mut ThreadScratch) {
         let PixelLists { pixels, blocks, .. } = &mut scratch.lists;
         pixels.clear();
@@ -362,7 +362,7 @@ impl<'a> TileRenderer<'a> {
         Ok(())
     }
 
-    /// Counts the samples of the batch, and those that hit the same instance as their pixel's centre ray.
+    /// Counts the samples of the batch, and the samples that hit the same instance as their pixel's centre ray.
     fn count_samples(&self, world: &PreparedWorld, scratch: &mut ThreadScratch) {
         let RayBatchBuffers { hits, origins, directions, .. } = &scratch.rays;
         let RenderNeeds { samples, coverage, skip_transparent, .. } = self.needs;

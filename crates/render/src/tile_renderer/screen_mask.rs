@@ -11,7 +11,7 @@ use raycam_scene::camera::{Center, Lens};
 
 use crate::film::tile::{RAY_BLOCK, Tile};
 
-/// Margin in pixels: samples are up to 1.5 pixels from a centre, whatever the filter.
+/// Margin in pixels: samples are up to 1.5 pixels from a centre, with any filter.
 const PIXEL_MARGIN: f64 = 2.0;
 /// Relative error of a few float64 operations.
 const EPS64: f64 = 1e-12;

@@ -1,4 +1,4 @@
-//! Images for displays: every pixel is converted independently of its neighbours and of the threads.
+//! Images for displays: the conversion of a pixel does not depend on its neighbours or on the threads.
 
 use raycam_render::film::display::{srgb8, srgb16};
 use raycam_scene::ViewTransform;

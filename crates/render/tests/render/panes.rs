@@ -1,4 +1,5 @@
-//! Thin walls in front of lights: shadow rays and paths pass them, multiplied by their transmittance.
+//! Thin walls in front of lights: shadow rays and paths pass the walls, and their light is multiplied by the walls'
+//! transmittance.
 
 use crate::common::*;
 use glam::{DAffine3, DVec3};

@@ -4,32 +4,32 @@
 //!
 //! | factor | test that failed |
 //! |---|---|
-//! | sun: irradiance; radiance of its disk | `direct::a_lambertian_plane_under_the_sun`; `closed_form::a_sun_with_a_disk_...` |
-//! | bulb: intensity; radiance of its sphere | `direct::a_lambertian_plane_under_a_bulb`, `closed_form::a_bulb_of_any_size_...` |
-//! | rectangle: solid angle, density by area, place of samples | `closed_form::area_lights_follow_lamberts_formula`, `form_factors_of_squares` |
+//! | sun: irradiance; radiance of the disk | `direct::lambertian_plane_under_the_sun_...`; `closed_form::irradiance_of_a_sun_...` |
+//! | bulb: intensity; radiance of the sphere | `direct::lambertian_plane_under_a_bulb_...`, `closed_form::a_bulb_of_any_size_...` |
+//! | rectangle: solid angle, density by area, positions of samples | `closed_form::area_light_irradiance_...`, `form_factors_of_squares_...` |
 //! | disk: density; spot: power, falloff; IES: scale | `closed_form`, the test of each |
-//! | sky, gradient, daylight, environment: radiance | `closed_form::sky_irradiance_equals_its_integral`, `daylight_...`, `environments_...` |
+//! | sky, gradient, daylight, environment: radiance | `closed_form::sky_irradiance_equals_its_integral`, `daylight_...`, `environment_yaw_...` |
 //! | sky, panorama, cone, disk: density | `light::tests::density`: the integral is 1.01 |
-//! | cone, disk, rectangle: place of samples | `light::tests::density`: chi-squared |
-//! | light tree: probability of the draw; of a light | `tree::light_probabilities_...` |
-//! | triangles that shine: density; emission | `light::a_textured_mesh_...`; `path::max_depth_counts_segments` |
-//! | Lambert: value; weight of a sample | `form_factors_of_squares`; `path::a_white_furnace_stays_white` |
-//! | opacity; survival in roulette | `path::opacity_blends_with_the_background`; `path::closed_sphere_...` |
+//! | cone, disk, rectangle: positions of samples | `light::tests::density`: chi-squared |
+//! | light tree: probability of a draw; probability of a light | `tree::light_probabilities_...` |
+//! | emissive triangles: density; emission | `light::textured_meshes_...`; `path::max_depth_counts_segments` |
+//! | Lambertian reflection: value; weight of a sample | `form_factors_of_squares_...`; `path::a_white_furnace_stays_white` |
+//! | opacity; probability of surviving roulette | `path::screens_blend_...`; `path::closed_sphere_...` |
 //! | layers, Phong lobe: density | `bsdf::tests::density`: the integral is 1.01 |
-//! | GGX: lambda, masking, its density, height and turn of its samples | `bsdf::tests::density` |
-//! | GGX: masking of both directions; stretch of its samples | `furnace::white_furnace_...`; `documented_losses_...` |
-//! | multiple scattering: colour; single reflection: albedo | `furnace::white_furnace_...` |
-//! | coat: value; light lost below | `clearcoat::albedo_is_the_integral_of_the_reflectance` |
-//! | sheen: value; lobe and table | `sheen::the_lobe_matches_the_paper` |
+//! | GGX: lambda; masking; density; height and azimuth of the samples | `bsdf::tests::density` |
+//! | GGX: masking of both directions; stretching of the samples | `furnace::white_furnace_...`; `documented_losses_...` |
+//! | multiple scattering: colour; single scattering: albedo | `furnace::white_furnace_...` |
+//! | coat: value; light lost by the layers below | `clearcoat::albedo_equals_the_integrated_reflectance` |
+//! | sheen: value; lobe and table | `sheen::sheen_lobe_matches_the_paper` |
 //! | sheen: value; light left for the layers below | `sheen::albedo_and_base_transmittance_add_up_to_one` |
-//! | film: value; the reflection below it | `thin_film::a_thick_film_...` |
+//! | thin film: value; reflection of the base | `thin_film::thick_films_...` |
 //! | layers: value times 1 + 0.01 cos(light) | `reciprocity::bsdf_values_are_reciprocal` |
 //! | mirror and refraction of smooth glass | `clear_objects_are_invisible_under_a_white_sky` |
 //! | metal: Fresnel; absorption of glass | `smooth_metal_reflectance_follows_fresnel`, `glass_absorption_follows_beers_law` |
-//! | lights in `direct` alone; in `path` alone | `path::direct_is_path_of_one_bounce` |
-//! | radiance by the number of the thread | `path::the_same_bytes_on_any_number_of_threads` |
+//! | lights only in `direct`; lights only in `path` | `path::direct_equals_path_with_one_bounce` |
+//! | radiance: factor that depends on the thread's number | `path::path_images_have_the_same_bytes_...` |
 //! | samples rejected but not counted | `direct::samples_beyond_float32_...` |
-//! | random numbers: 1 % short of 1; again after 64 samples | `sampler`: elementary intervals; `the_error_falls_...` |
+//! | random numbers: maximum 0.99; repetition after 64 samples | `sampler`: elementary intervals; `error_decreases_...` |
 
 use crate::common::*;
 use glam::{DAffine3, DVec3};

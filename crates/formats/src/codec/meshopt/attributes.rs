@@ -128,7 +128,7 @@ fn read_packed(stream: &mut Stream<'_>, width: usize, deltas: &mut [u8; GROUP_EL
     Ok(())
 }
 
-/// Converts the differences of four bytes to the elements whose first such byte is `target[0]`.
+/// Converts the differences of four bytes to elements. `target[0]` is the first of these bytes in the first element.
 fn add_deltas(
     mode: ChannelMode,
     deltas: &[[u8; MAX_BLOCK_ELEMENTS]; 4],

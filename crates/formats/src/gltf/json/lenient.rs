@@ -5,7 +5,8 @@ use serde::{Deserialize, Deserializer};
 
 use crate::gltf::json::objects_only::ObjectsOnly;
 
-/// Element whose fault invalidates only the element instead of the whole document: a light, a camera, an animation.
+/// Element of which a fault invalidates only the element itself, and not the whole document: a light, a camera, an
+/// animation.
 #[derive(Debug)]
 pub(crate) enum Lenient<T> {
     Valid(T),

@@ -56,7 +56,7 @@ impl Builder<'_, '_> {
         Ok(targets.into_iter().map(|target| Channel { target, sampler: sampler.clone() }).collect())
     }
 
-    /// Targets of a channel, all of the same kind; empty, with a notice, if raycam animates none of them.
+    /// Targets of a channel, all of the same kind; empty, with a notice, if raycam animates none of these targets.
     fn channel_targets(
         &mut self,
         place: &str,

@@ -18,7 +18,7 @@ pub(crate) struct Writer<'a> {
     pub(crate) extensions: BTreeSet<&'static str>,
     pub(crate) meshes: WrittenMeshes,
     pub(crate) textures: WrittenTextures,
-    /// For each light: its definition in the node tree, and its index in the document. The same for cameras.
+    /// For each light, its definition in the node tree and its index in the document; then the same for each camera.
     pub(crate) light_definition: Vec<(usize, usize)>,
     pub(crate) camera_definition: Vec<(usize, usize)>,
     pub(crate) notices: Vec<Notice>,

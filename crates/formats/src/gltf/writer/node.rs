@@ -191,7 +191,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Adds one or two nodes with this placement; returns the index of the upper node.
+    /// Adds the one or two nodes that represent this placement; returns the index of the upper node.
     fn placed(&mut self, world_from_node: DAffine3, leaf: Value) -> usize {
         let mut below = leaf;
         let mut index = 0;

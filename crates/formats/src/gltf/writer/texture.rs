@@ -152,7 +152,7 @@ impl Writer<'_> {
     }
 }
 
-/// All channels, or all except alpha if it is constantly 1; and their number.
+/// Values of all channels, or of all channels except alpha if alpha is constantly 1; and the number of channels.
 fn pack_channels<T: Copy>(texels: &[[T; 4]], opaque: bool) -> (Vec<T>, usize) {
     match opaque {
         true => (texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect(), 3),

@@ -181,8 +181,8 @@ pub(super) struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    /// Number of bytes in the scan, and true if its last unit is present; otherwise the fault, in words that follow
-    /// "scan 1".
+    /// Returns the number of bytes in the scan, and true if its last unit is present. An error is text that follows
+    /// "scan 1" in a message.
     pub(super) fn read(
         &self,
         components: &mut [FrameComponent],

@@ -16,8 +16,8 @@ use raycam_scene::{Image, Notice, NoticeCode, Texels};
 
 use crate::support::data;
 
-/// A small image of every format, and its reference: for PNG the written values, for JPEG, WebP, BMP and TGA Pillow,
-/// for KTX2 Basis Universal, for EXR OpenEXR, for HDR OpenCV.
+/// A small image of every format, and its reference. The reference is: for PNG, the written values; for JPEG, WebP, BMP
+/// and TGA, the result of Pillow; for KTX2, of Basis Universal; for EXR, of OpenEXR; for HDR, of OpenCV.
 pub struct Case {
     pub name: String,
     pub file: Vec<u8>,
@@ -63,8 +63,8 @@ pub fn read(name: &str, bytes: &[u8], color_use: ColorUse) -> Result<(Image, Vec
     Ok((image, notices))
 }
 
-/// Truncated files of a format, and copies with a flipped bit whose header the decoder accepts: they are read if the
-/// decoder reads them, and otherwise refused with `message` before the decoder starts on the pixels.
+/// Tests truncated files of a format, and copies with a flipped bit whose header the decoder accepts. If the decoder
+/// reads a file, it must be read; otherwise, it must be refused with `message` before the decoder starts on the pixels.
 pub fn damage_is_found_before(
     extension: &str,
     message: &str,

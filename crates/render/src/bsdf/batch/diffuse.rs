@@ -13,7 +13,8 @@ use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 pub(crate) struct DiffuseModel {
     pub albedo: Vec3xN<f32, LANES>,
     pub guiding: ConeMixture<LANES>,
-    /// Sampled by [`crate::bsdf::diffuse::SampleCosineHemisphere`] or by path guiding, for every lane of any model.
+    /// Sampled directions, from [`crate::bsdf::diffuse::SampleCosineHemisphere`] or path guiding, for every lane of any
+    /// model.
     pub directions: Vec3xN<f32, LANES>,
 }
 

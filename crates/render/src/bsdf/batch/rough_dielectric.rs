@@ -56,7 +56,7 @@ pub(crate) struct RoughDielectricView {
 
 /// Table values of the lanes for their viewing directions.
 struct ViewLosses {
-    /// Albedo of one reflection and of one refraction, averaged over the colours.
+    /// Albedo of a single reflection and of a single refraction, averaged over the colours.
     single_scatter: [[f32; LANES]; 2],
     loss: Vec3xN<f32, LANES>,
     /// Mean loss on the viewer's side and on the far side.

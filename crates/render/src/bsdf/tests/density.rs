@@ -9,8 +9,8 @@ use crate::bsdf::BsdfEval;
 use crate::bsdf::tests::*;
 use crate::sampling::chi_squared::{limit, statistic};
 
-/// Grid over the directions on one side of the surface, by distance and azimuth around a centre; cells are finer near
-/// the centre.
+/// Grid over the directions on one side of the surface, in polar coordinates (distance and azimuth) around a centre;
+/// cells are finer near the centre.
 struct Chart {
     center: DVec3,
     right: DVec3,
@@ -24,8 +24,8 @@ impl Chart {
         Self { center, right, up, side }
     }
 
-    /// Direction at a point of the unit square, with its solid angle per area; `None` if the direction is on the other
-    /// side.
+    /// Returns the direction at a point of the unit square, and the solid angle per area there; `None` if the direction
+    /// is on the other side.
     fn at(&self, place: DVec2) -> Option<(DVec3, f64)> {
         let height = 2.0 * place.x.powi(4);
         let (sin, cos) = (TAU * place.y).sin_cos();

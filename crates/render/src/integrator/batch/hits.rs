@@ -278,7 +278,7 @@ impl HitBatch {
     }
 }
 
-/// True if direct lighting of a path's hit is evaluated together with its chunk, or not at all.
+/// True if the direct lighting of a path's hit is either evaluated together with its chunk or not required.
 fn is_lit_in_batch(tracer: &PathTracer, path: &PathState) -> bool {
     let is_unlit = !tracer.modes.has_light_samples() && tracer.settings.ambient_term.is_none();
     let has_passes = tracer.settings.passes.is_some();

@@ -1,4 +1,4 @@
-//! Shading of a chunk's hits, each with its batched BSDF or individually.
+//! Shading of a chunk's hits: with batched BSDFs, or one hit at a time.
 
 use glam::Vec3;
 

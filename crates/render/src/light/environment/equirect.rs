@@ -67,7 +67,7 @@ impl EquirectFrame {
         get_lane(&directions, 0).into()
     }
 
-    /// [`EquirectFrame::sample`] for many random numbers; there may be fewer numbers than lanes.
+    /// Same as [`EquirectFrame::sample`], for many random numbers; there may be fewer numbers than lanes.
     pub fn sample_many<const N: usize>(
         &self,
         distribution: &PiecewiseConstant2D,

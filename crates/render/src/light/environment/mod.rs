@@ -98,7 +98,7 @@ impl EnvironmentLight {
         Some(around.sample())
     }
 
-    /// [`EnvironmentLight::sample`] for many random numbers; empty if the environment is black.
+    /// Same as [`EnvironmentLight::sample`], for many random numbers; empty if the environment is black.
     pub fn sample_many(&self, random: &[[f32; 2]], out: &mut Vec<EnvironmentSample>) {
         out.clear();
         let Some(table) = &self.distribution else {
@@ -121,7 +121,7 @@ impl EnvironmentLight {
         self.finish_lookup(&self.begin_lookups(&directions, 1), 0)
     }
 
-    /// [`EnvironmentLight::radiance_and_pdf`] for many directions, with prefetched memory.
+    /// Same as [`EnvironmentLight::radiance_and_pdf`], for many directions, with prefetched memory.
     pub fn lookup_many(&self, directions: impl Iterator<Item = Vec3>, out: &mut Vec<(Vec3, f32)>) {
         out.clear();
         let mut block = [[0.0; LOOKUP_BLOCK]; 3];
@@ -141,8 +141,8 @@ impl EnvironmentLight {
         find(&block, count);
     }
 
-    /// Computes the addresses of the first `count` directions and prefetches what [`EnvironmentLight::finish_lookup`]
-    /// reads.
+    /// Computes the addresses for the first `count` directions, and prefetches the data that
+    /// [`EnvironmentLight::finish_lookup`] reads.
     fn begin_lookups<const N: usize>(&self, directions: &Vec3xN<f32, N>, count: usize) -> PendingLookups<'_, N> {
         let mut uv = [[0.0; N]; 2];
         self.frame.to_uv_many(directions, &mut uv);

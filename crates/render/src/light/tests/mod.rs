@@ -1,4 +1,4 @@
-//! Every light compared with its closed form, every sampler with its density: shared lights and helpers.
+//! Tests that compare every light with its closed form and every sampler with its density: shared lights and helpers.
 
 mod closed_form;
 mod density;

@@ -70,8 +70,8 @@ pub(crate) fn union_of(lights: &[LightBounds], some: impl Iterator<Item = u32>) 
     bounds.reduce(|a, b| a.union(&b)).unwrap_or_default()
 }
 
-/// About [`MAX_SAMPLED_LIGHTS`] lights of a group, or all lights of a small group. The stride is odd, so that regular
-/// scenes are not sampled on one side only.
+/// About [`MAX_SAMPLED_LIGHTS`] lights of a group, or all lights of a small group. The stride is odd, so that in
+/// regular scenes not all samples are on one side.
 fn subsample(group: &[u32]) -> impl Iterator<Item = u32> + Clone {
     group.iter().copied().step_by((group.len() / MAX_SAMPLED_LIGHTS) | 1)
 }

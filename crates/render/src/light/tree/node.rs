@@ -163,7 +163,7 @@ impl ChildProbabilities {
     }
 }
 
-/// Loop that computes the importances of a node's children at one point.
+/// Loop over a node's children that computes their importances at one point.
 pub(crate) struct ComputeImportance<'a> {
     pub node: &'a LightTreeNode,
     pub position: Vec3,
