@@ -64,7 +64,7 @@ pub enum FormatError {
         /// The format of the file, and the supported formats.
         message: Message,
     },
-    /// A name inside a file refers to a location that files must not come from.
+    /// A name inside a file refers to a location outside the folders from which files may be read.
     #[error("file name {reference:?}: {message}")]
     Reference {
         /// The name as written.

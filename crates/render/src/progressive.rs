@@ -29,8 +29,8 @@ const FIRST_ROUNDS: [u32; 2] = [2, 16];
 const LARGEST_ROUND: u32 = 64;
 
 /// Frame to which samples are added. Each tile has its own number of samples. At any time, its pixels are bit-identical
-/// to those of [`render`](crate::render()) with this number of samples, for any slices, regions, cancellations and
-/// threads.
+/// to the pixels of an image by [`render`](crate::render()) with this number of samples, for any slices, regions,
+/// cancellations and threads.
 pub struct Progressive {
     world: Arc<World>,
     prepared: Arc<PreparedWorld>,
@@ -218,9 +218,9 @@ impl Progressive {
 }
 
 impl ProgressiveTile {
-    /// Adds samples up to the renderer's number. A tile starts from scratch if its samples differ from those of a frame
-    /// with that number: a single sample is the centre ray, a few samples have a wider texture filter, and a larger
-    /// number may justify another BVH. After an error the tile is unchanged.
+    /// Adds samples up to the renderer's number. A tile starts from scratch if its samples are not among the samples of
+    /// a frame with that number: a single sample is the centre ray, a few samples have a wider texture filter, and a
+    /// larger number may justify another BVH. After an error the tile is unchanged.
     fn add(
         &mut self,
         renderer: &TileRenderer,

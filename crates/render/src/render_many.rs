@@ -33,8 +33,8 @@ pub struct PictureSeries<'a> {
 const SHARED_PICTURE: f64 = 20e6;
 
 impl PictureSeries<'_> {
-    /// Renders an image into each list of planes. Image i equals that of [`crate::render_into`] with poses i, camera i
-    /// and the frame `settings.frame` + i. Returns the notices, each once.
+    /// Renders an image into each list of planes. Image i is equal to the image by [`crate::render_into`] with poses i,
+    /// camera i and the frame `settings.frame` + i. Returns the notices, each once.
     ///
     /// # Errors
     /// Errors of [`crate::render_into`], and [`RenderError::World`] for a pose that flattens an object.

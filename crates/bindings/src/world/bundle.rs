@@ -48,7 +48,7 @@ pub(crate) fn world_from_bytes(
 }
 
 /// Returns the world as a GLB file, with notices about everything that GLB cannot represent. If the caller writes the
-/// video, there is no notice about it.
+/// video, no notice about the video is added.
 #[pyfunction]
 #[pyo3(signature = (world, video_is_written=false))]
 pub(crate) fn world_to_gltf<'py>(

@@ -78,13 +78,17 @@ pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
     Ok(letters[..layer.components].iter().map(|letter| format!("{prefix}{letter}")).collect())
 }
 
-/// Returns an EXR file of `size` (columns, rows): one part of scan lines, ZIP-compressed; equal input gives equal
+/// Returns an EXR file of `size` (columns, rows): one part of scan lines, ZIP-compressed. Equal input gives equal
 /// bytes.
 ///
-/// With a camera, the header contains `raycam.K` and `raycam.R` (m33d, row-major), `raycam.C` (v3d), `raycam.P` (m44d:
-/// the 3 x 4 matrix and a row 0 0 0 1) and `raycam.pixelCenter` (`integer` or `half`); with a lens, `raycam.lens`
-/// (`opencv` or `fisheye`) and `raycam.distortion` (its coefficients as decimals separated by spaces); always
-/// `raycam.version` and `raycam.conventions`; and every `(key, value)` of `notes`, as strings.
+/// The header always contains `raycam.version` and `raycam.conventions`, and every `(key, value)` of `notes` as strings.
+/// With a camera, it also contains:
+///
+/// * `raycam.K` and `raycam.R` (m33d, row-major) and `raycam.C` (v3d),
+/// * `raycam.P` (m44d: the 3 x 4 matrix and a row 0 0 0 1),
+/// * `raycam.pixelCenter` (`integer` or `half`),
+/// * with a lens, `raycam.lens` (`opencv` or `fisheye`) and `raycam.distortion` (the lens's coefficients as decimals
+///   separated by spaces).
 ///
 /// # Errors
 /// An error if there are no layers, if a layer does not have columns x rows x components values, or if two layers have

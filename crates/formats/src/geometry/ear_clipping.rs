@@ -55,7 +55,7 @@ const REMOVED: u32 = u32::MAX;
 
 /// Remaining polygon: a ring of corners.
 ///
-/// A corner is tested again only if its neighbours have changed or the obstacle in its ear is no longer there. The work
+/// A corner is tested again only if its neighbours have changed or the obstacle in its ear has been removed. The work
 /// therefore grows only slightly faster than the number of corners.
 struct EarClipper {
     flat: Vec<DVec2>,

@@ -123,7 +123,7 @@ fn decode_oriented(
 
 /// Decodes the bytes of a PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF or TGA file; `path` is its name.
 ///
-/// Rows are returned from the top down, whatever the file's order. Grey becomes three equal channels, palettes are
+/// Rows are returned from the top down, for any order in the file. Grey becomes three equal channels, palettes are
 /// resolved, and missing alpha becomes 1. Eight bits per channel stay eight bits; sixteen stay sixteen, converted to
 /// linear for colours. EXR and HDR give floats; infinities become the largest float16 and NaN becomes 0, with a notice.
 /// Only the largest level of a KTX2 file and the first image of a TIFF or GIF file are read. Premultiplied colours

@@ -59,7 +59,8 @@ const MAX_SEARCHES: usize = 1000;
 const MAX_LISTED: usize = 10_000;
 
 impl AssetRoot {
-    /// Everything inside `root`, with symbolic links resolved, within `budget`. An empty `root` is the current folder.
+    /// Root that contains all files inside `root`, with symbolic links resolved, within `budget`. An empty `root` is
+    /// the current folder.
     pub fn new(root: &Path, budget: &Budget) -> Self {
         let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
         Self {

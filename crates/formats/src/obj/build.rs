@@ -15,7 +15,7 @@ use crate::obj::materials::Materials;
 use crate::obj::parse::Obj;
 use crate::obj::vertex_colors;
 
-/// One part for each `o` that has faces, or for each `g` if there is no `o`.
+/// One part for each `o` that has faces, or for each `g` that has faces if the file has no `o`.
 pub(crate) fn build(mut obj: Obj, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
     let elements = obj.positions.len() + obj.uvs.len() + obj.normals.len();
     assets.budget.take_elements(path, elements as u64)?;

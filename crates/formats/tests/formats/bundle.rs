@@ -113,7 +113,7 @@ fn bundle_read_errors_name_the_fault() {
     let budget = Budget { bytes: 10, ..Budget::default() };
     let refused = bundle::read(&bytes, Path::new("w"), budget).unwrap_err();
     assert!(refused.to_string().contains("budget"));
-    // An index that does not exist is detected before anything is traced.
+    // An index that does not exist is detected before rays are traced.
     let mut broken = world();
     broken.objects[0].mesh = 99;
     assert!(text(&bundle::write(&broken).unwrap()).contains("mesh 99"));

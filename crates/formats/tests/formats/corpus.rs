@@ -1,4 +1,5 @@
-//! Files that broke other readers: each gives a world or an error, and none takes more memory than its size justifies.
+//! Files on which other readers failed: reading each gives a world or an error, and takes no more memory than the
+//! file's size justifies.
 
 use std::fs;
 use std::path::{Path, PathBuf};

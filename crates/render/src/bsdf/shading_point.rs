@@ -16,7 +16,7 @@ use crate::lobes::shading_frame::ShadingFrame;
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "created at every hit: boxing would allocate memory there")]
 pub(crate) enum Bsdf<'a> {
-    /// Absorbs everything, or only emits.
+    /// Black surface: absorbs all light, or only emits light.
     Black,
     Phong(ModifiedPhong<'a>),
     Layered(LayeredBsdf<'a>),

@@ -9,7 +9,8 @@ use crate::lobes::classify::is_smooth;
 use crate::lobes::fresnel::{Fresnel, refract};
 use crate::lobes::shading_frame::ShadingFrame;
 
-/// A smooth interface without other layers. Its samples are equal to those of [`crate::bsdf::layered::LayeredBsdf`].
+/// A smooth interface without other layers. Its samples are equal to the samples of
+/// [`crate::bsdf::layered::LayeredBsdf`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpecularBsdf {
     wo: Vec3,

@@ -133,7 +133,7 @@ impl PixelEstimator {
         (f64::from(self.same_instance[pixel]) / f64::from(self.count[pixel].max(1))) as f32
     }
 
-    /// Fraction of samples that hit anything.
+    /// Fraction of samples that hit a surface.
     pub fn alpha(&self, pixel: usize) -> f32 {
         (1.0 - f64::from(self.misses[pixel]) / f64::from(self.count[pixel].max(1))) as f32
     }

@@ -62,7 +62,7 @@ pub enum PlaneData<'a> {
 pub struct OutputPlane<'a> {
     /// Channel to write.
     pub channel: Channel,
-    /// Memory to write to.
+    /// Memory of the plane, which is written.
     pub values: PlaneData<'a>,
     /// True if all values are already 0; otherwise they are arbitrary.
     pub zero: bool,

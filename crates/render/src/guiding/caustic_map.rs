@@ -16,9 +16,9 @@ const CELLS_PER_SIDE: usize = 32;
 /// Cells from infinity to the bounding sphere, uniform in the reciprocal of the distance. Lab note: as above.
 const DISTANCE_LAYERS: usize = 8;
 const CELL_COUNT: usize = CELLS_PER_SIDE * CELLS_PER_SIDE * DISTANCE_LAYERS;
-/// Maximum side, in cells, of the blocks that cells with few photons are merged into. Not tuned.
+/// Maximum side length, in cells, of the blocks into which cells with few photons are merged. Not tuned.
 const COARSEST_SIDE: usize = 8;
-/// Minimum number of photons per target. Not tuned: fewer give no standard deviation.
+/// Minimum number of photons per target. Not tuned: with fewer photons, the standard deviation is unknown.
 const MIN_PHOTONS: usize = 5;
 /// Maximum number of photons per block that are compared with each other. Not tuned: limits the learning time.
 const MAX_PHOTONS: usize = 64;

@@ -1,5 +1,5 @@
-//! Gaps through which much light passes: balls to which samples of diffuse surfaces are guided, as they are to caustic
-//! casters.
+//! Gaps through which much light passes: balls to which samples of diffuse surfaces are guided, in the same way as to
+//! caustic casters.
 //!
 //! Photon segments between diffuse surfaces show from which directions light arrives. [`find_gaps`] chooses the balls
 //! that reduce the relative variance of a guided bounce most, averaged over all places, and keeps those that the second

@@ -1,8 +1,8 @@
 //! Light visibility: the parts of space in which light sampling finds light.
 //!
-//! Shadow rays towards lamps inside glass or in another room end at the objects in between. Space is divided into
-//! cubes, and light sampling is rare in cubes from which no light was found. Whether a cube is hidden depends only on
-//! the world: the first thread that visits a cube tests it, and every other thread would get the same result.
+//! Shadow rays towards lamps inside glass or in another room are blocked by the objects in between. Space is divided
+//! into cubes, and light sampling is rare in cubes from which no light was found. Whether a cube is hidden depends only
+//! on the world: the first thread that visits a cube tests it, and every other thread would get the same result.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 

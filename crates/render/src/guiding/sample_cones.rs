@@ -156,8 +156,8 @@ mod tests {
         places
     }
 
-    /// One caster above the floor, one that intersects the floor, one around all points and one too far away; a gap;
-    /// and a spot.
+    /// A caster above the floor, a second caster that intersects the floor, a third around all points, and a fourth
+    /// that is too far away; a gap; and a spot.
     fn some() -> Vec<CausticCaster> {
         [
             (DVec3::new(1.5, 0.0, 1.0), 0.4),

@@ -58,7 +58,7 @@ pub(crate) struct PathState {
     pub interior_list: InteriorList,
     /// The only colour channel that a path transports after dispersion.
     pub wavelength_channel: Option<ColorChannel>,
-    /// Product of squared relative indices that refraction has divided the throughput by.
+    /// Product of the squared relative indices by which refraction has divided the throughput.
     pub eta_scale: f32,
     /// Width and spread of the path; used until a rough surface scatters it.
     pub ray_cone: RayCone,

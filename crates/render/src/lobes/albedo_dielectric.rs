@@ -1,4 +1,4 @@
-//! Albedo of rough dielectric interfaces, and the energy that single scattering loses there.
+//! Albedo of rough dielectric interfaces, and the energy that single scattering loses.
 //!
 //! Tables over cosine and roughness for both sides of an index of refraction. A row is computed by quadrature when its
 //! roughness is first used.

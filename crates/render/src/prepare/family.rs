@@ -1,7 +1,7 @@
 //! Parts of prepared worlds that related worlds share; each part is built once while its input exists.
 //!
-//! A part is kept while anything else holds the input that it was built from. A world at another time, a copy or a
-//! changed world therefore finds the parts that other worlds have built, even after those worlds are dropped.
+//! A part is kept as long as its input exists outside the family. A world at another time, a copy or a changed world
+//! therefore finds the parts that other worlds have built, even after these other worlds have been dropped.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -10,7 +10,7 @@ use raycam_scene::world::RayVisibility;
 use crate::prepare::mesh::PreparedMesh;
 use crate::prepare::stretch::StretchedBvh;
 
-/// Maximum number of bounding boxes of a scene; the objects of a scene with more objects share one box.
+/// Maximum number of bounding boxes of a scene; if the scene has more objects, all objects share one box.
 const MAX_BOXES: usize = 256;
 
 /// Mesh placed in the scene.
@@ -64,8 +64,9 @@ impl ErrorBounds {
         [of_point.x_axis, of_point.y_axis, of_point.z_axis, *of_mesh]
     }
 
-    /// Bound on the float32 displacement along `normal` of a point on the instance, of a ray that starts there, and of
-    /// the triangles around it. `point` is scene-local; the first two arguments are [`ErrorBounds::columns`].
+    /// Bound on the float32 displacement along `normal` of a point on the instance, of a ray that starts at this point,
+    /// and of the triangles around the point. `point` is scene-local; the first two arguments are
+    /// [`ErrorBounds::columns`].
     #[inline(always)]
     pub fn error_along([x, y, z]: [DVec3; 3], of_mesh: DVec3, point: DVec3, normal: DVec3) -> f64 {
         let per_axis = DMat3::from_cols(x, y, z) * point.abs() + of_mesh;

@@ -47,7 +47,7 @@ enum Place {
 }
 
 impl<'a> MovingObjects<'a> {
-    /// The objects of a world; `None` if anything other than objects with keyframes moves. `geometry` is the world's
+    /// The objects of a world; `None` if other things than objects with keyframes move. `geometry` is the world's
     /// prepared geometry.
     pub fn new(world: &'a World, geometry: &'a Geometry) -> Option<Self> {
         let time = world.time?.time;

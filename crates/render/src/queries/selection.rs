@@ -30,7 +30,7 @@ pub struct Selection<'a> {
     /// For each ray, an object and a triangle that are ignored. Triangle -1 means the whole object; object -1 means
     /// that nothing is skipped.
     pub skip: Option<(&'a [i32], &'a [i32])>,
-    /// Side that rays must come from.
+    /// Side of a surface from which rays must come.
     pub facing: Facing,
     /// First surfaces, or first surfaces that are not transparent.
     pub surface: TruthSurface,

@@ -35,10 +35,7 @@ pub(crate) struct Sampler {
 /// Bits of a coordinate within a block of pixels.
 const BLOCK_BITS: u32 = 4;
 
-/// Index offsets of a pixel, one word per bit of its Morton index, lowest first, combined by exclusive or. Found by
-/// simulated annealing such that the first 2^k points of all pixels of a 2^m by 2^m square form a (0, k + 2 m, 2)-net
-/// in base 2 as often as possible: always in 2 by 2 pixels up to 1024 samples, in 4 by 4 and 8 by 8 pixels up to 256,
-/// and nearly in 16 by 16.
+/// Index offsets of a pixel: one word per bit of the pixel's Morton index, lowest bit first, combined by exclusive or.
 const MORTON_XOR: [u32; 2 * BLOCK_BITS as usize] =
     [0x2d90_0b6d, 0x43a8_86db, 0x8b78_3cf3, 0xdf03_2f3c, 0x58ab_d213, 0x3cfd_f321, 0xba1a_e440, 0xed0e_3de3];
 

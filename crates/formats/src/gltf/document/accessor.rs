@@ -207,7 +207,7 @@ fn element_bytes(
     Ok(bytes.part(offset as usize..needed as usize))
 }
 
-/// Unsigned integer; 0 if there are too few bytes, which earlier length checks exclude.
+/// Little-endian unsigned integer; 0 if the bytes are too few, which earlier checks exclude.
 fn integer(component: Component, bytes: &[u8]) -> u32 {
     match (component, bytes) {
         (Component::U8, [a, ..]) => u32::from(*a),

@@ -7,7 +7,7 @@ use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::Vec3;
 use raycam_scene::Mesh;
 
-/// Mesh whose corners get tangents.
+/// Mesh to whose corners tangents are added.
 struct Corners<'a> {
     mesh: &'a Mesh,
     uvs: &'a [[f32; 2]],

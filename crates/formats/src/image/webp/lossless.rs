@@ -325,7 +325,7 @@ fn distance(code: usize, columns: usize) -> usize {
     pixels.max(1) as usize
 }
 
-/// Columns to the left and rows up of the nearest pixels, in order of distance (RFC 9649, 3.6.2.2).
+/// For the nearest pixels in order of distance: the number of columns to the left and of rows up (RFC 9649, 3.6.2.2).
 #[rustfmt::skip]
 const DISTANCE_MAP: [[i8; 2]; 120] = [
     [0, 1], [1, 0], [1, 1], [-1, 1], [0, 2], [2, 0], [1, 2], [-1, 2], [2, 1], [-2, 1], [2, 2], [-2, 2],

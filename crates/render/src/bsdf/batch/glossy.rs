@@ -130,7 +130,7 @@ impl GlossyModel {
         }
     }
 
-    /// Samples the coat in those lanes whose random number selects it.
+    /// Samples the coat in the lanes whose random number selects the coat.
     #[inline(always)]
     fn sample_coat(&self, view: &GlossyView, context: LaneContext, randoms: LaneRandoms, samples: &mut BsdfSamples) {
         for lane in 0..LANES {

@@ -24,8 +24,8 @@ impl Chart {
         Self { center, right, up, side }
     }
 
-    /// Returns the direction at a point of the unit square, and the solid angle per area there; `None` if the direction
-    /// is on the other side.
+    /// Returns the direction at a point of the unit square, and the solid angle per area at this point; `None` if the
+    /// direction is on the other side.
     fn at(&self, place: DVec2) -> Option<(DVec3, f64)> {
         let height = 2.0 * place.x.powi(4);
         let (sin, cos) = (TAU * place.y).sin_cos();

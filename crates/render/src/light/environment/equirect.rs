@@ -55,7 +55,7 @@ impl EquirectFrame {
         self.rounded.transpose() * Vec3::new(-cos * radius, sin * radius, down as f32)
     }
 
-    /// World direction of a vector with the axes centre, left and up.
+    /// World direction of a vector that is given along the axes centre, left and up.
     pub fn to_world(&self, local: DVec3) -> DVec3 {
         self.panorama_from_world.transpose() * local
     }
