@@ -48,8 +48,8 @@
 //! * Caustic: light that a mirror or a lens focuses on another surface.
 
 #![forbid(unsafe_code)]
-// Loops over lanes read several arrays with one index; frames and batches of lanes are converted by reference or in
-// place.
+// These lints are allowed because loops over lanes index several arrays, and frames and batches of lanes are converted
+// by reference or in place.
 #![allow(clippy::needless_range_loop, clippy::wrong_self_convention)]
 
 pub mod annotations;

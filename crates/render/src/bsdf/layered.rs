@@ -70,7 +70,8 @@ fn internal_transmittance<'a>(stack: &LayerStack<'a>) -> Option<InternalTransmit
     table.map(|table| table.internal_transmittance(&stack.ggx))
 }
 
-/// Probability of reflection at a microfacet that reflects and refracts, from the colours of both.
+/// Probability of reflection at a microfacet that reflects and refracts, from the colours of the reflected and the
+/// refracted light.
 #[inline(always)]
 pub(crate) fn reflect_probability(reflected: Vec3, refracted: Vec3) -> f32 {
     let reflected = reflected.element_sum();

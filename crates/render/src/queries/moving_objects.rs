@@ -111,7 +111,7 @@ pub(super) struct ReachableObjects<'a> {
     /// For each instance of the geometry, the object's index in the world. The indices ascend, so that equal distances
     /// are decided as in the whole world.
     ids: Vec<usize>,
-    /// Index of the instance, motion and description of the objects that move.
+    /// For each object that moves: the index of its instance, its motion and its description.
     moving: Vec<(usize, ObjectMotion<'a>, Object)>,
     geometry: Geometry,
 }

@@ -20,7 +20,7 @@ pub(crate) struct PiecewiseConstant2D {
     marginal_guide: Vec<u16>,
     /// Cosines of the zenith angles between rows.
     row_edges: Vec<f64>,
-    /// Density by solid angle of each row with uniform columns, times the number of columns.
+    /// For each row: the density by solid angle if all columns were equally likely, times the number of columns.
     density: Vec<f32>,
 }
 
