@@ -28,8 +28,8 @@ __all__ = [
 class Error(Exception):
     """Base class of the errors that raycam raises itself.
 
-    `code` is the kind of error as a short name; `raycam.codes.ERRORS` lists the cause and the remedy of each.
-    Programs should use the class and the code, because messages may change.
+    `code` is the kind of error as a short name; `raycam.codes.ERRORS` lists the cause and the remedy of each
+    code. Programs should use the class and the code, because messages may change.
     """
 
     code = "internal"
@@ -44,7 +44,7 @@ class Notice(UserWarning):
     """A warning about something that was assumed, changed or omitted.
 
     The filters of `warnings` apply to notices. `code` is the kind of notice as a short name;
-    `raycam.codes.NOTICES` lists the cause and remedy of each. Programs should use the code, because messages
+    `raycam.codes.NOTICES` lists the cause and the remedy of each code. Programs should use the code, because messages
     may change. `subjects` lists up to three of the `count` subjects of the notice. `subjects` is empty if the
     message itself names them. `str(notice)` is the whole text.
     """

@@ -7,7 +7,7 @@ arrays.
 
 If embreex is installed, its Embree traces the same rays. embreex traces single float32 rays on one thread, so its rates
 compare with raycam's on one thread; its builds use all threads. Embree has faster modes (packets, more threads) that no
-Python package offers; `benchmarks/embree_race.py` in raycam's source compares with those.
+Python package offers; `benchmarks/embree_race.py` in raycam's source includes these modes.
 """
 
 from __future__ import annotations

@@ -244,9 +244,9 @@ class Constructors(CameraGeometry):
 
         `order` is the position of the real part: "wxyz" (COLMAP, Eigen's constructor, nuScenes) or "xyzw" (ROS, TUM,
         SciPy). `direction` is the transform that quaternion and translation describe: "world_from_camera" (the
-        translation is then the centre) or "camera_from_world" (COLMAP). Neither has a default, because a wrong guess
-        would go unnoticed. `axes` are as in `from_transform`. Raises `CameraError` for a length that differs from 1
-        by more than 1e-3.
+        translation is then the centre) or "camera_from_world" (COLMAP). Neither argument has a default, because a wrong
+        guess would go unnoticed. `axes` are as in `from_transform`. Raises `CameraError` for a length that differs from
+        1 by more than 1e-3.
         """
         one_of("order", order, ("wxyz", "xyzw"), error=CameraError)
         one_of("direction", direction, ("world_from_camera", "camera_from_world"), error=CameraError)

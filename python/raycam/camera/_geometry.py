@@ -209,8 +209,9 @@ class CameraGeometry(DictSerializable):
     def valid(self, pixels: npt.ArrayLike | None = None) -> Bools:
         """Returns True [n] for pixels [n, 2] with a ray.
 
-        All pixels have a ray; with a lens, only the pixels inside the lens's valid region. A single pixel [2]
-        returns a bool. Without `pixels`, all pixel centres are tested: [height, width].
+        Without a lens, all pixels have a ray; with a lens, only the pixels inside the lens's valid region
+        have one. A single pixel [2] returns a bool. Without `pixels`, all pixel centres are tested: [height,
+        width].
         """
         return np.isfinite(self.rays(pixels)[1][..., 0])
 

@@ -60,8 +60,8 @@ class Optics(CameraGeometry):
     def times(self) -> Floats:
         """The middle of each line's exposure, in seconds relative to the world's time.
 
-        The times are float64 [lines]. The world's time is the middle of the whole exposure. [0.0] without a
-        rolling shutter.
+        The times are float64 [lines]. The world's time is the middle of the whole exposure. Without a
+        rolling shutter, the result is [0.0].
         """
         shutter = self.shutter
         if shutter is None or not shutter["readout"]:

@@ -1,9 +1,9 @@
 """Replacement for `trimesh.ray.ray_pyembree`: exact rays for trimesh meshes.
 
 `RayMeshIntersector` has the same methods, shapes and orders as trimesh's class for Embree. After `install()`, trimesh
-uses it for every new mesh. Each crossing is found exactly once, also at edges and corners, and inside tests are
-consistent between calls; overlapping bodies in one mesh count as their union. A point on a surface belongs to one
-side: a box contains `low <= p < high`.
+uses `RayMeshIntersector` for every new mesh. Each crossing is found exactly once, also at edges and corners, and inside
+tests are consistent between calls; overlapping bodies in one mesh count as their union. A point on a surface belongs to
+one side: a box contains `low <= p < high`.
 """
 
 from __future__ import annotations
@@ -150,8 +150,8 @@ def _choose_facing(
 ) -> None:
     """Among triangles at equal distance, selects the triangle that faces the query point most.
 
-    Considers the triangles that share a vertex with the closest one. Distances are equal for the same closest point,
-    or if their squares differ by less than trimesh's tolerance. Writes into the last three arrays.
+    Considers the triangles that share a vertex with the closest triangle. Distances are equal for the same closest
+    point, or if their squares differ by less than trimesh's tolerance. Writes into the last three arrays.
     """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)

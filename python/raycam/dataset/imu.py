@@ -38,7 +38,7 @@ class BodyMotion:
     def of(cls, times: Floats, quaternions: Floats, positions: Floats) -> BodyMotion:
         """Returns the motion through quaternions [n, 4] and positions [n, 3].
 
-        The quaternions are x, y, z, w, and world_from_body. Raises `SettingsError` for fewer than four poses,
+        The quaternions are world_from_body, in the order x, y, z, w. Raises `SettingsError` for fewer than four poses,
         and for times that do not ascend.
         """
         if len(times) < LEAST_POSES or (np.diff(times) <= 0.0).any():

@@ -46,8 +46,8 @@ def keypoint_triples(shot: Shot, item: Label, points: Mapping[str, Any]) -> list
     """Returns x, y and the visibility of each keypoint of a labelled object.
 
     Positions are in pixels from the image's corner. The visibility is 2, or 1 if something occludes the
-    point; (0, 0, 0) outside the image. `points` has the keys "points" [n, 3] and optionally "objects" and
-    "triangles".
+    point. A point outside the image has (0, 0, 0). `points` has the keys "points" [n, 3] and optionally
+    "objects" and "triangles".
     """
     places = points["points"]
     ids = {each.name: each.id for each in shot.objects}

@@ -177,7 +177,7 @@ def upright_box(
 
     The result is height, width, length, the centre of the bottom in camera axes, and the rotation about y in
     radians. The object's forward axis is x of its mesh (z if y is up). If the camera's y axis is not parallel
-    to the object's, the box is the smallest such box around the object's own box.
+    to the object's up axis, the box is the smallest such box around the object's own box.
     """
     forward = product(camera.R, rotation[:, 0] if up == "z" else rotation[:, 2])
     turn = math.atan2(-forward[2], forward[0])
@@ -198,8 +198,8 @@ def wrapped(angle: float) -> float:
 def calibration(camera: Camera, other: Camera | None) -> str:
     """Returns an image's calibration file, in the axes of the left colour camera.
 
-    The file describes no laser scanner. P2 = K [I | 0] is the left camera, P3 = K_right [I | -B] the right
-    one, whose principal point may differ.
+    The file describes no laser scanner. P2 = K [I | 0] is the left camera. P3 = K_right [I | -B] is the
+    right camera, whose principal point may differ.
     """
     k = k_with_integer_centers(camera)
     left = np.column_stack([k, np.zeros(3)])

@@ -43,7 +43,7 @@ def other_sensors(rigs: Sequence[object], number: int, times: Sequence[float | N
 
 
 def world_sensors(world: World, times: Sequence[float | None], number: int) -> dict[str, Sensor]:
-    """Returns the world's sensors at the time of a view by name.
+    """Returns the world's sensors by name, at the time of a view.
 
     Returns no sensors if an earlier view has the same time.
     """

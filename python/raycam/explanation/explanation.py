@@ -41,7 +41,7 @@ class Explanation(PixelSteps):
     """Every number by which the lecture's procedure finds the colour of one pixel.
 
     Lengths are in world units and points relative to the world's origin, unless the world is tiny, huge, or far from
-    its origin. Then they are in the local `units`.
+    its origin. In these cases, they are in the local `units`.
     """
 
     def __str__(self) -> str:

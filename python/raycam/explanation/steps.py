@@ -86,7 +86,7 @@ class RaySteps:
     """The numbers by which the lecture's procedure finds the ray of one pixel: steps 1 and 2.
 
     Lengths are in world units and points relative to the world's origin, unless the world is tiny, huge, or far from
-    its origin. Then they are in the local `units`.
+    its origin. In these cases, they are in the local `units`.
     """
 
     world: World = field(repr=False, compare=False)

@@ -172,7 +172,7 @@ class Job:
                 yield frame, self.read(frame)
 
     def verify(self) -> dict[str, str]:
-        """Reads every result and compares its hash; returns the damaged files with a message each.
+        """Compares each result's hash with the journal; returns a message for each damaged file.
 
         A damaged file gets the ending `.damaged`, if possible. The next run repeats its frame. The package of the job
         is checked and restored in the same way, and damaged lines of journals are listed too.

@@ -1,4 +1,4 @@
-"""The journal of a job: its finished and failed frames, and the files of each.
+"""The journal of a job: its finished and failed frames, and their files.
 
 The journal is an append-only text file with one JSON object per line and one line per frame,
 

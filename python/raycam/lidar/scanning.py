@@ -196,7 +196,7 @@ def trace_pulses(
 ) -> Contributions:
     """Returns the light that surfaces and fog return to pulses.
 
-    `pulses` (start, stop) selects a range of pulses, without `stop` (default: all pulses of the pattern).
+    `pulses` (start, stop) selects the pulses from `start` to before `stop` (default: all pulses of the pattern).
 
     With `uses_energy=False`, the caller does not use the energy, and no notice reports that reflectances are derived
     from colours.

@@ -29,10 +29,8 @@ INSIDE_SHARE = 0.9
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
     """Returns a list with a notice if fewer than half of the cameras show the world.
 
-    The notice contains the best scale factor. Otherwise, the list is empty.
-
     The notice is also returned if most cameras show backs of faces, as if they were inside the mesh, but would show
-    fronts if the mesh were scaled.
+    fronts if the mesh were scaled. The notice contains the best scale factor. Otherwise, the list is empty.
     """
     given = list(cameras.values())
     seeing, fronts = count_cameras(world, given)

@@ -31,8 +31,8 @@ def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[s
     """Returns a [[camera]] table with the keys of its calibration instead of `calibration`.
 
     A pose in the table replaces the pose in the calibration file. For a file with several cameras, the table's `name`
-    selects one. `lens` specifies the lens model if the file does not. Raises `WorldError` for keys that the file
-    already contains, and for files that cannot be read.
+    selects one camera. `lens` specifies the lens model if the file does not. Raises `WorldError` for keys that the
+    file already contains, and for files that cannot be read.
     """
     more = {key: value for key, value in row.items() if key not in ("calibration", "lens")}
     for key in INTRINSICS:

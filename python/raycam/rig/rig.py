@@ -360,8 +360,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
         The pair consists of the pinholes "left" and "right". Both pinholes have the same `K` and the same rotation:
         halfway between the two cameras, and turned by the smallest angle that makes x parallel to the baseline. By
-        default, `K` has the mean of their focal lengths along y, and a principal point that keeps both image centres in
-        the centre on average. The default `size` is the left camera's. The body is the left camera.
+        default, `K` has the mean of the two cameras' focal lengths along y, and a principal point that keeps both image
+        centres in the centre on average. The default `size` is the left camera's. The body is the left camera.
 
         Raises `CameraError` if the second camera is above, below or to the left of the first, and for parallel rays.
 

@@ -105,8 +105,8 @@ class Robot:
 
         The Jacobian is in world axes and computed in closed form. Rows 0..2 are the velocity of the link's origin in
         metres, rows 3..5 its angular velocity in radians, per unit of each value in the order of `joints`. A floating
-        joint has six columns: translations along its parent's axes and rotations about them. A ball joint has three,
-        for these rotations. Raises the errors of `pose`.
+        joint has six columns: translations along its parent's axes and rotations about them. A ball joint has three
+        columns, for these rotations. Raises the errors of `pose`.
         """
         self._check_link(link)
         values, single = self._vectors(joints)

@@ -52,7 +52,7 @@ class Sensor(Protocol):
     def times(self) -> Floats:
         """The times of the samples, float64 [n], in seconds relative to the world's time.
 
-        [0.0] if all samples are taken at the same time.
+        If all samples are taken at the same time, the result is [0.0].
         """
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:

@@ -95,7 +95,8 @@ def find_primvar(
 ) -> Primvar | None:
     """The primvar that applies to a prim, or None if it has no value.
 
-    Inherited primvars are included. A primvar within the prototype takes precedence over one of the point instancer.
+    Inherited primvars are included. A primvar within the prototype takes precedence over a primvar of the point
+    instancer.
     """
     own = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
     scope = instance

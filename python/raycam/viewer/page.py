@@ -212,7 +212,8 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
 def _check_same(frame: Frame, other: Frame | None) -> None:
     """Raises `SettingsError` unless the second frame can be compared with the first.
 
-    The second frame must have the same width and height, and a common channel. None is accepted.
+    The second frame must have the same width and height, and a common channel. None instead of a
+    second frame is accepted.
     """
     if other is None:
         return

@@ -65,7 +65,7 @@ def locate(world: World, camera: Camera, u: float, v: float) -> dict[str, Any]:
     """Returns the ray at a position in the image, and its hit.
 
     The position is in pixels from the top left corner of the image. The dict contains `origin` and `direction` of the
-    ray, the surface `point` and the `bounds` of its object; None without a ray or a hit.
+    ray, the surface `point` and the `bounds` of its object. Values without a ray or a hit are None.
     """
     pixel = np.array([u, v]) + camera.corner
     origin, direction = camera.rays(pixel)

@@ -206,7 +206,7 @@ class WorldBuilding(WorldContents):
 
         `joints` maps joint names to values; joints that it does not contain are unchanged. It may also be a vector in
         the order of `Robot.joints`. Values are in radians and metres. A planar joint has three values (x, y, yaw), a
-        floating one seven (x y z, then a quaternion x y z w) or a matrix [4, 4].
+        floating joint seven values (x y z, then a quaternion x y z w) or a matrix [4, 4].
 
         Values beyond a joint's limits are used as given, with a notice; with `clamp_joints=True` they are clamped.
         Only transforms change, so no mesh is rebuilt. Objects of the robot that were removed before are not added

@@ -335,8 +335,8 @@ class WorldContents:
 
         Raises `WorldError` without a video.
 
-        Some cameras of the world have their own keyframes, for example on a robot's link. At the pose of such a camera,
-        `camera` moves with it. Any other camera moves by the orbit or by the keyframes without a name.
+        Some cameras of the world have their own keyframes, for example on a robot's link. If `camera` has the pose of
+        such a camera, it moves with that camera. Otherwise, it moves by the orbit or by the keyframes without a name.
 
         For a camera with an open shutter (`Camera.exposing`), the motion during the exposure is approximated by 32
         linear steps.
@@ -349,7 +349,7 @@ class WorldContents:
     def rig_at(self, rig: Rig, time: float) -> Rig:
         """Returns `rig` as the video moves it, at a time in seconds.
 
-        The keyframes with its name move the rig, or else it moves like the camera.
+        The keyframes with the rig's name move the rig. Without such keyframes, it moves like the camera.
         """
         return rig._moved(_core.world_rig_at(self._core, rig._core, float(time)))
 

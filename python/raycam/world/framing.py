@@ -142,7 +142,8 @@ def _fitting_pose(camera: Camera, rotation: Floats, points: Floats, middle: Floa
     def excess(distance: float, cloud: Floats) -> Floats:
         """Returns the relative distance [n] of each point from the image centre.
 
-        The distance is the larger of both image axes, 1 at the margin, and +inf without a projection.
+        The distance is the larger of the distances along the two image axes. It is 1 at the margin,
+        and +inf for a point without a projection.
         """
         posed = camera.at_pose(rotation, middle - distance * axis)
         with np.errstate(invalid="ignore"):

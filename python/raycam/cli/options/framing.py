@@ -56,7 +56,7 @@ def is_framed(world: World, options: argparse.Namespace) -> bool:
 def find_camera(world: World, options: argparse.Namespace, *, moving: bool = False) -> Camera:
     """Returns the camera of `--camera` and `--size`, placed by `--view-from` and `--zoom`.
 
-    If `moving`, the world fits during all of its motion.
+    If `moving`, the world fits during its whole motion.
     """
     from ...render.arguments import UNPOSED, is_unposed_within
     from ...world.framing import framing_camera, moments_of

@@ -129,7 +129,7 @@ def create_cylinder(radius: float = 1.0, height: float = 2.0, resolution: int = 
 def create_cone(radius: float = 1.0, height: float = 2.0, resolution: int = 20, split: int = 1) -> Shape:
     """A closed cone from z = 0 to its tip at z = `height`.
 
-    Vertices: the base's centre, the tip, then `split` rings from the base upwards.
+    The vertices are the base's centre, the tip, and then `split` rings from the base upwards.
     """
     _check(radius=radius, height=height, resolution=resolution, split=split)
     around = np.arange(resolution) * (2 * np.pi / resolution)

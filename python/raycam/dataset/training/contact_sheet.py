@@ -82,7 +82,7 @@ def _mark(mark: Mark) -> str:
 def _top_view(place: Path) -> str:
     """Returns HTML with the positions and directions of the cameras in the x-y plane.
 
-    For a data set without poses, the HTML is a sentence. It is empty if all cameras have parallel rays.
+    For a data set without poses, the HTML is a sentence. The HTML is empty if all cameras have parallel rays.
     """
     try:
         cameras = [camera for camera in load_cameras(place).values() if not camera.is_parallel]

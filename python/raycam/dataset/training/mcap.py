@@ -118,7 +118,7 @@ def baseline(plan: Plan, number: int) -> float:
     """Returns the distance in metres to the left camera of the view's rectified pair.
 
     If several cameras of the rig form a rectified pair with the view's camera, the leftmost camera is used. Returns 0
-    if no camera does.
+    without such a camera.
     """
     view = plan.shots[number]
     if view.rig is None:

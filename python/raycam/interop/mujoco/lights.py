@@ -21,7 +21,8 @@ class LightSources:
         """Adds the active lights, and all ambient light as a uniform sky.
 
         A surface of albedo 1 that faces a light has the radiance `diffuse`. MuJoCo's spot and point lights usually do
-        not become weaker with distance; these lights do, and their strength is correct at the centre of the model.
+        not become weaker with distance. raycam's lights become weaker; their strength is correct at the centre of the
+        model.
         """
         self._world, self._model = world, model
         self._numbers: dict[int, int] = {}

@@ -63,7 +63,7 @@ def _quad(half: Floats, first: int, second: int, sign: float) -> TexturedMesh:
 def _revolve(latitudes: Floats, half: Floats, shift: Floats | float, rows: Floats) -> TexturedMesh:
     """Returns a surface of revolution: rings at latitudes (degrees) of an ellipsoid.
 
-    The rings are shifted along z by `shift`, and their v is from `rows`. If all latitudes are 0, all rings
+    The rings are shifted along z by `shift`, and `rows` contains their v. If all latitudes are 0, all rings
     are circles of the same size, and `shift` contains their heights. Vertices of the seam and poles coincide.
     """
     count = len(latitudes)

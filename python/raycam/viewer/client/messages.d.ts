@@ -1,6 +1,6 @@
 // Written by `python -m raycam.viewer.message_types`; change client_messages.py instead.
 
-/** Starts a session, or resumes the one with this id. */
+/** Starts a session, or resumes the session with this id. */
 export interface Hello {
   type: "hello";
   width: number;
@@ -244,7 +244,7 @@ export interface Pick {
   v: number;
 }
 
-/** Reports the held pixel, which followers show; an empty list if none is held. */
+/** Reports the held pixel, which followers show; an empty list if no pixel is held. */
 export interface Hold {
   type: "hold";
   pixel: number[];

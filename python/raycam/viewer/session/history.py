@@ -2,7 +2,7 @@
 
 `Message.UNDO` marks these messages; channel, exposure and time only change the display. Edits of the world are shared
 by all clients, and `Edits` undoes them. Steps of both kinds have ascending numbers, so that `Session` undoes the newest
-one.
+step.
 """
 
 from __future__ import annotations

@@ -117,7 +117,7 @@ class Images:
         self._shown = (version, channel)
 
     def show_moving_again(self) -> None:
-        """Marks the images as not sent, because exposure or view transform have changed.
+        """Marks the images as not sent, because the exposure or the view transform has changed.
 
         The moving image is sent again only if there is no still image yet.
         """

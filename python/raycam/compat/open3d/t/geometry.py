@@ -47,7 +47,7 @@ class RaycastingScene(Hints):
         """Adds `(vertex_positions, triangle_indices)` or `(mesh)`; returns the geometry's id.
 
         Ids start at 0. Positions [n, 3] may have any numeric dtype, indices [m, 3] any integer dtype. Raises
-        `RaycastingError` for others.
+        `RaycastingError` for other types.
         """
         names = ("mesh",) if len(arguments) == 1 else ("vertex_positions", "triangle_indices")
         given = dict(zip(names, arguments, strict=False)) | keys

@@ -31,7 +31,7 @@ class Fragments:
     """Pixels [n] at which points or lines of a primitive are the nearest surfaces.
 
     Each pixel is between two vertices, `ends` [n, 2]; `share` [n] is the weight of the second vertex. `color` is a
-    common colour that replaces the material's.
+    common colour that replaces the material's colour.
     """
 
     node: Node
@@ -82,9 +82,10 @@ class _Screen:
         return np.asarray((depth >= self.camera.znear) & (depth <= far))
 
     def visible(self, pixels: Whole, near: Floats) -> Whole:
-        """Returns the index of each pixel's nearest candidate if visible; writes its depth.
+        """Returns the indices of the visible candidates, at most one per pixel; writes their depth.
 
-        `pixels` are (row, column).
+        The candidates have the pixels `pixels` [n, 2] (row, column) and the depths `near` [n]. The nearest candidate of
+        a pixel is visible if nothing is in front of it.
         """
         height, width = self.depth.shape
         inside = ((pixels >= 0) & (pixels < [height, width])).all(axis=1) & self.reaches(near)
