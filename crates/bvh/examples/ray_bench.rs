@@ -51,7 +51,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Rays per batch, as in images and ray queries.
+/// Number of rays per batch, as in images and ray queries.
 const BATCH: usize = 4096;
 
 struct Options {

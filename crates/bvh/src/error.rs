@@ -21,9 +21,9 @@ pub enum BuildError {
     TooLarge {
         /// The items: `triangles` or `instances`.
         what: &'static str,
-        /// The number given.
+        /// The given number.
         given: usize,
-        /// The largest number.
+        /// The largest supported number.
         limit: usize,
     },
     /// A tree does not match the mesh of a refit.

@@ -36,9 +36,9 @@
 //!   whole builds of smaller meshes, for many minutes. rayon's queues break stacked borrows, and its threads are never
 //!   joined; both flags are therefore required.
 
-// Loops over axes and lanes read several arrays with one index.
+// The lint is disabled because loops over axes and lanes read several arrays with one index.
 #![allow(clippy::needless_range_loop)]
-// Rays larger than a cache line are converted by reference.
+// The lint is disabled because rays are larger than a cache line, so their `to_` methods take references.
 #![allow(clippy::wrong_self_convention)]
 
 mod aabb;

@@ -16,13 +16,13 @@ impl NodeRef {
     /// The root of an empty tree and the reference of an unused child. Its leaf flag is set.
     pub const EMPTY: NodeRef = NodeRef(u32::MAX);
 
-    /// Refers to an inner node.
+    /// Creates a reference to an inner node.
     #[inline(always)]
     pub fn node(index: usize) -> NodeRef {
         NodeRef(index as u32)
     }
 
-    /// Refers to a leaf.
+    /// Creates a reference to a leaf.
     #[inline(always)]
     pub const fn leaf(index: usize) -> NodeRef {
         NodeRef(index as u32 | Self::LEAF_FLAG)
@@ -54,7 +54,7 @@ pub const MAX_LEAF_TRIANGLES: usize = 16;
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct WideNode {
-    /// Lower x, upper x, lower y, upper y, lower z, upper z of the children.
+    /// The children's bounds in six rows: lower x, upper x, lower y, upper y, lower z, upper z.
     pub bounds: [[f32; 8]; 6],
     /// The children; [`NodeRef::EMPTY`] in unused slots.
     pub children: [NodeRef; 8],

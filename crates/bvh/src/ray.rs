@@ -2,7 +2,7 @@
 
 use crate::exact::predicates::RayPredicates;
 
-/// The instance and triangle id of a miss.
+/// Value of the instance and of the triangle for a miss.
 pub const INVALID_ID: u32 = u32::MAX;
 
 /// A ray in scene-local float32 coordinates, relative to [`crate::Scene`]'s origin: 28 bytes.
@@ -88,7 +88,7 @@ pub struct ExactHit {
     pub triangle: u32,
     /// (b - a) x (c - a) of the triangle a, b, c in the world; its length is twice the triangle's area; 0 for a miss.
     pub normal: [f64; 3],
-    /// The sign of the ray's direction along that normal, exactly: 1 or -1; 0 for a miss.
+    /// The exact sign of the ray's direction along that normal: 1 or -1; 0 for a miss.
     pub side: i32,
 }
 

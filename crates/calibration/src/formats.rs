@@ -143,12 +143,12 @@ const FORMATS: &[CalibrationFormat] = &[
     reader("tum-intrinsics", tum::detect_intrinsics, tum::read_intrinsics).written(tum::write_intrinsics),
 ];
 
-/// Names of the formats of [`read`].
+/// Names of the formats that [`read`] supports.
 pub fn formats() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().map(|format| format.name)
 }
 
-/// Names of the formats of [`write`].
+/// Names of the formats that [`write`] supports.
 pub fn written_formats() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().filter(|format| format.write.is_some()).map(|format| format.name)
 }
@@ -347,7 +347,7 @@ fn is_opencv_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
     sides.iter().all(|source| detected(source).is_some_and(|format| format.name == "opencv"))
 }
 
-/// True for files whose names differ only in a number or in left and right: one file per camera.
+/// True for files whose names differ only in a number, or in the words left and right: one file per camera.
 fn is_set_of_cameras<'a>(sources: impl Iterator<Item = &'a InputFile>) -> bool {
     let sources: Vec<&InputFile> = sources.collect();
     let stems = sources.iter().map(|source| source.stem().unwrap_or_default().to_lowercase());
@@ -355,7 +355,7 @@ fn is_set_of_cameras<'a>(sources: impl Iterator<Item = &'a InputFile>) -> bool {
     is_set_of_names(stems) || folders.len() == sources.len() && sources.len() > 1
 }
 
-/// True for names that differ only in a number or in left and right.
+/// True for names that differ only in a number, or in the words left and right.
 fn is_set_of_names(names: impl Iterator<Item = String>) -> bool {
     let base = |name: String| {
         let sides = name.replace("left", "").replace("right", "");

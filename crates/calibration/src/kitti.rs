@@ -66,7 +66,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             calibration.records.push(record);
         } else if number.is_some() || key.len() == 2 && key.starts_with('P') {
             let m: [f64; 12] = numbers(path, line, values)?;
-            // The object development kit sets the matrices of missing cameras to 0.
+            // The development kit of the object data set writes zeros as the matrices of missing cameras.
             if m == [0.0; 12] {
                 calibration.note_about(
                     NoticeCode::IgnoredElement,

@@ -31,7 +31,7 @@ pub struct CameraRecord {
     pub image: Option<String>,
     /// Number of millimetres per unit of the camera's depth image (BOP).
     pub depth_scale: Option<f64>,
-    /// Mount on a rig.
+    /// Mount of the camera on a rig.
     pub mount: Option<RigMount>,
     /// Properties of the camera that no calibration file can store.
     pub unsupported: Vec<&'static str>,

@@ -114,7 +114,7 @@ fn cameras(source: &InputFile) -> Result<Vec<DocumentNode>> {
     }
 }
 
-/// Cameras of a pair that is stored in a left and a right file.
+/// Reads the cameras of a pair from the document of the left and of the right camera.
 fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration> {
     let mut calibration = Calibration::default();
     for ((source, node), side) in sides.iter().zip(["left", "right"]) {

@@ -16,9 +16,10 @@ use crate::texture::{Texture, TextureSlot};
 
 /// Longest edge in texels: the diagonal of a texel, with a margin for rounding.
 const MAX_EDGE_TEXELS: f64 = std::f64::consts::SQRT_2 * (1.0 + 1e-4);
-/// Largest cosine of an angle between normals of a sharp edge: 0.03 degrees.
+/// Maximum cosine of the angle between the normals at a sharp edge: normals that differ by less than 0.03 degrees count
+/// as equal.
 const MAX_SHARP_COSINE: f64 = 1.0 - 1e-7;
-/// Maximum length of the displacement at a sharp corner, relative to the height.
+/// Maximum length of the displacement at a sharp corner, as a multiple of the height.
 const MAX_MITER: f64 = 2.0;
 /// Approximate memory for each triangle of a displaced mesh while its search tree is built, in bytes.
 const BYTES_PER_TRIANGLE: f64 = 200.0;
@@ -145,7 +146,7 @@ impl Displacement<'_> {
 
 /// Points of a refined mesh, and their displacement.
 struct DisplacedPoints {
-    /// For each point, the start of its groups: corners with equal normals before the displacement. One more entry is
+    /// For each point, the start of its groups: corners with equal normals before the displacement. The last entry is
     /// the number of groups.
     group_starts: Vec<u32>,
     /// For each corner of each triangle, its group among all groups.

@@ -28,7 +28,7 @@ pub enum SceneError {
     /// The temporary texture file cannot be created, written or read.
     #[error("{}: {message}", path.display())]
     Storage {
-        /// Its folder.
+        /// The folder of the temporary file.
         path: PathBuf,
         /// The system's error number.
         number: Option<i32>,
@@ -37,7 +37,7 @@ pub enum SceneError {
     },
 }
 
-/// Result of creating or changing a part of a world.
+/// Result type of the crate, whose default error is [`SceneError`].
 pub type Result<T, E = SceneError> = std::result::Result<T, E>;
 
 fn path_prefix(path: &str) -> String {
@@ -128,7 +128,8 @@ pub fn suggestion<'a>(given: &str, candidates: impl IntoIterator<Item = &'a str>
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let given = given.to_lowercase();
     let likeness = |candidate: &str| strsim::jaro_winkler(&given, &candidate.to_lowercase());
-    // A single edit in a short word also counts as a misspelling, although it is a large relative difference.
+    // A difference of one letter in a short word also counts as a misspelling, although the difference is large
+    // relative to the word's length.
     let is_near = |candidate: &str| {
         let slips = strsim::damerau_levenshtein(&given, &candidate.to_lowercase());
         likeness(candidate) >= 0.8 || slips == 1 && given.len() > 1

@@ -183,7 +183,7 @@ pub fn schema_names<'a>(word: &str, expected: &[&'a str]) -> Vec<&'a str> {
     rows.flat_map(|row| row.ours).filter_map(|ours| expected.iter().find(|name| *name == ours).copied()).collect()
 }
 
-/// `; did you mean "name"?` if a word of other programs means the same as one or more of the expected names.
+/// Returns `; did you mean "name"?` if a term of another program means the same as one or more of the expected names.
 pub fn foreign_hint(word: &str, expected: &[&str]) -> Option<String> {
     let names: Vec<String> = schema_names(word, expected).iter().map(|name| format!("{name:?}")).collect();
     let (last, others) = names.split_last()?;

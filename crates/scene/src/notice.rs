@@ -18,7 +18,7 @@ pub struct Notice {
     pub message: String,
     /// The first parts that the notice concerns, such as `camera "left"`; empty if the message names them.
     pub subjects: Vec<String>,
-    /// Number of these parts, including unlisted ones.
+    /// Number of parts that the notice concerns, including parts that are not listed.
     pub count: usize,
 }
 

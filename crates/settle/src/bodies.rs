@@ -1,4 +1,4 @@
-//! Objects of a world for the simulation and the judge.
+//! Objects of a world in the form that the simulation and the checks require.
 
 use glam::DAffine3;
 use rapier3d_f64::math::{Pose, Vector};

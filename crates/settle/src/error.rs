@@ -9,7 +9,7 @@ pub enum SettleError {
     /// An object without volume cannot fall.
     #[error("object {name:?} has no volume, so it cannot fall; {remedy}", remedy = "use a mesh that encloses a volume")]
     NoVolume {
-        /// The object.
+        /// Name of the object.
         name: String,
     },
     /// No attempt passed the checks.

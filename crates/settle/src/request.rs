@@ -3,7 +3,7 @@
 /// Physical properties of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Physics {
-    /// Mass per volume in kg/m³.
+    /// Density in kg/m³.
     pub density: f64,
     /// Coulomb friction coefficient; for two surfaces, the mean is used.
     pub friction: f64,
@@ -22,7 +22,7 @@ impl Default for Physics {
 /// Constraint of a target on its objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// Objects must be completely within its sides.
+    /// Objects must be completely within the target's sides.
     Into,
     /// The objects' centres must be above this target.
     On,
@@ -45,7 +45,8 @@ pub struct Request {
     /// Properties of each object of the world; missing properties have default values. Density and parts have no effect
     /// on objects that do not move.
     pub physics: Vec<(usize, Physics)>,
-    /// Target above which objects are dropped with random poses; without a target, they fall from their current poses.
+    /// Target above which objects are dropped with random poses; without a target, the objects fall from their current
+    /// poses.
     pub target: Option<Target>,
     /// Seed of random poses.
     pub seed: u64,
@@ -56,7 +57,7 @@ pub struct Request {
 }
 
 impl Request {
-    /// Properties of an object.
+    /// Returns the properties of an object.
     pub(crate) fn physics_of(&self, object: usize) -> Physics {
         let known = self.physics.iter().rev().find(|(known, _)| *known == object);
         known.map_or_else(Physics::default, |(_, physics)| *physics)

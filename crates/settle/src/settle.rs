@@ -24,20 +24,20 @@ const MAX_LIFTS: usize = 3;
 pub struct Settled {
     /// world_from_mesh of each moving object, in the request's order.
     pub transforms: Vec<DAffine3>,
-    /// Results of the checks.
+    /// Measurements and counts of the accepted result.
     pub report: Report,
 }
 
-/// Results of the checks.
+/// Measurements and counts of the accepted result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
     /// Number of draws: the first draw of all bodies, and further draws of rejected bodies.
     pub attempts: usize,
     /// Number of steps of 1/240 s since the poses of all bodies were drawn.
     pub steps: usize,
-    /// Maximum penetration in metres.
+    /// Maximum depth in metres to which objects penetrate each other.
     pub penetration: f64,
-    /// Maximum motion of a point, in metres, during one more second.
+    /// Maximum motion in metres of any point of an object during one further second.
     pub motion: f64,
 }
 
@@ -138,7 +138,7 @@ fn try_once<'a>(
     Ok(Err(rejection))
 }
 
-/// world_from_mesh of each body.
+/// Returns world_from_mesh of each body.
 fn transforms(world: &World, bodies: &[Body], simulation: &Simulation<'_>) -> Vec<DAffine3> {
     let transform = |(body, pose): (&Body, &rapier3d_f64::math::Pose)| {
         let before = world.objects[body.object].world_from_mesh;

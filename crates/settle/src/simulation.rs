@@ -1,4 +1,4 @@
-//! rapier's simulation.
+//! Simulation of falling bodies with rapier.
 
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::BoundingVolume;
@@ -107,7 +107,7 @@ impl<'a> Simulation<'a> {
         self.motions_since(&before)
     }
 
-    /// Bodies that are completely below a height.
+    /// Returns the bodies that are completely below a height.
     pub(crate) fn below(&self, height: f64) -> Vec<usize> {
         let is_below = |(number, pose): (usize, &Pose)| {
             let is_present = self.handles[number].is_some();
@@ -162,11 +162,11 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Maximum motion of a point of each body.
+    /// For each body, the maximum motion of one of its points, in metres.
     fn motions_since(&self, before: &[Pose]) -> Vec<f64> {
         let motion = |((now, then), body): ((&Pose, &Pose), &Body)| {
             let turn = (then.rotation.inverse() * now.rotation).normalize();
-            // The chord of the angle, computed without trigonometry.
+            // The chord of the rotation angle, computed without trigonometric functions.
             let chord = 2.0 * Vector::new(turn.x, turn.y, turn.z).length();
             (now.translation - then.translation).length() + chord * body.radius
         };
@@ -207,7 +207,7 @@ fn collider(shape: SharedShape, physics: &Physics, tolerance: f64) -> ColliderBu
         .contact_skin(SKIN * tolerance)
 }
 
-/// Parameters for objects of this size; rapier's defaults are for a size of one metre.
+/// Returns rapier's parameters for objects of this size; rapier's defaults are for objects of one metre.
 fn parameters(bodies: &[Body]) -> IntegrationParameters {
     let mut sizes: Vec<f64> = bodies.iter().map(|body| body.size).collect();
     sizes.sort_by(f64::total_cmp);
@@ -223,7 +223,7 @@ fn parameters(bodies: &[Body]) -> IntegrationParameters {
     }
 }
 
-/// Shapes of obstacles, with their properties.
+/// The shapes of the obstacles, with friction and restitution.
 pub(crate) fn shapes(obstacles: &[Obstacle]) -> Vec<(SharedShape, Physics)> {
     obstacles.iter().map(|obstacle| (obstacle.shape(), obstacle.physics)).collect()
 }

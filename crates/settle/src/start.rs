@@ -40,8 +40,8 @@ impl Region {
         Some(Self { objects, bounds, place, up: vector(up.axis()) })
     }
 
-    /// Random starts above the region of the bodies `drawn`, one after the other, in ascending order. All other bodies
-    /// are placed at their poses in the world at the beginning, unless they are already present.
+    /// Returns random starts above the region for the bodies in `drawn`, one after the other, in ascending order. All
+    /// other bodies are placed at their poses in the world at the beginning, unless they are already present.
     pub(crate) fn starts(
         &self,
         bodies: &[Body],
@@ -96,7 +96,7 @@ impl DistanceAtLeast for Aabb {
     }
 }
 
-/// Starts all bodies at their poses in the world at once.
+/// Returns starts of all bodies at their poses in the world, at the beginning.
 pub(crate) fn present_starts(bodies: &[Body]) -> Vec<Start> {
     bodies.iter().map(|body| Start { time: 0.0, pose: body.origin }).collect()
 }

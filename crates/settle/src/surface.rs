@@ -34,7 +34,7 @@ pub(crate) struct Placed<'a> {
 }
 
 impl Surface {
-    /// Surface of these triangles, without those of zero area; `None` if no triangles are left.
+    /// Creates the surface of these triangles, without triangles of zero area; `None` if no triangles are left.
     pub(crate) fn new(vertices: &[Vector], triangles: impl Iterator<Item = [u32; 3]>) -> Option<Self> {
         let mut numbers = HashMap::new();
         let mut points = Vec::new();
@@ -221,7 +221,7 @@ fn edges_of(triangles: &[[u32; 3]]) -> (Vec<[u32; 2]>, bool) {
     (edges, is_closed)
 }
 
-/// One vertex of each part connected by edges; vertices without edges do not count.
+/// Returns one vertex of each part that is connected by edges; vertices without edges are ignored.
 fn seeds_of(count: usize, edges: &[[u32; 2]]) -> Vec<u32> {
     let mut parents: Vec<u32> = (0..count as u32).collect();
     fn root(parents: &mut [u32], mut i: u32) -> u32 {

@@ -13,7 +13,8 @@ impl Bvh {
         }
         let mut boxes = vec![(*self.bounds(), self.root())];
         loop {
-            // The inner node with the largest area is replaced by its children while the number of boxes permits.
+            // The inner node with the largest area is replaced by its children until the number of boxes would exceed
+            // `count`.
             let inner = |(_, (_, at)): &(usize, &(Aabb, NodeRef))| !at.is_leaf();
             let large = |a: &Aabb, b: &Aabb| a.half_area().total_cmp(&b.half_area());
             let largest = boxes.iter().enumerate().filter(inner);

@@ -50,7 +50,7 @@ pub(crate) fn power_of_two_scale(reach: f32) -> f32 {
     (1.0 / power).min(f64::from(2f32.powi(126))) as f32
 }
 
-/// Vertices or triangles per parallel task of the validation.
+/// Number of vertices or triangles per parallel task of the validation.
 const VALIDATION_CHUNK: usize = 1 << 14;
 
 /// Validates a mesh; returns its largest absolute coordinate.
@@ -118,7 +118,7 @@ mod tests {
         let mut bytes: Vec<_> = bvh
             .blocks
             .iter()
-            // SAFETY: nodes and leaves fill their blocks with plain numbers, without gaps.
+            // SAFETY: nodes and leaves consist of plain numbers, without padding bytes.
             .flat_map(|block| unsafe { std::mem::transmute::<NodeBlock, [u8; 256]>(*block) })
             .collect();
         let corners = [bvh.bounds.lower, bvh.bounds.upper].into_iter().flatten();
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn trees_are_identical_for_every_instruction_set_and_thread_count() {
-        // The mesh is large enough for several treelets, which are found from a sample and binned by several threads.
+        // The mesh is large enough for several treelets, for sampling, and for binning by several threads.
         let side = if cfg!(miri) { 12 } else { 132 };
         let counts: &[usize] = if cfg!(miri) { &[2] } else { &[1, 2, 5] };
         for (name, vertices, triangles) in meshes(side) {

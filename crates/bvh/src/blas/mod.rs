@@ -52,7 +52,7 @@ impl Bvh {
         self.root
     }
 
-    /// The root, the primitive ids in the order of the leaves, and all blocks.
+    /// Borrows the parts of the tree: the root, the primitive ids in the order of the leaves, and all blocks.
     pub(crate) fn split_mut(&mut self) -> (NodeRef, &[u32], &mut [NodeBlock]) {
         (self.root, &self.prim_ids, &mut self.blocks)
     }

@@ -1,4 +1,4 @@
-//! One binned SAH split of primitives (I. Wald, "On Fast Construction of SAH-based Bounding Volume Hierarchies", 2007).
+//! A binned SAH split of primitives (I. Wald, "On Fast Construction of SAH-based Bounding Volume Hierarchies", 2007).
 
 use crate::build::prim_ref::{EMPTY_BOUNDS, PackedBounds, PrimInfo, PrimRef, diagonal, half_areas};
 use crate::limits::MAX_DEPTH;
@@ -34,7 +34,8 @@ impl BinMapping {
     pub fn new(range: &PrimInfo, bins: usize) -> BinMapping {
         let extent = range.centroid_upper.sub(range.centroid_lower).array();
         let scale = std::array::from_fn(|a| {
-            // Slightly below the number of bins, so that the last centroid stays in the last bin; 0 for a flat axis.
+            // The factor is slightly below the number of bins, so that the last centroid stays in the last bin; the
+            // scale is 0 for an axis along which all centroids are equal.
             let scale = bins as f32 * 0.999_99 / extent[a];
             if a < 3 && extent[a] > 0.0 && scale.is_finite() { scale } else { 0.0 }
         });
@@ -62,7 +63,7 @@ impl SahSplit {
 }
 
 impl<const N: usize> SahBins<N> {
-    /// Bins without primitives.
+    /// Creates bins without primitives.
     pub fn empty() -> Self {
         SahBins { bounds: [[EMPTY_BOUNDS; N]; 3], count: [[0; N]; 3] }
     }
@@ -110,7 +111,8 @@ impl<const N: usize> SahBins<N> {
             let (bounds, count) = (&self.bounds[axis], &self.count[axis]);
             // SAFETY: a box has eight floats.
             let bin = |i: usize| unsafe { I::F32x8::load(bounds[i].as_ptr()) };
-            // For each bin, the cost of this bin and all following bins; four bins at a time.
+            // `right` contains, for each bin, the cost of this bin and all following bins; the loop processes four bins
+            // at a time.
             let mut right = [F32x4::splat(f32::INFINITY); N];
             let (mut whole, mut n) = (I::F32x8::splat(f32::INFINITY), 0);
             for four in (0..N / 4).rev() {
@@ -122,7 +124,7 @@ impl<const N: usize> SahBins<N> {
                 }
                 right[four] = half_areas(extents).mul(F32x4::new(weights));
             }
-            // Adds, for each bin, the cost of all preceding bins to the cost of the following bins.
+            // For each plane between bins, the cost of all preceding bins is added to the cost of all following bins.
             (whole, n) = (I::F32x8::splat(f32::INFINITY), 0);
             for four in 0..N / 4 {
                 let (mut extents, mut weights) = ([F32x4::splat(0.0); 4], [0.0; 4]);

@@ -14,7 +14,7 @@ pub struct BinaryNode {
     cost: PackedBounds,
     /// Index of the left child; the right child has the next index.
     left: u32,
-    /// The range of the primitives below.
+    /// Range of the primitives below this node: index of the first, and their number.
     pub first: u32,
     pub count: u32,
     pub leaf: bool,
@@ -27,12 +27,12 @@ impl Default for BinaryNode {
 }
 
 impl BinaryNode {
-    /// An inner node with children at `left` and `left + 1`.
+    /// Creates an inner node with children at `left` and `left + 1`.
     pub fn inner(bounds: PackedBounds, left: u32) -> Self {
         Self { left, leaf: false, ..Self::leaf(bounds, 0, 0) }
     }
 
-    /// A leaf of the binary tree.
+    /// Creates a leaf of the binary tree.
     pub fn leaf(bounds: PackedBounds, first: u32, count: u32) -> Self {
         Self { bounds, cost: [0.0; 8], left: 0, first, count, leaf: true }
     }
@@ -73,10 +73,12 @@ pub fn collapse<I: Isa>(
     }
 }
 
-/// The least cost of two nodes as k children together, k from 1 to 8, each node taking at least one.
+/// The least cost at which two nodes together become k children, for k from 1 to 8; each node becomes at least one
+/// child.
 #[inline(always)]
 pub fn distribute_cost<I: Isa>(left: &PackedBounds, right: &PackedBounds) -> PackedBounds {
-    // The right node's costs, shifted by the number of children that the left node uses.
+    // The right node's costs with padding in front, so that they can be read shifted by the left node's number of
+    // children.
     let mut later = [f32::INFINITY; 16];
     later[8..].copy_from_slice(right);
     let mut best = I::F32x8::splat(f32::INFINITY);
@@ -86,7 +88,7 @@ pub fn distribute_cost<I: Isa>(left: &PackedBounds, right: &PackedBounds) -> Pac
         best = best.min(I::F32x8::splat(left[take - 1]).add(rest));
     }
     let mut cost = [0.0; 8];
-    // SAFETY: room for eight floats.
+    // SAFETY: `cost` has room for eight floats.
     unsafe { best.store(cost.as_mut_ptr()) };
     cost
 }
@@ -156,7 +158,7 @@ pub fn make_wide_node(children: &[(PackedBounds, NodeRef)]) -> WideNode {
 pub fn select_children(tree: &[BinaryNode], at: usize, slots: usize, opened: bool) -> ([(usize, usize); 8], usize) {
     let mut found = [(0, 0); 8];
     let mut n = 0;
-    // All entries together have eight slots, and each has at least one.
+    // All entries together have at most eight slots, and each has at least one, so eight entries are sufficient.
     let mut open = [(at, slots); 8];
     let mut left = 1;
     let mut opened = opened;

@@ -1,5 +1,5 @@
-//! Concatenation of treelets in order while they are built. Each treelet is copied once, from the scratch memory in
-//! which it was built.
+//! Concatenation of treelets in their order, while further treelets are being built. Each treelet is copied once, from
+//! the scratch memory in which it was built.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -30,7 +30,7 @@ type OutputSlices<'a> = (&'a mut [MaybeUninit<NodeBlock>], &'a mut [MaybeUninit<
 struct OrderedWriter<'a> {
     /// The next treelet in order.
     next: usize,
-    /// Finished treelets that come after `next`.
+    /// Finished treelets with larger indices than `next`.
     out_of_order: BTreeMap<usize, Treelet>,
     /// Treelets whose memory can be reused.
     free_list: Vec<Treelet>,
@@ -111,8 +111,8 @@ pub fn build_and_concat<L: LeafBuilder>(
             }
         }
     };
-    // One task per thread, each processing the next treelet, so that few treelets finish out of order. A single treelet
-    // never uses rayon, because the caller may not be in a pool.
+    // Each thread repeatedly builds the next treelet, so that few treelets finish out of order. A single treelet never
+    // uses rayon, because the caller may not be in a pool.
     if count <= 1 {
         work();
     } else {

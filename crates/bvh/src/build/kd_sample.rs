@@ -59,11 +59,11 @@ impl CellBounds {
     }
 }
 
-/// A contiguous range of the source, sorted by cell.
+/// The primitives of a contiguous range of the source, sorted by cell.
 struct SortedChunk {
     /// Primitive ids, sorted by cell.
     ids: Vec<u32>,
-    /// Offsets of the cells, and the end.
+    /// Offset in `ids` of each cell's first primitive, and the length of `ids`.
     starts: Vec<u32>,
 }
 
@@ -118,7 +118,8 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
 /// Number of primitives whose cells are searched together.
 const SEARCH_BATCH: usize = 16;
 
-/// If consecutive primitives change cells more often than this within a batch, the next batch uses the batched search.
+/// Maximum number of times that consecutive primitives of a batch change cells; after more changes, the next batch uses
+/// the batched search.
 const MAX_CELL_CHANGES: usize = 3;
 
 /// Maximum number of chunks into which the primitives are divided.
@@ -214,7 +215,7 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
 struct KdTree {
     steps: Vec<KdStep>,
     regions: Vec<CellBounds>,
-    /// The maximum depth of a cell.
+    /// The largest depth of a cell.
     depth: usize,
 }
 

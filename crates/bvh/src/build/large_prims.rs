@@ -6,8 +6,8 @@ use crate::build::binned_sah::has_depth_budget;
 use crate::build::prim_ref::{PrimInfo, PrimRef, half_area};
 use crate::simd::{Isa, Portable, Vector};
 
-/// Minimum fraction of the whole area for a large primitive: less than the fraction of a wall of a cubic room, which is
-/// a third.
+/// Minimum surface area of a large primitive, as a fraction of the whole mesh's area. A wall of a cubic room, whose
+/// fraction is a third, counts as large.
 const LARGE_AREA_RATIO: f32 = 0.25;
 
 /// A filter that selects large primitives.

@@ -17,7 +17,7 @@ struct PartitionState<'a> {
 }
 
 impl PartitionState<'_> {
-    /// True if a primitive is on the left. Extends the centroid bounds of its side.
+    /// Adds a primitive to the centroid bounds of its side; returns true for the left side.
     #[inline(always)]
     fn add_to_side<const AXIS: usize>(&mut self, prim: &PrimRef) -> bool {
         let centroid = prim.centroid();
@@ -64,8 +64,8 @@ impl WriteCursors {
     fn write_prim<const AXIS: usize>(&mut self, prims: &mut [PrimRef], prim: PrimRef, sides: &mut PartitionState) {
         let left = sides.add_to_side::<AXIS>(&prim);
         debug_assert!(self.low < self.high && self.high <= prims.len());
-        // SAFETY: at least one place between `low` and `high` is free, and both are within the prims, because one more
-        // prim has been read than written.
+        // SAFETY: at least one place between `low` and `high` is free, because one more primitive has been read than
+        // written. Both ends of this range are therefore within `prims`.
         unsafe {
             *prims.get_unchecked_mut(self.low) = prim;
             *prims.get_unchecked_mut(self.high - 1) = prim;
@@ -79,7 +79,7 @@ impl WriteCursors {
 fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut PartitionState) -> usize {
     let n = prims.len();
     let mut cursors = WriteCursors { low: 0, high: n };
-    // Primitives set aside, so that both cursors always have room for a block.
+    // These primitives are set aside, so that both cursors always have room for a block.
     let mut aside = [std::mem::MaybeUninit::<PrimRef>::uninit(); 3 * PARTITION_BLOCK];
     let mut kept = 0;
     let mut keep = |from: &[PrimRef]| {
@@ -93,10 +93,10 @@ fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut Partitio
     } else {
         keep(&prims[..PARTITION_BLOCK]);
         keep(&prims[n - PARTITION_BLOCK..]);
-        // The range that is not read yet.
+        // `first..last` is the range that has not been read yet.
         let (mut first, mut last) = (PARTITION_BLOCK, n - PARTITION_BLOCK);
         while last - first >= PARTITION_BLOCK {
-            // Reads from the end that has fewer free places, so that both ends keep room for a block.
+            // The next block is read from the end that has fewer free places, so that both ends keep room for a block.
             if first - cursors.low <= cursors.high - last {
                 for _ in 0..PARTITION_BLOCK {
                     let prim = prims[first];
@@ -114,7 +114,7 @@ fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut Partitio
         keep(&prims[first..last]);
     }
     for prim in &aside[..kept] {
-        // SAFETY: the first `kept` are written.
+        // SAFETY: the first `kept` primitives have been written.
         cursors.write_prim::<AXIS>(prims, unsafe { prim.assume_init() }, sides);
     }
     debug_assert_eq!(cursors.low, cursors.high);

@@ -52,17 +52,17 @@ impl PrimRef {
         if a + b > 0.0 { both / (a + b) } else { 1.0 }
     }
 
-    /// The primitive as eight floats, including its id.
+    /// The primitive as eight floats; the id is one of them, by its bits.
     #[inline(always)]
     pub fn load<I: Isa>(&self) -> I::F32x8 {
-        // SAFETY: a primitive is eight 32-bit words, any of which is a float.
+        // SAFETY: a primitive consists of eight 32-bit words, and every 32-bit word is a valid float.
         unsafe { I::F32x8::load(std::ptr::from_ref(self).cast()) }
     }
 
     /// Twice the box's centre; the fourth lane is 0.
     #[inline(always)]
     pub fn centroid(&self) -> F32x4 {
-        // An id read as a float is denormal, and arithmetic on denormals is slow.
+        // The id is replaced by 0, because small ids are denormal as floats, and arithmetic on denormals is slow.
         let [x, y, z] = self.lower;
         let lower = F32x4::new([x, y, z, f32::from_bits(self.id)]).zero_w();
         let [x, y, z] = self.negated_upper;
@@ -83,7 +83,7 @@ pub fn unpack_bounds(bounds: &PackedBounds) -> Aabb {
 #[inline(always)]
 pub fn diagonal<I: Isa>(bounds: I::F32x8) -> F32x4 {
     let [lower, negated_upper] = I::split_f32x4(bounds);
-    // The lane of the id contains no number. Both factors of an area are negated, which cancels.
+    // The lane of the id contains no coordinate, so it is ignored. Both factors of an area are negated, which cancels.
     lower.zero_w().add(negated_upper.zero_w())
 }
 
@@ -97,7 +97,8 @@ pub fn half_areas(extents: [F32x4; 4]) -> F32x4 {
 /// Half the area of a box.
 #[inline(always)]
 pub fn half_area<I: Isa>(bounds: I::F32x8) -> f32 {
-    // Both factors of each product are negated, which cancels. The lane of the id contains no number.
+    // Both factors of each product are negated, which cancels. The lane of the id contains no coordinate, so it is
+    // ignored.
     let [lower, negated_upper] = I::split_f32x4(bounds);
     lower.zero_w().add(negated_upper).half_area()
 }

@@ -19,7 +19,7 @@ pub enum TopNode {
     Treelet(TreeletDesc),
 }
 
-/// Input of treelets, in order.
+/// Input of one or several treelets, in their order.
 pub enum TreeletInput<'a> {
     /// Primitives of several treelets, one after the other.
     Prims(Vec<PrimRef>),

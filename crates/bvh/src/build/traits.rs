@@ -22,7 +22,7 @@ pub trait LeafBuilder: Sync {
     type Scratch: Default + Send;
     /// Prepares a treelet. Merges and renumbers primitives if possible; returns the number of remaining primitives.
     fn begin_treelet(&self, prims: &mut [PrimRef], scratch: &mut Self::Scratch) -> usize;
-    /// True if the few given primitives belong to one mesh; leaves do not span meshes.
+    /// True if the given primitives, which are few, belong to one mesh; a leaf contains primitives of one mesh only.
     fn same_geometry(&self, _items: &[PrimRef], _scratch: &Self::Scratch) -> bool {
         true
     }
@@ -43,14 +43,14 @@ pub trait LeafBuilder: Sync {
     /// Maximum number of primitives in a leaf of the binary tree, which must fit into one leaf of the wide tree. Splits
     /// are chosen so that leaves are full.
     fn max_binary_leaf_prims(&self) -> usize;
-    /// Bins per axis for a number of primitives: 8 or 16, but 64 or 256 above the treelets.
+    /// Number of bins per axis for a split of this number of primitives: 8 or 16 within treelets, 64 or 256 above them.
     fn bin_count(&self, prims: usize) -> usize;
     /// Estimated numbers of blocks and ids, for which memory is reserved. Excess memory is released; if the reserved
     /// memory is too small, the data is copied once more.
     fn size_estimate(&self) -> (usize, usize) {
         (0, 0)
     }
-    /// One in this many primitives is sampled for the top of a large tree; `None`: no sampling.
+    /// One in this many primitives is sampled for the top of a large tree; `None` disables sampling.
     fn sample_stride(&self) -> Option<usize> {
         None
     }

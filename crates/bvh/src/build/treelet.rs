@@ -27,13 +27,13 @@ pub struct TreeletJob<'a> {
     pub child_slots: usize,
 }
 
-/// The primitives of a treelet.
+/// The primitives of a treelet: existing ones, or a function that generates them.
 pub enum TreeletPrims<'a> {
     Refs(&'a mut [PrimRef]),
     Deferred(&'a PrimGenerator<'a>),
 }
 
-/// Generates primitives.
+/// Function that appends the primitives of a treelet to a vector.
 pub type PrimGenerator<'a> = dyn Fn(&mut Vec<PrimRef>) + Send + Sync + 'a;
 
 /// Child that a treelet gives to the node above it.
@@ -104,7 +104,7 @@ impl Treelet {
         while let Some(at) = open.pop() {
             if at.is_leaf() {
                 if L::LEAVES_ARE_BLOCKS {
-                    // SAFETY: leaf references refer to leaves if they are block indices.
+                    // SAFETY: the leaf references of this builder are block indices, so they refer to leaves.
                     unsafe { self.blocks[at.index()].leaf.first_prim += first as u32 };
                 }
                 continue;

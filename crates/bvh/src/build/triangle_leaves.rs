@@ -11,8 +11,8 @@ pub struct TrianglePrims<'a> {
     pub vertices: &'a [[f32; 3]],
     pub triangles: &'a [[u32; 3]],
     pub scale: f32,
-    /// The first triangle of each mesh, if there are several meshes. Leaves do not span meshes, which keeps the leaves'
-    /// bounds tight.
+    /// The first triangle of each mesh, if there are several meshes. A leaf contains triangles of one mesh only, so
+    /// that its bounds are tight.
     pub mesh_offsets: &'a [u32],
 }
 
@@ -121,7 +121,7 @@ impl TrianglePrims<'_> {
     #[inline(always)]
     fn vertex(&self, index: u32) -> [f32; 3] {
         debug_assert!((index as usize) < self.vertices.len());
-        // SAFETY: `validate_mesh` has compared every index of every triangle.
+        // SAFETY: `validate_mesh` has checked that every corner index is less than the number of vertices.
         unsafe { self.vertices.get_unchecked(index as usize) }.map(|x| x * self.scale)
     }
 }

@@ -27,7 +27,7 @@ pub struct TrianglePair {
 }
 
 impl TrianglePair {
-    /// A single triangle.
+    /// Creates a pair that contains only one triangle.
     pub fn single(id: u32, corners: [u32; 3]) -> TrianglePair {
         let [a, b, c] = corners;
         TrianglePair { vertices: [a, b, c, c], triangles: [id; 2], second_corners: [0; 3], count: 1 }

@@ -1,5 +1,5 @@
-//! Closest point of a triangle, in float64, or in twice the precision for needles (regions as in C. Ericson, "Real-Time
-//! Collision Detection", 2005, 5.1.5).
+//! The point of a triangle that is closest to a given point: computed in float64, or in twice the precision for needles
+//! (regions as in C. Ericson, "Real-Time Collision Detection", 2005, 5.1.5).
 
 use crate::exact::expansion::{DoubleDouble, two_diff};
 
@@ -103,7 +103,7 @@ fn closest_of_edges(corners: [Vector3; 3], relative: [Vector3; 3]) -> TrianglePo
             (weights[i], weights[j]) = (1.0 - t, t);
             (plus(relative[i], t, along, 0.0, along), plus(corners[i], t, along, 0.0, along))
         } else {
-            // This also applies to an edge of length zero, whose t is NaN.
+            // This case includes edges of length zero, whose t is NaN.
             weights[i] = 1.0;
             (relative[i], corners[i])
         };

@@ -23,8 +23,8 @@ const FLOAT_ERROR: f64 = 16.0 * UNIT;
 /// magnitudes.
 const DOUBLE_ERROR: f64 = UNIT * UNIT * 256.0;
 
-/// Magnitude, as a fraction of the sum of its products' magnitudes, above which a value in twice the precision is
-/// accurate to float64 rounding.
+/// Minimum magnitude of a value in twice the precision, as a fraction of the sum of its products' magnitudes, at which
+/// its rounding to float64 is accurate.
 const ROUNDABLE: f64 = DOUBLE_ERROR / UNIT;
 
 /// Axes i, j, k of the products x_i (y_j z_k - y_k z_j) in a determinant.
@@ -179,8 +179,8 @@ impl RayPredicates {
         if sign != 0 && self.moved_edge_sign(b, c) == sign && self.moved_edge_sign(c, a) == sign { sign } else { 0 }
     }
 
-    /// [`RayPredicates::start_sign`] after shifting the origin as for [`RayPredicates::moved_edge_sign`]; 0 only for a
-    /// triangle without area.
+    /// Same as [`RayPredicates::start_sign`], after shifting the origin as in [`RayPredicates::moved_edge_sign`]; 0
+    /// only for a triangle without area.
     pub fn moved_start_sign(&self, corners: [Point; 3]) -> i32 {
         match self.start_sign(corners) {
             0 => -normal_sign(corners),
@@ -188,8 +188,8 @@ impl RayPredicates {
         }
     }
 
-    /// t and the weights of the second and third corner where the line meets the plane, each accurate to one unit in
-    /// the last place. The plane must not be parallel to the ray.
+    /// t and the weights of the second and third corner at the point where the line meets the plane, each accurate to
+    /// one unit in the last place. The plane must not be parallel to the ray.
     pub fn intersection(&self, corners: [Point; 3]) -> [f64; 3] {
         let (found, is_sure) = self.quick_intersection(corners);
         if is_sure { found } else { self.slow_intersection(corners) }
@@ -337,11 +337,11 @@ mod tests {
     fn intersections_are_rounded_once() {
         let big = (1i64 << 30) as f64;
         let ray = RayPredicates { origin: [0.0; 3], direction: [big, 1.0, 0.0] };
-        // The plane y = 1 - x / 2^60, seen at a slope of 2^-30.
+        // The plane is y = 1 - x / 2^60, and the ray meets it at a slope of 2^-30.
         let (low, high) = (1.0 - 1.0 / (1i64 << 30) as f64, 1.0 + 1.0 / (1i64 << 30) as f64);
         let corners = [[-big, high, -big], [3.0 * big, 1.0 - 3.0 / (1i64 << 30) as f64, 0.0], [-big, high, big]];
         let [t, u, v] = ray.intersection(corners);
-        // t + t 2^30 / 2^60 = 1.
+        // The exact t solves t + t 2^30 / 2^60 = 1.
         let expected = 1.0 / (1.0 + 1.0 / (1i64 << 30) as f64);
         assert!((t - expected).abs() <= f64::EPSILON / 2.0, "{t} {expected} {low}");
         assert!((u - (1.0 + t) / 4.0).abs() < 1e-15 && v > 0.0);

@@ -100,7 +100,7 @@ impl Dispatch {
         isa.is_available().then_some(Dispatch(isa))
     }
 
-    /// The instruction set.
+    /// The selected instruction set.
     pub fn isa(self) -> InstructionSet {
         self.0
     }
@@ -150,7 +150,7 @@ pub(crate) use kernel;
 
 /// Vectorisable work of other crates. `run` and its callees must be `#[inline(always)]`.
 pub trait WithSimd {
-    /// Does the work.
+    /// Does the work; the code is compiled for the selected instruction set.
     fn run(self);
 }
 

@@ -36,7 +36,7 @@ impl<T: Copy> HugePageVec<T> {
         if layout.size() == 0 {
             return Self { start: NonNull::dangling(), len: 0, capacity: 0, align_offset: 0 };
         }
-        // SAFETY: the layout is not empty.
+        // SAFETY: the size of the layout is not 0.
         let Some(allocated) = NonNull::new(unsafe { alloc(layout) }) else { handle_alloc_error(layout) };
         let skipped = allocated.align_offset(CACHE_LINE);
         // SAFETY: the layout contains one cache line more than the values require.
@@ -50,7 +50,8 @@ impl<T: Copy> HugePageVec<T> {
     fn layout(capacity: usize) -> Layout {
         let size = capacity.saturating_mul(size_of::<T>());
         let size = if size == 0 { 0 } else { size.saturating_add(CACHE_LINE) };
-        // The largest size that a layout accepts. Larger requests use this size, and their allocation fails too.
+        // The size is limited to the largest size that a layout accepts; an allocation of this size fails like a larger
+        // one.
         let limit = isize::MAX as usize - HUGE_PAGE;
         let Ok(layout) = Layout::from_size_align(size.min(limit), 16) else { unreachable!("a valid layout") };
         layout
@@ -77,7 +78,7 @@ impl<T: Copy> HugePageVec<T> {
             return;
         }
         let (old, new) = (Self::layout(self.capacity), Self::layout(len));
-        // SAFETY: allocated with the old layout; the new size is not 0.
+        // SAFETY: the memory was allocated with the old layout, and the new size is not 0.
         let Some(moved) = NonNull::new(unsafe {
             let allocated = self.start.as_ptr().cast::<u8>().sub(self.align_offset);
             realloc(allocated, old, new.size())
@@ -137,7 +138,7 @@ impl<T: Copy> Drop for HugePageVec<T> {
     fn drop(&mut self) {
         let layout = Self::layout(self.capacity);
         if layout.size() != 0 {
-            // SAFETY: allocated with this layout.
+            // SAFETY: the memory was allocated with this layout.
             unsafe { dealloc(self.start.as_ptr().cast::<u8>().sub(self.align_offset), layout) };
         }
     }
@@ -148,7 +149,7 @@ impl<T: Copy> Deref for HugePageVec<T> {
 
     #[inline(always)]
     fn deref(&self) -> &[T] {
-        // SAFETY: the first `len` values are written.
+        // SAFETY: the first `len` values have been written.
         unsafe { std::slice::from_raw_parts(self.start.as_ptr(), self.len) }
     }
 }
@@ -156,7 +157,7 @@ impl<T: Copy> Deref for HugePageVec<T> {
 impl<T: Copy> DerefMut for HugePageVec<T> {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [T] {
-        // SAFETY: the first `len` values are written.
+        // SAFETY: the first `len` values have been written.
         unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr(), self.len) }
     }
 }
@@ -186,13 +187,13 @@ fn madvise_hugepage(start: *mut u8, size: usize) {
         fn madvise(start: *mut std::ffi::c_void, size: usize, advice: std::ffi::c_int) -> std::ffi::c_int;
     }
     const MADV_HUGEPAGE: std::ffi::c_int = 14;
-    // A multiple of the size of a small page, in bytes.
+    // Alignment in bytes: a multiple of the size of a small page on every system.
     const PAGE: usize = 1 << 16;
     let skipped = start.align_offset(PAGE);
     if size < HUGE_PAGE {
         return;
     }
-    // SAFETY: the range belongs to the caller, starts at a page, and the advice changes no value.
+    // SAFETY: the range belongs to the caller and starts at a page, and the advice changes no value.
     unsafe { madvise(start.add(skipped).cast(), size - skipped, MADV_HUGEPAGE) };
 }
 
@@ -206,7 +207,7 @@ mod tests {
     #[test]
     fn zeroed_vectors_have_the_requested_length() {
         for count in [0, 1, 1000, 3 << 19, (5 << 20) + 7] {
-            // The memory previously contained other values.
+            // The allocator may reuse memory that contained other values.
             drop(vec![1.5f32; count]);
             let values = zeroed_huge::<f32>(count);
             assert_eq!(values.len(), count);

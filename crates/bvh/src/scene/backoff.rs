@@ -15,7 +15,7 @@ pub struct Backoff {
 }
 
 impl Backoff {
-    /// True if the next block skips the heuristic.
+    /// True if the heuristic is to be skipped for the next block; counts the skipped block.
     #[inline(always)]
     pub fn should_skip(&self) -> bool {
         let left = self.remaining.load(Relaxed);
@@ -25,7 +25,7 @@ impl Backoff {
         left > 0
     }
 
-    /// Records whether a block was profitable.
+    /// Records whether the heuristic was profitable in a block.
     #[inline(always)]
     pub fn record(&self, pays: bool) {
         let more = match pays {

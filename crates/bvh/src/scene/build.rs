@@ -38,7 +38,8 @@ impl InstanceRecord {
             .map(|m| m.map(|r| [r[0] * along, r[1] * along, r[2] * along, r[3] * mesh_scale]))
             .map(|m| m.map(|row| row.map(|x| x as f32)))
             .filter(|m| m.iter().flatten().all(|x| x.is_finite()));
-        // Row sums bound the growth of the largest coordinate.
+        // The largest sum of absolute values in a row bounds the factor by which the transform enlarges the largest
+        // coordinate.
         let max_scale = usable.map_or(0.0, |m| norm(&m.map(|row| row.map(f64::from))));
         let transform = usable.and(bounds).map(|(lower, upper)| {
             let shrink = norm(&forward) * scale / mesh_scale;

@@ -36,8 +36,8 @@ mod tests {
 
     #[test]
     fn leaves_contain_triangles_of_one_mesh_only() {
-        // Small intersecting sheets of two triangles each. If leaves contained triangles of several meshes, a leaf
-        // would contain up to eight sheets.
+        // The meshes are small intersecting sheets of two triangles each. If leaves contained triangles of several
+        // meshes, a leaf would contain up to eight sheets.
         let (mut vertices, mut triangles, mut first_prims) = (vec![], vec![], vec![]);
         for sheet in 0..200u32 {
             let at = [sheet % 10, sheet / 10 % 10, sheet / 100].map(|x| 0.3 * x as f32);

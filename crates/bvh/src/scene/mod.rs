@@ -21,7 +21,8 @@ use crate::scene::backoff::Backoff;
 use crate::scene::instance_ranges::InstanceRanges;
 use crate::scene::rebraid::SubtreeRef;
 
-/// An instance of a mesh: `world_from_mesh` maps mesh-local to scene-local coordinates, rows of a 3 x 4 matrix.
+/// An instance of a mesh. `world_from_mesh` contains the rows of the 3 x 4 matrix that maps mesh-local to scene-local
+/// coordinates.
 #[derive(Clone, Debug)]
 pub struct Instance {
     /// The mesh.
@@ -77,15 +78,15 @@ pub struct Scene {
     /// The nodes of the TLAS.
     pub(crate) tlas: HugePageVec<NodeBlock>,
     pub(crate) root: NodeRef,
-    /// The bounds of all instances, scaled.
+    /// The bounds of all instances, in scaled coordinates.
     pub(crate) bounds: Aabb,
-    /// Largest absolute coordinate, scaled. Together with the condition number of the worst transform, this value
-    /// bounds rounding errors.
+    /// Largest absolute coordinate, in scaled coordinates. Together with the condition number of the worst transform,
+    /// this value bounds rounding errors.
     pub(crate) max_abs_coord: f32,
     pub(crate) transform_condition: f32,
     /// True for a single mesh with the identity transform: rays skip the transform and the TLAS.
     pub(crate) is_single_mesh: bool,
-    /// The instances of a flattened scene.
+    /// The triangle ranges of the instances, for a flattened scene.
     pub(crate) mesh_ranges: Option<InstanceRanges>,
     /// Back-off for packets of incoherent rays and for culling at the root.
     pub(crate) packet_backoff: Backoff,
@@ -138,9 +139,9 @@ impl Scene {
         x.abs().max(y.abs()).max(z.abs()) <= self.max_abs_coord
     }
 
-    /// The padding as a fraction of the largest coordinate; it is small if `within` is true. For a float32 ray that
-    /// starts within the scene, the boxes of instances with general transforms are already padded, and a translation
-    /// has the rounding error of one sum.
+    /// The padding as a fraction of the largest coordinate. It is small if `within` is true, because the boxes of
+    /// instances with general transforms are then already padded, and a translation only has the rounding error of one
+    /// sum.
     #[inline(always)]
     pub(crate) fn relative_padding(&self, within: bool) -> f32 {
         if within { 2.0 * MACHINE_EPSILON } else { relative_padding_of(self.transform_condition) }

@@ -151,9 +151,10 @@ impl Scene {
         traverse::refine(self.dispatch, rays, triangles, hits);
     }
 
-    /// Crossings of every ray within its range of t, at most `limit` per ray, sorted by (t, instance, triangle), with t
-    /// and weights as in [`Scene::refine`]. The crossings are appended to `found` ray by ray; the number of crossings
-    /// of each ray is written to `counts`, which must be as long as `rays`. Runs on the calling thread.
+    /// Finds the crossings of every ray within its range of t, at most `limit` per ray, sorted by (t, instance,
+    /// triangle), with t and weights as in [`Scene::refine`]. The crossings are appended to `found` ray by ray; the
+    /// number of crossings of each ray is written to `counts`, which must be as long as `rays`. Runs on the calling
+    /// thread.
     ///
     /// Each ray is shifted by an infinitesimal vector (simulation of simplicity), so that it never passes exactly
     /// through an edge or a corner, or starts exactly on a surface. A surface is crossed once at an edge that its
@@ -179,8 +180,8 @@ impl Scene {
         traverse::crossings(self.dispatch, self, rays, triangles, filter, &mut answers);
     }
 
-    /// Number of crossings of every ray, as in [`Scene::crossings`]. If `signed` is true, the number is exits minus
-    /// entries.
+    /// Counts the crossings of every ray, which are defined as in [`Scene::crossings`]. If `signed` is true, the number
+    /// is exits minus entries.
     ///
     /// # Panics
     /// For flattened scenes.

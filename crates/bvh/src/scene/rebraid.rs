@@ -40,9 +40,9 @@ const PARALLEL_THRESHOLD: usize = 1 << 10;
 /// The transform of an instance, for the bounds of its subtrees.
 pub(crate) struct InstanceTransform {
     pub bvh: Arc<Bvh>,
-    /// From tree coordinates of the mesh to scaled scene coordinates.
+    /// Transform from tree coordinates of the mesh to scaled scene coordinates.
     pub scene_from_mesh: [[f64; 4]; 3],
-    /// Largest absolute coordinate in the computation.
+    /// Largest absolute coordinate in the computation of the bounds.
     pub max_abs_coord: f32,
     /// The condition number: the factor by which the transform amplifies rounding errors.
     pub condition: f32,
@@ -50,7 +50,8 @@ pub(crate) struct InstanceTransform {
     pub pad: f64,
 }
 
-/// Subtree references over which the TLAS is built. Rays cannot hit instances without a transform.
+/// Subtree references over which the TLAS is built. Instances without a transform get no reference, because rays cannot
+/// hit them.
 pub(crate) fn rebraid(transforms: &[Option<InstanceTransform>]) -> Vec<SubtreeRef> {
     let whole = whole_instances(transforms);
     let triangles = transforms.iter().flatten().map(|transform| transform.bvh.triangle_count());

@@ -1,4 +1,4 @@
-//! AVX2 with FMA: vectors of 8, and pairs of them for 16.
+//! AVX2 with FMA: a vector of 8 lanes is a register, a vector of 16 lanes a pair of registers.
 
 use std::arch::x86_64::*;
 
@@ -157,7 +157,8 @@ impl Isa for Avx2 {
 #[inline(always)]
 fn permute_impl(table: DoubleWidth<Ymm, 8>, index: __m256i) -> Ymm {
     on_avx2!({
-        // The permutation reads the low three bits; bit 3, moved to the sign, selects the register.
+        // The permutation instruction reads the low three bits of an index; bit 3, moved to the sign bit, selects the
+        // lower or the upper register.
         let a = _mm256_permutevar8x32_ps(table.0.0, index);
         let b = _mm256_permutevar8x32_ps(table.1.0, index);
         let upper = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(index));

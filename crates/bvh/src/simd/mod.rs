@@ -100,9 +100,9 @@ pub trait Isa: Copy + 'static {
     type RayVec: Vector;
     /// Number of lanes of [`Isa::RayVec`].
     const RAY_LANES: usize = 16;
-    /// Sixteen indices into sixteen lanes.
+    /// Sixteen indices of lanes in a vector of sixteen.
     type LaneIndices: Copy;
-    /// Eight indices into eight lanes.
+    /// Eight indices of lanes in a vector of eight.
     type Permutation: Copy;
 
     /// Unpacks sixteen packed 4-bit indices: the index of lane i is in bits `4 * (i / 2)` of 32-bit word `i % 2`.
@@ -122,7 +122,8 @@ pub trait Isa: Copy + 'static {
     }
     /// `table[index]`, lane by lane; an index is in the low four bits of its lane.
     fn gather_lanes(table: Self::F32x16, index: Self::RayVec) -> Self::RayVec;
-    /// [`Isa::unpack_indices`] into the low four bits of each lane; not valid for arithmetic.
+    /// Unpacks sixteen packed indices into the low four bits of each lane; the lanes are not valid numbers for
+    /// arithmetic.
     fn expand_bits(packed: u64) -> Self::F32x16;
     /// Adds an integer to the bits of every lane.
     fn add_u32_bits(bits: Self::RayVec, by: u32) -> Self::RayVec;

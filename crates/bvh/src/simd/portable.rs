@@ -89,7 +89,7 @@ impl Isa for Portable {
 pub fn fused(a: f32, b: f32, c: f32) -> f32 {
     let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
     let sum = product - c;
-    // The rounding error of the sum (Knuth's two-sum).
+    // `rest` is the rounding error of the sum (Knuth's TwoSum).
     let part = sum - product;
     let rest = (product - (sum - part)) - (c + part);
     // This is false for infinities, because their rounding error is NaN.

@@ -51,7 +51,7 @@ fn for_each_chunk<I: Isa, const MAY_DIVERGE: bool>(
     let mut chunks = RayChunker::new(scene, rays, coherence);
     let mut cleared = 0;
     while chunks.advance::<I>(&mut singles, &mut incoherent) {
-        // Hits are cleared just before they are written, not all of a long batch at once.
+        // The hits of a chunk are cleared just before they are written, while they are in the cache.
         if MAY_DIVERGE || !scene.is_single_mesh {
             hits[cleared..chunks.consumed()].fill(Hit::MISS);
             cleared = chunks.consumed();

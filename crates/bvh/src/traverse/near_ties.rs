@@ -17,7 +17,7 @@ pub fn widen(t: f32, absolute: f32) -> f32 {
     t + t * RELATIVE_WIDTH + absolute
 }
 
-/// [`widen`], lane by lane.
+/// Same as [`widen`], lane by lane.
 #[inline(always)]
 pub fn widen_lanes<V: Vector>(t: V, absolute: V) -> V {
     t.mul(V::splat(1.0 + RELATIVE_WIDTH)).add(absolute)
@@ -53,7 +53,7 @@ impl Scene {
         is_tied
     }
 
-    /// True for hits of two instances.
+    /// True if two hits are on different instances.
     #[cold]
     #[inline(never)]
     fn are_of_two_instances(&self, a: &Hit, b: &Hit) -> bool {

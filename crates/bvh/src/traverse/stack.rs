@@ -42,8 +42,8 @@ impl Stack {
     #[inline(always)]
     fn push_ordered<I: Isa>(&mut self, node: &WideNode, enter: I::F32x8, mask: u32) -> (NodeRef, I::Permutation) {
         debug_assert!(self.len + 8 <= STACK_SIZE && mask != 0);
-        // SAFETY: `STACK_SIZE` leaves room for 8 more entries, by the depth of every tree (see there). References are
-        // stored as floats, with which no arithmetic is done.
+        // SAFETY: the depth of trees is limited, so that `STACK_SIZE` leaves room for 8 more entries (see its
+        // documentation). References are stored as floats, with which no arithmetic is done.
         unsafe {
             let order = I::sort_descending(enter, mask);
             let child = I::permute8(I::F32x8::load(node.children.as_ptr().cast()), order);
@@ -59,7 +59,7 @@ impl Stack {
     #[inline(always)]
     pub fn push_sentinel(&mut self) {
         debug_assert!(self.len < STACK_SIZE);
-        // SAFETY: `STACK_SIZE` leaves room, by the depth of every tree (see there).
+        // SAFETY: the depth of trees is limited, so that `STACK_SIZE` leaves room (see its documentation).
         unsafe { self.nodes.get_unchecked_mut(self.len) }.write(NodeRef::EMPTY);
         self.len += 1;
     }
@@ -161,7 +161,7 @@ impl MaskStack {
     #[inline(always)]
     pub fn push(&mut self, child: NodeRef, mask: u64) {
         debug_assert!(self.len < STACK_SIZE);
-        // SAFETY: `STACK_SIZE` bounds the length, by the depth of every tree (see there).
+        // SAFETY: the depth of trees is limited, so that the length is less than `STACK_SIZE` (see its documentation).
         unsafe { self.entries.get_unchecked_mut(self.len) }.write((child, mask));
         self.len += 1;
     }
@@ -196,9 +196,9 @@ impl PacketStack {
         let len = self.stack.len;
         let (child, order) = self.stack.push_ordered::<I>(node, enter, mask);
         let mut lanes = [0u32; 8];
-        // SAFETY: both arrays contain eight words, which as floats are only moved.
+        // SAFETY: both arrays contain eight words; words that are not floats are only moved.
         unsafe { I::permute8(I::F32x8::load(LANE_IDS.as_ptr().cast()), order).store(lanes.as_mut_ptr().cast()) };
-        // Always writes all eight entries, because branching on the count would be mispredicted.
+        // All eight entries are always written, because a branch on their number would often be mispredicted.
         for (i, lane) in lanes.iter().enumerate() {
             // SAFETY: `STACK_SIZE` leaves room for 8 more entries than `len`, see `push_ordered`.
             unsafe { self.rays.get_unchecked_mut(len + i) }.write(entered[*lane as usize & 7]);

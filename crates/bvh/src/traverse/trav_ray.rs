@@ -27,8 +27,8 @@ pub const SLAB_PAD: f32 = 4.0 * MACHINE_EPSILON;
 pub const ORIGIN_PAD: f32 = 3.0 * MACHINE_EPSILON;
 pub const RELATIVE_PAD: f32 = 12.0 * MACHINE_EPSILON;
 
-/// The pad, in T, of a slab that is nearly parallel to the ray. The r of such a slab is clamped, see
-/// [`MAX_RECIPROCAL`].
+/// The pad of a slab that is nearly parallel to the ray, as a multiple of T. The reciprocal r of such a slab is
+/// clamped, see [`MAX_RECIPROCAL`].
 const PARALLEL_PAD: f32 = 2.0;
 
 /// The largest coordinate of a ray's origin. Products of this value and [`MAX_COORD`] stay finite.
@@ -66,13 +66,13 @@ impl SlabPlanes {
 #[repr(C, align(16))]
 pub struct TravRay {
     pub origin: [f32; LANES],
-    /// One over the direction, finite.
+    /// Reciprocals of the direction's components; always finite.
     pub reciprocal: [f32; LANES],
     /// Reciprocals and offsets for entering slabs: a slab is entered at `bound * reciprocal - offset`.
     pub near: SlabPlanes,
     /// Reciprocals and offsets for leaving slabs; see [`SLAB_PAD`].
     pub far: SlabPlanes,
-    /// The shear that maps the ray to its main axis: x, y, and the scale of z.
+    /// The shear that maps the ray to its main axis: the shear of x, the shear of y, and the scale of z.
     pub shear: [f32; LANES],
     /// The main axis, along which the direction has its largest component, comes last; the two axes that follow it
     /// cyclically come first.
@@ -213,7 +213,8 @@ pub fn scale_t(t: f32, scale: f64) -> f32 {
 /// The direction, divided by a power of two so that its largest component is in 1..2; and this divisor.
 #[cold]
 fn normalize_direction(direction: [f32; LANES], steepest: f32) -> ([f32; LANES], f64) {
-    // The exponent of a float64 converted from float32 is never subnormal.
+    // A float64 that is converted from a nonzero float32 is never subnormal, so its exponent bits give its power of
+    // two.
     let power = f64::from_bits(f64::from(steepest).to_bits() & (0x7ff << 52));
     (direction.map(|d| (f64::from(d) / power) as f32), power)
 }

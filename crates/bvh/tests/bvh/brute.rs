@@ -15,7 +15,7 @@ fn hits_on_a_hundred_meshes_match_brute_force() {
     });
     let tally = tally.reduce(brute::Tally::default, brute::Tally::add);
     assert!(tally.faults.is_empty(), "{:#?}", &tally.faults[..tally.faults.len().min(10)]);
-    // Many rays must hit something, and the tie band must not excuse most of them.
+    // Many rays must hit something, and most of these hits must be outside the tie band.
     assert!(tally.hits > tally.rays / 3, "{} of {}", tally.hits, tally.rays);
     assert!(tally.ties < tally.hits / 3 * 2, "{} of {}", tally.ties, tally.rays);
 }

@@ -5,7 +5,7 @@ use raycam_bvh::{
     ClosestPoint, ExactTriangles, INVALID_ID, Instance, InstructionSet, Scene, squared_distance_to_triangle,
 };
 
-/// Meshes at float32 positions, each used twice.
+/// Meshes, each with a float32 transform to the scene.
 struct Placed(Vec<(Mesh, [[f32; 4]; 3])>);
 
 impl Placed {
@@ -45,7 +45,7 @@ fn closest_points_match_brute_force_on_every_instruction_set() {
     let mut rng = Rng(11);
     let turned = [[0.8, -0.6, 0.0, 2.0], [0.06, 0.08, 1.5, -1.0], [0.3, 0.4, 0.0, 0.5]];
     let moved = [[1.0, 0.0, 0.0, -3.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 1.0]];
-    // The inverse transform lengthens some vectors by a larger factor than their largest coordinate.
+    // The inverse transform increases the length of some vectors by a larger factor than their largest coordinate.
     let skewed = [[0.4, -0.4, 1.0, 4.0], [-0.9, -0.8, 0.0, 0.0], [-0.2, 0.3, -0.1, 0.0]];
     let world = Placed(vec![
         (sphere(12, &mut rng), turned),

@@ -47,7 +47,7 @@ fn rays_from_below(world: &World) -> Vec<(ExactRay, u32)> {
     while rays.len() < 4000 {
         let [x, y, _] = rng.vector().map(|x| 3.0 * f64::from(x));
         let [a, b, c] = rng.vector().map(f64::from);
-        // Near the border of a square, rounding of the ray decides.
+        // Near the border of a square, the rounding of the ray decides whether it hits, so such points are skipped.
         let border = |size: f64| (x.abs().max(y.abs()) - size / 2.0).abs() < 1e-4;
         if border(1.0) || border(2.0) || border(6.0) {
             continue;

@@ -39,7 +39,7 @@ fn closest_hits_match_brute_force_up_to_rounding() {
             let (t, _, triangle, next) = world.nearest(&exact(ray));
             met += u32::from(triangle != INVALID_ID);
             if next - t > 1e-5 && hit.triangle != triangle {
-                // Only rays that graze an edge may differ.
+                // Only rays that graze an edge may have different answers.
                 let other = world.nearest(&ExactRay { t_max: f64::INFINITY, ..exact(ray) });
                 panic!("{n} triangles, {ray:?}: {hit:?}, brute force {triangle} at {t}, {other:?}");
             }
@@ -194,7 +194,7 @@ fn fields_of_exact_hits_do_not_depend_on_the_requested_detail() {
     }
 }
 
-/// (b - a) x (c - a).
+/// The normal (b - a) x (c - a) of the triangle a, b, c.
 fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let edge = |to: [f64; 3]| -> [f64; 3] { std::array::from_fn(|x| to[x] - a[x]) };
     let (e, f) = (edge(b), edge(c));
@@ -256,7 +256,7 @@ fn exact_packets_match_brute_force() {
     }
 }
 
-/// Rays from one eye among instances, in whose coordinates they are not all parallel.
+/// Rays from one eye point among transformed instances.
 #[test]
 fn exact_packets_on_instances_match_brute_force() {
     let mut rng = Rng(12);
@@ -278,7 +278,7 @@ fn exact_packets_on_instances_match_brute_force() {
         let away = [0.6, -0.48, 0.64];
         let eye: [f64; 3] = std::array::from_fn(|a| offset + distance * away[a]);
         let mut rays = vec![];
-        // Tiles of rays with similar directions, and some tiles of rays with different directions.
+        // Most tiles contain rays with similar directions; some contain rays with different directions.
         for tile in 0..40u32 {
             let at = world.corners(tile % 12, rng.below(60) as u32)[0];
             let wide = [1e-3, 0.05, 0.4, 3.0][tile as usize % 4];

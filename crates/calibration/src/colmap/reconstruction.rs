@@ -89,7 +89,7 @@ impl Reconstruction {
             let mut record = camera.clone();
             record.name.clone_from(&image.name);
             record.image = Some(image.name.clone());
-            // If the image's own pose agrees, that pose is kept, because it has the file's exact digits.
+            // If the image's own pose is equal up to rounding, it is kept, because it has the file's exact digits.
             let own = pose(&image.pose);
             let (placed, mount) = placed.get(&image.id).cloned().unwrap_or_else(|| (own.clone(), None));
             record.pose = Some(if poses_equal(&own, &placed) { own } else { placed });

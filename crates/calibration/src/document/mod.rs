@@ -257,7 +257,7 @@ impl<'a> Cursor<'a> {
         self.unread_keys(|key| known.contains(&key))
     }
 
-    /// Same as `unknown_keys`, with a function that returns true for known keys.
+    /// Same as [`Cursor::unknown_keys`], with a function that returns true for known keys.
     pub(crate) fn unread_keys(&self, is_known: impl Fn(&str) -> bool) -> Result<Vec<Notice>> {
         let Value::Map(entries) = &self.node.value else { return Ok(vec![]) };
         let place = if self.key.is_empty() { String::new() } else { format!("{}: ", self.key) };

@@ -8,7 +8,7 @@ use roxmltree::{Document, ParsingOptions};
 use crate::document::{DocumentNode, MAX_DEPTH, Value};
 use raycam_formats::{FormatError, Result};
 
-/// Tree below `opencv_storage`.
+/// Parses the tree below the element `opencv_storage`.
 pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
     let options = ParsingOptions { allow_dtd: false, nodes_limit: 1 << 22, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)

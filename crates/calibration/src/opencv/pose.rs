@@ -37,7 +37,7 @@ const CENTER: [&str; 8] =
 /// Keys of a position that do not specify the direction of a neighbouring rotation.
 const POSITION: [&str; 8] =
     ["position", "pos", "campos", "camposition", "camerapos", "cameraposition", "location", "cameralocation"];
-/// Names of rotations that are neither a matrix nor a rotation vector.
+/// Keys of rotations that are neither a matrix nor a rotation vector.
 const OTHER_ROTATIONS: [&str; 14] = [
     "quaternion",
     "quat",
@@ -71,7 +71,7 @@ pub(super) fn is_part(view: &KeyView<'_>, key: &str) -> bool {
     [&keys::R[..], &keys::T, &keys::RVEC, &keys::TVEC].iter().any(|names| view.has_name(key, names))
 }
 
-/// Values of a camera's own pose that [`read_r_t`] does not accept.
+/// Values that describe a camera's own pose in forms that [`read_r_t`] does not accept.
 struct OtherPose<'a> {
     center: Option<Cursor<'a>>,
     position: Option<Cursor<'a>>,
@@ -92,8 +92,8 @@ impl<'a> OtherPose<'a> {
     }
 }
 
-/// Same as [`read_r_t`], for a camera, whose rotation may also be next to its position. `world_from_camera` is the
-/// direction specified by the caller.
+/// Same as [`read_r_t`], for a camera; a rotation next to the camera's position is accepted too. `world_from_camera` is
+/// the direction specified by the caller.
 pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> Result<Option<Pose>> {
     let other = OtherPose::of(view)?;
     let (matrix, vector) = (view.find_value(&keys::R)?, view.find_value(&keys::RVEC)?);
@@ -299,8 +299,8 @@ fn world_from_camera(key: &str) -> Option<bool> {
     }
 }
 
-/// The other sensor or body in the name of a camera's transform, and true if the name means body_from_camera:
-/// `lidar_to_camera`, `T_cam_velo` (as in Kalibr, camera from velo), `imu_T_cam`, `cam2base`.
+/// Returns the other sensor or body in the name of a camera's transform, and true if the name means body_from_camera.
+/// Examples: `lidar_to_camera`, `T_cam_velo` (as in Kalibr, camera from velo), `imu_T_cam`, `cam2base`.
 fn between(name: &str) -> Option<(&'static str, bool)> {
     let name = name.trim_end_matches("matrix").trim_end_matches("link");
     let body = *BODIES.iter().find(|body| name.contains(**body))?;

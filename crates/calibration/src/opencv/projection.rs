@@ -33,7 +33,7 @@ pub(super) fn is_key(key: &str) -> bool {
     sides.into_iter().flatten().any(|base| P.contains(&base))
 }
 
-/// True if a map, or a map in it, contains a camera matrix.
+/// True if a map, or one of the maps in it, contains a camera matrix.
 pub(super) fn is_in(root: &Cursor<'_>) -> bool {
     !matrices(root).is_empty() || cameras(root).iter().any(|(_, at)| !matrices(at).is_empty())
 }

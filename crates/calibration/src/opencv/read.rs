@@ -103,7 +103,7 @@ fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
 /// Maximum nesting level of the maps of cameras below the root.
 const MAX_CAMERA_DEPTH: usize = 5;
 
-/// True if a map contains cameras, at most `depth` maps below.
+/// True if a map contains cameras at most `depth` levels below it.
 fn contains_cameras(at: &Cursor<'_>, depth: usize) -> bool {
     let below = |at: &Cursor<'_>| has_camera(at) || depth > 0 && at.is_map() && contains_cameras(at, depth - 1);
     let in_list = |at: &Cursor<'_>| at.list().is_ok_and(|items| items.iter().any(below));

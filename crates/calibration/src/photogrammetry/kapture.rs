@@ -90,7 +90,7 @@ struct Files<'a> {
 }
 
 impl Files<'_> {
-    /// Cameras by sensor.
+    /// Reads the sensors that are cameras.
     fn cameras(&self, calibration: &mut Calibration) -> Result<Vec<CameraRecord>> {
         let mut cameras = Vec::new();
         for (line, row) in rows_of(self.sensors.text()?) {
@@ -157,7 +157,7 @@ impl Files<'_> {
             };
             poses.get(&(time, sensor)).cloned().or_else(of_rig)
         };
-        // A data set without images has an empty list.
+        // In a data set without images, the list of images is missing or empty.
         let records = self.records.map(|file| file.text().map(|text| (file, text))).transpose()?;
         let Some((file, text)) = records.filter(|(_, text)| rows_of(text).next().is_some()) else {
             for mut record in cameras {

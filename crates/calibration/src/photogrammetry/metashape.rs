@@ -15,10 +15,10 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
-/// Terms of a calibration; terms with `fx` come from older exports.
+/// Names of a calibration's terms; only older exports contain `fx`, `fy` and `skew`.
 const TERMS: [&str; 16] =
     ["f", "fx", "fy", "cx", "cy", "b1", "b2", "skew", "k1", "k2", "k3", "k4", "p1", "p2", "p3", "p4"];
-/// Other elements of a calibration.
+/// Names of a calibration's other elements.
 const OTHER: [&str; 8] =
     ["resolution", "width", "height", "projection", "date", "pixel_width", "pixel_height", "layer"];
 

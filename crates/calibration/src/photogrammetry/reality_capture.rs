@@ -17,7 +17,7 @@ pub(crate) const FILM: f64 = 36.0;
 pub(crate) const TANGENTIAL: &str = "programs disagree whether t1 and t2 are OpenCV's p1 and p2; they are interpreted \
     as p2 and p1, as in Epic's exporter and AliceVision";
 
-/// Words of the column header, in lower case.
+/// Finds the column header; returns its line's index and its words in lower case.
 fn header(text: &str) -> Option<(usize, Vec<String>)> {
     text.lines().enumerate().take(5).find_map(|(i, line)| {
         let words: Vec<String> =

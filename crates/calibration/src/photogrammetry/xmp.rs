@@ -48,7 +48,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
     Ok(calibration)
 }
 
-/// Notice about files without a pose.
+/// Returns a notice about files without a pose, if there are any.
 fn left_out(lost: &[String]) -> Option<Notice> {
     let first = lost.first()?;
     let message = format!("{} files without Rotation and Position are omitted: {first} ...", lost.len());

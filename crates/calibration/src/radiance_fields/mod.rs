@@ -1,4 +1,5 @@
-//! The NeRF family: poses world_from_camera in JSON, usually with OpenGL's axes, pixel centres at one half.
+//! Formats of NeRF and its successors: poses world_from_camera in JSON, usually with OpenGL's axes, and pixel centres
+//! at (0.5, 0.5).
 
 pub(crate) mod camera_path;
 pub(crate) mod nerf;

@@ -1,4 +1,5 @@
-//! NeRF's sets of three files, `transforms_train.json`, `_val` and `_test`. Source: nerf's load_blender.py.
+//! NeRF's sets of three files: `transforms_train.json`, `transforms_val.json` and `transforms_test.json`. Source:
+//! nerf's load_blender.py.
 
 use std::path::Path;
 

@@ -126,7 +126,7 @@ fn set_lens(camera: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
 /// Reads the camera that the flat keys describe.
 fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<CameraRecord> {
     let get = |key: &str| root.require(&format!("cam_{key}"))?.number();
-    // FAST-LIVO's fisheye cameras have k1 to k4.
+    // FAST-LIVO's fisheye cameras have the coefficients k1 to k4.
     let term = |i: usize| match root.get(&format!("cam_d{i}")) {
         Some(at) => at.number(),
         None => root.number_or(&format!("k{}", i + 1), 0.0),

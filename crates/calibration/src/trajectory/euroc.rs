@@ -82,14 +82,14 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
             .and_then(|values| <[f64; 7]>::try_from(values).ok())
             .ok_or_else(|| fail("expected finite numbers".into()))?;
         let (quaternion, order) = match four_seasons {
-            // The columns are x y z w.
+            // 4Seasons has the order x y z w.
             true => ([qz, qw, qx, qy], "w last"),
             false => ([qw, qx, qy, qz], "w first"),
         };
         let rotation = Rotation::unit_quaternion(quaternion)
             .map_err(|message| fail(format!("columns 5 to 8, {order}: {message}")))?;
         let mut record = CameraRecord::new(words[0], PixelCenter::Integer);
-        // Whole seconds and the fraction are converted separately to lose fewer digits.
+        // Whole seconds and the fraction are converted separately, so that fewer digits are lost.
         record.time = Some((stamp / 1_000_000_000) as f64 + (stamp % 1_000_000_000) as f64 / 1e9);
         record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(x, y, z)));
         calibration.records.push(record);

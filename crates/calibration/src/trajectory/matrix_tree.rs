@@ -69,7 +69,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<Option<
     }
     let node: DocumentNode = match yaml::parse(text, &source.path) {
         Ok(node) => node,
-        // Rows in brackets, as printed by NumPy.
+        // The file is not a document; it may contain rows in brackets, as printed by NumPy.
         Err(_) if source.path.extension().is_none_or(|ending| ending != "json") => return Ok(None),
         Err(error) => return Err(error),
     };
@@ -164,7 +164,8 @@ fn has_poses(at: &Cursor<'_>) -> bool {
     match at.entries() {
         Ok(entries) => {
             let count = entries.iter().filter(|(_, at)| matrix(at).is_some()).count();
-            // A single matrix among other values is not a camera's pose, but for example the transform of a data set.
+            // A single matrix among other values is probably not a camera's pose, but for example the transform of a
+            // data set.
             count > 1 || count == 1 && entries.len() == 1
         }
         Err(_) => at

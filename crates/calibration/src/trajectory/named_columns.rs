@@ -61,8 +61,8 @@ enum Role {
     RotationLetter(usize),
     /// A number of a quaternion whose order is not specified: `q0` to `q3`, `q1` to `q4`.
     Numbered,
-    /// A column named x, y or z after another word; it belongs to the position if no other columns are named as a
-    /// position.
+    /// A column named x, y or z after another word, by the axis's index. It belongs to the position if no other columns
+    /// do.
     Other(usize),
     /// i, j or k without a group: x, y and z of a quaternion if all three are present.
     Imaginary(usize),
@@ -314,7 +314,7 @@ fn assign(names: &[String], roles: &[Role], separator: Option<char>) -> Result<N
     let twice = |name: &str| format!("the header contains column {name:?} twice");
     let quaternion_named = roles.iter().any(|role| matches!(role, Role::Quaternion(1..)));
     let own_position = |role: &Role| matches!(role, Role::Position(_) | Role::North(_) | Role::Letter(_));
-    // Other columns are a position only if a single group has an x, a y and a z.
+    // Columns named x, y or z after another word are the position only if exactly one group has an x, a y and a z.
     let other_is_position = !roles.iter().any(own_position)
         && (0..3).all(|i| roles.iter().filter(|role| **role == Role::Other(i)).count() == 1);
     for (column, (name, role)) in names.iter().zip(roles).enumerate() {
@@ -378,7 +378,7 @@ pub(crate) fn seconds_of(word: &str, unit: Option<f64>) -> Option<f64> {
             None if word.len() >= 15 => 1_000_000,
             None => 1,
         };
-        // Whole seconds and the fraction are converted separately to lose fewer digits.
+        // Whole seconds and the fraction are converted separately, so that fewer digits are lost.
         return Some((whole / per_second) as f64 + (whole % per_second) as f64 / per_second as f64);
     }
     word.parse::<f64>().ok().filter(|value| value.is_finite()).map(|value| value * unit.unwrap_or(1.0))

@@ -21,7 +21,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     let numbers = array.numbers().filter(|_| matches!(array.shape[..], [_, 17]));
     let numbers = numbers.ok_or_else(|| fail(format!("an array of {:?}; expected [n, 17]", array.shape)))?;
     let mut pictures = Folder::open(&path.parent().unwrap_or(path).join("images"), assets).names;
-    // LLFF sorts names as text.
+    // LLFF sorts image names as text, so the same order is used here.
     pictures.sort();
     pictures.retain(|name| ["jpg", "JPG", "png", "PNG", "jpeg"].iter().any(|ending| name.ends_with(ending)));
     if pictures.len() * 17 != numbers.len() {

@@ -131,7 +131,7 @@ fn set_node_property(node: &mut Node, target: AnimationTarget, value: &[f64]) {
         (Transform::Trs { scale, .. }, AnimationTarget::Scale(_)) => *scale = DVec3::from_slice(value),
         (_, AnimationTarget::Weights(_)) => node.weights = value.iter().map(|&v| v as f32).collect(),
         (_, AnimationTarget::Visible(_)) => node.visible = value[0] != 0.0,
-        // The reader rejects animated matrices.
+        // Matrices are never animated, because the reader rejects such files.
         _ => {}
     }
 }

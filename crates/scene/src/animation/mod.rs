@@ -22,7 +22,7 @@ use crate::mesh::Mesh;
 /// Node hierarchy of a world, with the parts attached to it and its animations.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NodeTree {
-    /// All nodes.
+    /// All nodes of the tree.
     pub nodes: Vec<Node>,
     /// Indices of all nodes, parents before children.
     pub order: Vec<usize>,
@@ -116,7 +116,7 @@ pub struct NodeObject {
 pub struct Animation {
     /// Name; empty if absent.
     pub name: String,
-    /// All channels.
+    /// All channels of the animation.
     pub channels: Vec<Channel>,
 }
 

@@ -76,7 +76,7 @@ pub enum TextureSlotKind {
 pub enum UvProperty {
     /// Two numbers.
     Offset,
-    /// Radians, counter-clockwise in the image.
+    /// Rotation in radians, counter-clockwise in the image.
     Rotation,
     /// Two numbers.
     Scale,
@@ -215,7 +215,7 @@ fn set_principled(
         P::AnisotropyRotation => p.anisotropy_rotation = value,
         P::DiffuseTransmission => p.diffuse_transmission.value = share,
         P::DiffuseTransmissionColor => p.diffuse_transmission_color.value = shares,
-        // Properties that every material has; the caller sets them.
+        // Every material has these properties, so the caller sets them.
         P::BaseColor
         | P::AlphaCutoff
         | P::EmissionColor

@@ -56,17 +56,17 @@ impl Aperture {
         self.radius
     }
 
-    /// Focus distance.
+    /// Focus distance in world units.
     pub fn focus(&self) -> f64 {
         self.focus
     }
 
-    /// Sides of the polygon; 0 for a round opening.
+    /// Number of the polygon's sides; 0 for a round opening.
     pub fn blades(&self) -> u32 {
         self.blades
     }
 
-    /// Rotation in degrees.
+    /// Rotation of the polygon in degrees.
     pub fn rotation(&self) -> f64 {
         self.rotation
     }
@@ -89,7 +89,7 @@ impl Aperture {
         if self.blades == 0 {
             return self.radius * concentric_disk(a, b);
         }
-        // Select a triangle around the centre, and a point in it.
+        // The polygon is divided into triangles around the centre: select a triangle, and a point in it.
         let sides = f64::from(self.blades);
         let side = (a * sides).floor().min(sides - 1.0);
         let along = a * sides - side;

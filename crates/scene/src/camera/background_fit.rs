@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum BackgroundFit {
-    /// Pixel by pixel, or warped from the camera that took the image.
+    /// The image is used pixel by pixel, or is warped from the camera that took it.
     #[default]
     Exact,
-    /// Scaled up and cropped to fill the frame without distortion.
+    /// The image is scaled and cropped without distortion so that it fills the camera's image.
     Cover,
 }

@@ -6,14 +6,14 @@ use crate::camera::center::Center;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 
-/// A difference below this value, relative to its operands, is treated as a rounding error.
+/// Maximum difference, relative to its operands, that is treated as a rounding error.
 const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
 
 /// Parts of a camera matrix.
 pub struct DecomposedMatrix {
-    /// Upper triangular, positive diagonal, `K[2][2] = 1`.
+    /// Intrinsics: upper triangular, with a positive diagonal and `K[2][2] = 1`.
     pub k: DMat3,
-    /// camera_from_world, a rotation.
+    /// Rotation camera_from_world.
     pub r: DMat3,
     /// Centre of projection.
     pub c: DVec3,
@@ -33,8 +33,8 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if largest == 0.0 {
         return decompose_parallel(p);
     }
-    // Scaling by a power of two rounds nothing. It takes two steps, because 1 / 2^e may overflow even if multiplying
-    // twice by 2^(-e/2) does not.
+    // Scaling by a power of two causes no rounding. It takes two steps, because 1 / 2^e may overflow even if
+    // multiplying twice by 2^(-e/2) does not.
     let half = 2.0_f64.powi(-(largest.log2() / 2.0).floor() as i32);
     let scaled = p.map(|row| row.map(|v| v * half * half));
     let [m1, m2, m3] = scaled.map(|row| DVec3::new(row[0], row[1], row[2]));
@@ -98,7 +98,7 @@ fn decompose_parallel(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if affine {
         let scale = p4.z;
         let (m1, m2, p4) = (m1 / scale, m2 / scale, p4 / scale);
-        // The computation is the RQ decomposition of a finite camera without the third row.
+        // The following is the RQ decomposition of a finite camera, without the steps for the third row.
         let b = m2.length();
         let r2 = m2 / b;
         let once = m1 - m1.dot(r2) * r2;
@@ -134,7 +134,7 @@ fn decomposed_parallel(p: [[f64; 4]; 3], k: DMat3, r1: DVec3, r2: DVec3, scale: 
     Ok(DecomposedMatrix { k, r, c: DVec3::ZERO, p: p.map(|row| row.map(|v| v / scale)), center: Center::Infinity })
 }
 
-/// The numerical rank, by Gram-Schmidt with pivoting on rows of unit length.
+/// The numerical rank of the matrix, by Gram-Schmidt orthogonalisation with pivoting on rows of unit length.
 fn numerical_rank(p: [[f64; 4]; 3]) -> usize {
     let mut rows = p.map(|row| {
         let scale = row.iter().fold(0.0, |a: f64, v| a.max(v.abs()));

@@ -99,7 +99,7 @@ impl Camera {
             return Err(SceneError::camera(format!("the camera centre {c} is not finite")));
         }
         let motion = self.motion.as_ref().map(|motion| {
-            // Rotation that maps the world as seen from the old pose to the world as seen from the new pose.
+            // Rotation of the world that moves the old pose to the new pose.
             let turn = r.transpose() * self.r;
             motion.map_poses(|pose| Pose { r: pose.r * turn.transpose(), c: c + turn * (pose.c - self.c) })
         });
@@ -113,7 +113,7 @@ impl Camera {
     pub fn with_intrinsics(&self, k: DMat3, size: [u32; 2]) -> Result<Self> {
         check_size(size)?;
         let k = match self.center {
-            // A general homography.
+            // K of such a camera may be a general homography, so it is not checked.
             Center::Infinity => k,
             _ => validated_intrinsics(k)?,
         };

@@ -15,9 +15,9 @@ const LINE_STEPS: u32 = 64;
 /// Ray of a pixel through a point of the lens at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraRay {
-    /// Start in the world.
+    /// Origin of the ray in the world.
     pub origin: DVec3,
-    /// Unit length; NaN, which hits nothing, if no point projects to the pixel.
+    /// Direction with unit length; NaN, which hits nothing, if no point projects to the pixel.
     pub direction: DVec3,
 }
 
@@ -133,7 +133,7 @@ impl Camera {
             let off = motion.line_fraction(self.offset_from_corner(pixel), self.size) - line;
             (seen && off.is_finite()).then_some((pixel, off))
         };
-        // Secant method: consecutive lines differ little, so that it takes only a few steps.
+        // The secant method takes only a few steps, because a point's projection changes little from line to line.
         let (mut before, mut at) = (0.5, 0.5);
         let mut off_before = None;
         for _ in 0..20 {
@@ -195,7 +195,7 @@ impl Camera {
         }
         let world_from_camera = self.r.transpose();
         let origin = self.c + world_from_camera * DVec3::ZERO;
-        // Same order of operations as in [`Camera::ray_from`], so that the bits are equal.
+        // The order of operations is the same as in [`Camera::ray_from`], so that the results have the same bits.
         let (mut row, mut y, mut down) = (f64::NAN, 0.0, DVec3::ZERO);
         for pixel in pixels {
             if pixel.y != row {

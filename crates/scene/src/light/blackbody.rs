@@ -21,15 +21,15 @@ pub(crate) fn blackbody_color(kelvin: f64) -> Rgb {
     (rgb / rgb.dot(LUMINANCE)).as_vec3().to_array()
 }
 
-/// Luminance of linear Rec. 709.
+/// Weights of linear Rec. 709 red, green and blue in the luminance.
 const LUMINANCE: DVec3 = DVec3::new(0.212_639, 0.715_169, 0.072_192);
 
-/// Radiance by wavelength, up to a factor.
+/// Radiance of a black body at a wavelength, up to a constant factor.
 fn planck(nm: f64, kelvin: f64) -> f64 {
     (nm / 560.0).powi(-5) / (SECOND_RADIATION_CONSTANT / (nm * kelvin)).exp_m1()
 }
 
-/// x, y and z at a wavelength.
+/// The colour matching functions x, y and z at a wavelength.
 fn matching_functions(nm: f64) -> DVec3 {
     let lobe = |height: f64, center: f64, below: f64, above: f64| {
         let width = if nm < center { below } else { above };
@@ -69,8 +69,8 @@ mod tests {
 
     #[test]
     fn blackbody_colors_have_published_chromaticities() {
-        // CIE standard illuminant A is a black body of 2856 K; the others are from G. Wyszecki and W. S. Stiles, "Color
-        // Science", 2nd edition, table 1(3.11).
+        // CIE standard illuminant A is a black body of 2856 K; the other values are from G. Wyszecki and W. S. Stiles,
+        // "Color Science", 2nd edition, table 1(3.11).
         let published = [
             (2856.0, [0.447_57, 0.407_45]),
             (2500.0, [0.4770, 0.4137]),

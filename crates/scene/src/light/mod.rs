@@ -31,7 +31,7 @@ pub const LUMENS_PER_WATT: f64 = 683.0;
 /// A light has no mesh: if it has a size, it is visible directly and in mirrors, but casts no shadow and does not
 /// appear in ground truth, unless `body = true`. To make an object shine, set its `emission`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
-// `schema::node` reads an enum from a table by its `type`, so that errors inside keep their position.
+// `schema::node` reads an enum from a table by its `type`, so that errors inside the table keep their position.
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 #[schemars(tag = "type")]
 pub enum Light {
@@ -96,7 +96,7 @@ pub enum Light {
     /// A parallelogram of uniform radiance.
     #[serde(rename = "area")]
     Rectangle {
-        /// Its centre, in the world.
+        /// The centre, in the world.
         position: [f64; 3],
         /// One edge, as a vector over its full length.
         u: [f64; 3],
@@ -112,7 +112,7 @@ pub enum Light {
     },
     /// A disk of uniform radiance.
     Disk {
-        /// Its centre, in the world.
+        /// The centre, in the world.
         position: [f64; 3],
         /// Direction of emission, perpendicular to the disk; any length except zero.
         direction: [f64; 3],

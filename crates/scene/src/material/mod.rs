@@ -25,7 +25,7 @@ pub struct Material {
     pub color: Rgb,
     /// The texture that multiplies the base colour; its alpha multiplies `opacity`.
     pub texture: Option<TextureSlot>,
-    /// 0..=1, multiplied by the texture's and the vertices' alpha; `alpha` specifies how this value is used.
+    /// Opacity, 0..=1, multiplied by the texture's and the vertices' alpha; `alpha` specifies how the product is used.
     pub opacity: f32,
     /// Meaning of the opacity.
     pub alpha: Alpha,
@@ -70,8 +70,8 @@ pub enum Alpha {
 /// Reflection models.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum MaterialModel {
-    /// The lecture's model: Lambert of albedo `diffuse * base colour` plus the energy-conserving modified Phong lobe of
-    /// Lafortune and Willems (1994) with albedo `specular` and exponent `shininess`.
+    /// The lecture's model: a Lambert lobe with the albedo `diffuse * base colour`, and the energy-conserving modified
+    /// Phong lobe of Lafortune and Willems (1994) with the albedo `specular` and the exponent `shininess`.
     Phong {
         /// Factor of the diffuse albedo, 0..=1.
         diffuse: f32,

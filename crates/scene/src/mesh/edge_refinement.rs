@@ -76,7 +76,7 @@ impl EdgeRefinement {
     pub fn split(&mut self, selected: &SelectedEdges) {
         let SelectedEdges { edges: shared, new_points, point_count, .. } = selected;
         let own = Edges::new(&self.mesh.triangles);
-        // The new vertex of each edge between vertices, and its ends.
+        // For each edge between vertices, the index of its new vertex; and for each new vertex, the ends of its edge.
         let mut new_vertices: Vec<Option<u32>> = vec![None; own.ends.len()];
         let mut ends = Vec::new();
         let old = self.mesh.vertices.len() as u32;

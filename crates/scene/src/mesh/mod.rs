@@ -106,7 +106,7 @@ impl Mesh {
         self.bounds_in(DAffine3::IDENTITY)
     }
 
-    /// [`Mesh::bounds`] of the mesh placed by a transform, equally tight.
+    /// Same as [`Mesh::bounds`], for the mesh placed by a transform; the bounds are equally tight.
     pub fn bounds_in(&self, world_from_mesh: DAffine3) -> Option<(DVec3, DVec3)> {
         let mut used = vec![false; self.vertices.len()];
         for &i in self.triangles.as_flattened() {

@@ -4,14 +4,14 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::mesh::Mesh;
 
-/// Box in the world.
+/// An oriented box in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrientedBox {
     /// world_from_box: a rotation whose columns are the box's axes.
     pub rotation: DMat3,
-    /// Its centre in the world.
+    /// The box's centre in the world.
     pub center: DVec3,
-    /// Its full edge lengths along its axes, in metres.
+    /// The box's full edge lengths along its axes, in metres.
     pub size: DVec3,
 }
 

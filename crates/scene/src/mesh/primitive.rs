@@ -26,7 +26,8 @@ pub const MAX_TORUS_SEGMENTS: u32 = 2048;
 /// [`SceneError::World`] if an edge length is not finite and > 0.
 pub fn box_(size: [f64; 3]) -> Result<Mesh> {
     check_lengths("box size", &size)?;
-    // For each face: outward direction, then right and up in its image as seen from outside.
+    // For each face: the outward direction, then the directions that are right and up in the face's texture as seen
+    // from outside.
     let faces = [
         (-DVec3::X, -DVec3::Y, DVec3::Z),
         (DVec3::X, DVec3::Y, DVec3::Z),

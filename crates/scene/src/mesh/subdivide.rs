@@ -95,7 +95,7 @@ impl SubdividedMesh {
         self.point_of_vertex.extend(edge_points);
         self.points = points;
         append_midpoints(mesh, &edges.ends);
-        // Tangents are derived from the texture coordinates again.
+        // Tangents are dropped; they are later derived from the texture coordinates again.
         mesh.tangents = None;
         mesh.vertices = self.point_of_vertex.iter().map(|&point| self.points[point as usize]).collect();
         let four = |[a, b, c]: [u32; 3], sides: &[u32; 3]| {
@@ -130,7 +130,8 @@ impl SubdividedMesh {
 /// Applies Loop's rule.
 fn loop_points(points: &[DVec3], surface: &[[u32; 3]], edges: &Edges) -> Vec<DVec3> {
     let at = |point: u32| points[point as usize];
-    // Sums over all neighbours, over the neighbours along sharp edges, and over the two corners opposite an edge.
+    // Sums of neighbours: for each point over all neighbours and over the neighbours along sharp edges, and for each
+    // edge over the two opposite corners.
     let mut around = vec![(0_u32, DVec3::ZERO); points.len()];
     let mut along = around.clone();
     for (&[a, b], &count) in edges.ends.iter().zip(&edges.triangle_count).filter(|(_, count)| **count > 0) {

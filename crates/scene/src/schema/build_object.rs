@@ -110,7 +110,7 @@ impl ObjectSpec {
         Ok(world.add_object(object)?)
     }
 
-    /// Materials of another object, with the changes of this description, added to the world.
+    /// Adds the materials of another object to the world, with the changes of this description; returns their indices.
     fn materials_of_instance<F: AssetLoader>(
         &self,
         mesh: usize,
@@ -189,8 +189,8 @@ impl ObjectSpec {
     }
 }
 
-/// Adds materials, with this name if they have none, and the images they use to a world. Either all materials and
-/// images are added, or none.
+/// Adds materials and the images that they use to a world. Materials without a name get this name. If this fails,
+/// nothing is added.
 fn add_materials(
     materials: Vec<Material>,
     textures: Vec<Texture>,

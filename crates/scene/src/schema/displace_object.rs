@@ -20,7 +20,7 @@ pub(super) struct ObjectParts<'a> {
     pub materials: &'a mut [Material],
     /// Textures that the world already contains.
     pub known_textures: &'a [Arc<Texture>],
-    /// Textures to be added; their indices follow the existing indices.
+    /// Textures to be added to the world; their indices follow the indices of `known_textures`.
     pub new_textures: &'a mut Vec<Texture>,
 }
 

@@ -272,7 +272,7 @@ impl ObjectSpec {
         used
     }
 
-    /// The material's previous reflection model.
+    /// Returns the reflection model that the keys specify, based on the material's previous model.
     fn material_model(&self, base: MaterialModel) -> MaterialModel {
         match (self.type_, base) {
             (Some(MaterialType::Unlit), _) => MaterialModel::Unlit,
@@ -312,7 +312,7 @@ impl ObjectSpec {
         }
     }
 
-    /// True if the value that a texture multiplies is given.
+    /// True if the description contains the value that a texture multiplies.
     fn has_value(&self, key: &str) -> bool {
         !self.keys().given(&[key]).is_empty()
     }
@@ -332,7 +332,7 @@ impl ObjectSpec {
         }
     }
 
-    /// Glass with the given keys, based on another material.
+    /// Returns glass with the given keys; all other values come from `base`.
     fn glass(&self, base: Glass) -> Glass {
         Glass {
             ior: self.ior.unwrap_or(base.ior),
@@ -344,8 +344,8 @@ impl ObjectSpec {
         }
     }
 
-    /// Principled material with the given keys, based on another material. A given value keeps the texture that
-    /// multiplies it.
+    /// Returns a principled material with the given keys; all other values come from another material. A given value
+    /// keeps the texture that multiplies it.
     fn principled(&self, mut p: Principled) -> Principled {
         fn set<T>(value: &mut T, given: Option<T>) {
             if let Some(given) = given {

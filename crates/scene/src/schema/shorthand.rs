@@ -215,7 +215,7 @@ written_schema!(Color, "Color", |_| schemars::json_schema!({ "anyOf": [
     { "type": "string", "pattern": "^(#[0-9a-fA-F]{6}|[a-zA-Z]+)$" },
 ] }));
 
-/// `{ levels, scheme }`.
+/// The table `{ levels, scheme }`.
 #[derive(serde::Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RefineTable {

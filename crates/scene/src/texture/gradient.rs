@@ -73,7 +73,7 @@ mod tests {
         let waves = texture([size, 1], Wrap::Repeat, |x, _| (TAU * (f64::from(x) + 0.5) / f64::from(size)).sin());
         for x in 0..size {
             let u = (f64::from(x) + 0.5) / f64::from(size);
-            // The central difference of a sine: the derivative times sin(h) / h.
+            // The central difference of a sine equals its derivative times sin(h) / h.
             let step = TAU / f64::from(size);
             let expected = TAU * (TAU * u).cos() * step.sin() / step;
             let [found, down] = waves.gradient([u as f32, 0.3]);

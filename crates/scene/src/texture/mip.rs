@@ -141,7 +141,7 @@ mod tests {
         let [_, last] = &image.mip_map()[..] else {
             panic!("expected two levels");
         };
-        // The mean of 0..=5 is 2.5; 65535 is 257 times 255.
+        // The mean of 0..=5 is 2.5; 8-bit values are multiplied by 257, so that 255 becomes 65535.
         assert_eq!(last.texels, Texels::Linear16(vec![[643, 1285, 1928, 65535]]));
     }
 }

@@ -206,8 +206,9 @@ impl Axis {
     fn locate(coordinate: f32, size: u32) -> (i64, f64) {
         let length = f64::from(size);
         let position = f64::from(coordinate) * length - 0.5;
-        // Float32 coordinates of a texel's centre have rounding errors, which a large image magnifies to a visible
-        // fraction of the neighbour. Positions this close to a centre count as the centre.
+        // Float32 coordinates of a texel's centre have rounding errors, which in a large image become a visible
+        // fraction of the distance to the neighbouring texel. Positions this close to a centre therefore count as the
+        // centre.
         let rounding = (4.0 * f64::from(f32::EPSILON) * length * f64::from(coordinate.abs())).min(1.0 / 256.0);
         // Beyond 2^52 there are no fractions; NaN counts as 0. Casts are used, because rounding to whole numbers may be
         // a function call.
@@ -232,7 +233,7 @@ impl Wrap {
     /// Index of the texel at position `i` along an axis of `size` texels; `i` may be outside the image.
     #[inline]
     fn index(self, i: i64, size: i64) -> usize {
-        // This is the usual case; a division would take longer than the rest of the function.
+        // In this usual case, the division is avoided, which would take longer than the rest of the function.
         if (0..size).contains(&i) {
             return i as usize;
         }

@@ -1,4 +1,4 @@
-//! Media inside of meshes that are not closed.
+//! Media inside meshes that are not closed.
 
 use glam::DVec3;
 
@@ -8,7 +8,7 @@ use crate::notice::{Notice, NoticeCode};
 use crate::world::World;
 
 impl World {
-    /// Adds a notice about a medium inside of an object whose mesh is not closed.
+    /// Adds a notice about a medium inside an object whose mesh is not closed.
     pub(crate) fn note_open_medium(&mut self, id: usize) {
         let object = &self.objects[id];
         if object.materials.iter().all(|&material| self.materials[material].medium.is_none()) {

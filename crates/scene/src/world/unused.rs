@@ -14,7 +14,7 @@ pub(crate) struct PartsInUse {
 }
 
 impl World {
-    /// Parts in use now.
+    /// Returns the parts that are in use now.
     pub(crate) fn parts_in_use(&self) -> PartsInUse {
         let mut used = PartsInUse {
             meshes: vec![false; self.meshes.len()],

@@ -26,7 +26,8 @@ fn points_in_focus_have_the_same_pixel_through_the_whole_aperture() {
         let meets = sample.origin + t * sample.direction;
         assert!((meets - chief * (4.0 / chief.z)).length() < 1e-12);
     }
-    // A fisheye is focused at a distance, and its opening faces the light, which may come from behind.
+    // A fisheye is focused at a distance instead of a depth, and its opening faces the light, which may come from
+    // behind the camera.
     let lens = Lens::new(LensModel::Fisheye, &[0.0; 4]).unwrap();
     let round = flat.with_lens(lens).unwrap();
     for pixel in [DVec2::new(100.0, 80.0), DVec2::new(-250.0, 90.0)] {
@@ -58,7 +59,7 @@ fn aperture_samples_are_uniformly_distributed() {
         assert!((square - expected).abs() < 2e-3, "{blades} {square}");
         assert!(mean.length() < 1e-2 && far <= 1.0);
     }
-    // A corner is at the angle `rotation`.
+    // One corner of the polygon is at the angle `rotation`.
     let aperture = Aperture::new(1.0, 4.0, 3, 90.0).unwrap();
     let camera = camera().with_aperture(Some(aperture)).unwrap();
     let corner = camera.generate_ray(DVec2::new(100.0, 80.0), [0.0, 1.0], 0.5).origin;

@@ -80,7 +80,7 @@ fn project_and_ray_are_inverses() {
             assert!((direction.length() - 1.0).abs() < 1e-15 && direction.dot(camera.forward()) > 0.0);
             for t in [0.01, 1.0, 1e6] {
                 let (back, in_front) = camera.project(origin + t * direction);
-                // The point itself is rounded to the precision of world coordinates.
+                // The point itself has the rounding error of world coordinates, which the tolerance includes.
                 let rounding = camera.c().length() / t.min(1.0) * 1e-15 * camera.k().x_axis.x.max(camera.k().y_axis.y);
                 let steepness = 1.0 / direction.dot(camera.forward()).powi(2);
                 assert!((back - pixel).length() < 1e-12 * 1000.0 + 8.0 * rounding * steepness, "{back} {pixel}");

@@ -22,7 +22,7 @@ fn category_names_get_the_free_numbers() {
     assert_eq!(categories.of_objects, [1, -1, 2, 3, 1, 0]);
     let names: Vec<_> = categories.names.iter().map(|(id, name)| (*id, &name[..])).collect();
     assert_eq!(names, [(0, "0"), (1, "car"), (2, "2"), (3, "tree")]);
-    // A number in another notation is a name.
+    // A name that is a number in a form other than the canonical one is an ordinary name.
     assert_eq!(world(&[Some("07"), Some("-1"), Some("7")]).categories().of_objects, [1, 2, 7]);
     assert_eq!(world(&[]).categories(), Default::default());
 }

@@ -46,7 +46,7 @@ fn unused_parts_are_removed_with_their_last_user() {
     let texture = world.materials[1].texture.unwrap().texture;
     assert_eq!(world.textures[texture].image.name, "c");
     world.remove_object(1).unwrap();
-    // c's own mesh was never shown.
+    // The mesh that was added for c remains, because no object ever used it.
     assert_eq!((world.meshes.len(), world.materials.len(), world.textures.len()), (2, 1, 1));
 }
 

@@ -101,7 +101,7 @@ fn projected_points_lie_on_the_ray_of_their_pixel() {
 #[test]
 fn radii_increase_up_to_the_maximum_angle() {
     for (model, coefficients) in LENSES {
-        // A tilted sensor is closer to the axis on one side.
+        // With a tilted sensor, image points on one side are closer to the axis, so the radii are not compared.
         if model.is_panorama() || coefficients.len() == 14 {
             continue;
         }
@@ -150,9 +150,9 @@ fn wide_lens_models_end_at_the_angles_of_their_papers() {
     // Mei's model: cos θ > -min(ξ, 1 / ξ).
     assert!((end(LensModel::Omni, &[0.7]) - (-0.7_f64).acos()).abs() < 1e-9);
     assert!((end(LensModel::Omni, &[2.0]) - (-0.5_f64).acos()).abs() < 1e-9);
-    // The second sphere's angle φ ends at cos φ = -w1, and the direction with this φ is the end. Usenko's bound
-    // (equations 43 to 45), z > -w2 d, uses the point of the second sphere as if it were on the first, and therefore
-    // ends slightly earlier.
+    // The second sphere's angle φ ends at cos φ = -w1, and the direction with this φ is the last one in the valid
+    // region. Usenko's bound (equations 43 to 45), z > -w2 d, uses the point of the second sphere as if it were on the
+    // first, and therefore ends slightly earlier.
     let (xi, alpha) = (-0.2_f64, 0.59);
     let w1 = (1.0 - alpha) / alpha;
     let w2 = (w1 + xi) / (2.0 * w1 * xi + xi * xi + 1.0).sqrt();

@@ -89,7 +89,7 @@ fn spheres_are_closed_and_round_at_every_level() {
         assert!(mesh.vertices.iter().all(|v| (v.length() - 2.0).abs() < 1e-14));
         let ball = 4.0 / 3.0 * PI * 8.0;
         let missing = 1.0 - volume(&mesh) / ball;
-        // The missing volume decreases by a factor of four per level.
+        // The difference from the exact volume decreases by a factor of four per level.
         assert!(missing > 0.0 && missing < 0.6 / 4_f64.powi(level as i32), "{level} {missing}");
     }
     let uvs = primitive::sphere(1.0, 3).unwrap().uvs.unwrap();

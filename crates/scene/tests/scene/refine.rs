@@ -96,7 +96,7 @@ fn refined_flat_grids_change_only_at_their_corners() {
     assert_eq!(refined.triangles, exact.triangles);
     for (found, expected) in refined.vertices.iter().zip(&exact.vertices) {
         assert_eq!(found.z, 0.0);
-        // Away from the corners nothing moves, because the rules reproduce linear functions.
+        // Away from the corners of the grid nothing moves, because the rules reproduce linear functions.
         let (j, inset) = (expected.y / 0.75_f64.sqrt(), 1.5);
         let i = expected.x - 0.5 * j;
         let at_corner = (i < inset || i > 4.0 - inset) && (j < inset || j > 4.0 - inset);

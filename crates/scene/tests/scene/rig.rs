@@ -61,7 +61,7 @@ fn turning_bodies_move_their_cameras_on_arcs() {
         let expected = 2.0 * DVec3::new(angle.cos(), angle.sin(), 0.0);
         assert!((origin - expected).length() < 1e-12, "{origin} {expected}");
     }
-    // Placed elsewhere, the whole rig is translated.
+    // If the rig is placed elsewhere, all of its cameras are translated.
     let pose = pose(&mut random);
     let moved = rig.at_pose(pose).unwrap().cameras().unwrap();
     let step = pose.r.transpose() * rig.body().r;

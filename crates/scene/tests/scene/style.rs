@@ -45,7 +45,8 @@ fn every_material_value_accepts_a_texture() {
     .unwrap();
     let (material, p) = (&world.materials[0], principled(&world));
     let texture = |slot: Option<raycam_scene::TextureSlot>| &world.textures[slot.unwrap().texture];
-    // Colours are sRGB and data is linear; a value that is not given is 1.
+    // Colour textures are sRGB and data textures are linear; the value that a texture multiplies is 1 if it is not
+    // given.
     assert!(matches!(texture(material.texture).image.texels, Texels::Srgb8(_)));
     assert_eq!(
         (p.roughness.value, &texture(p.roughness.texture).image.texels),
@@ -113,7 +114,7 @@ fn file_materials_can_be_overridden() {
     let p = principled(&world);
     assert_eq!((p.roughness.value, p.clearcoat.value, p.metallic.value), (0.75, 1.0, 1.0));
     assert_eq!(world.materials[0].color, [0.5; 3]);
-    // Setting a type resets all other values.
+    // If a type is given, all values that are not given are reset to the type's defaults.
     let world = build_from(r#"{ "mesh": "a.glb", "type": "principled", "roughness": 0.75 }"#, gold()).unwrap();
     let p = principled(&world);
     assert_eq!((p.clearcoat.value, p.metallic.value), (0.0, 0.0));
@@ -122,7 +123,8 @@ fn file_materials_can_be_overridden() {
     assert!(matches!(&world.materials[0].model, MaterialModel::Glass(g) if g.ior == 1.3));
     let error = build_from(r#"{ "mesh": "a.glb", "metallic": 1 }"#, glass).unwrap_err();
     assert!(error.to_string().starts_with("metallic: no material"), "{error}");
-    // The same applies to the materials of another object, which keeps its own.
+    // A second object that shares the first one's materials can change them for itself; the first object's materials
+    // are unchanged.
     let mut world = build_from(r#"{ "mesh": "a.glb", "name": "first" }"#, gold()).unwrap();
     let other = node(r#"{ "instance_of": "first", "roughness": 1.0, "textures": { "normal": "n.png" } }"#);
     let other = schema::from_value::<ObjectSpec>(&other).unwrap();

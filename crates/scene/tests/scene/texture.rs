@@ -44,7 +44,8 @@ fn lookup_at_a_texel_centre_returns_the_exact_texel() {
             }
         }
     }
-    // Black next to white reveals the smallest fraction of a neighbour, especially in the widest images.
+    // In alternating black and white columns, even a small fraction of a neighbouring texel changes the result; the
+    // error is largest in wide images.
     let width = 65_536;
     let texels = (0..width).map(|x| [255 * (x % 2) as u8; 3]);
     let stripes = Texture::from_srgb8("", [width, 1], texels, [Wrap::Clamp; 2]);
@@ -68,7 +69,7 @@ fn lookups_between_centres_interpolate_linear_values() {
 
 #[test]
 fn wrap_modes_repeat_clamp_and_mirror() {
-    // Texel indices outside the image, for a width of 3.
+    // For each wrap mode, the texels at positions -4 to 5 of an image that is 3 texels wide.
     let expected: [(Wrap, [u32; 10]); 3] = [
         (Wrap::Repeat, [2, 0, 1, 2, 0, 1, 2, 0, 1, 2]),
         (Wrap::Clamp, [0, 0, 0, 0, 0, 1, 2, 2, 2, 2]),

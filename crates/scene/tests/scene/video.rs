@@ -132,7 +132,7 @@ fn angles_are_interpolated_as_plain_numbers() {
             }
         }
     }
-    // All three angles, of a camera and of an object.
+    // All three angles are tested, for a camera and for an object.
     let keys = |object: &str| {
         format!(
             r#"{{ {object} "time": 0, "roll": 10, "pitch": 20, "yaw": 30 }},
@@ -152,7 +152,7 @@ fn angles_are_interpolated_as_plain_numbers() {
 
 #[test]
 fn matrix_rotations_follow_the_shorter_arc() {
-    // From 10 to 350 degrees about z: 20 degrees backwards.
+    // The rotation from 10 to 350 degrees about z takes the shorter way: 20 degrees backwards.
     let matrix = |degrees: f64| {
         let (sin, cos) = degrees.to_radians().sin_cos();
         format!("[[{cos}, {}, 0, 0], [{sin}, {cos}, 0, 0], [0, 0, 1, 0]]", -sin)

@@ -89,8 +89,8 @@ fn default_camera_frames_everything() {
                 let relative = (pixel.x / f64::from(size[0] - 1) - 0.5, pixel.y / f64::from(size[1] - 1) - 0.5);
                 extent = extent.max(relative.0.abs()).max(relative.1.abs());
             }
-            // The farthest point is at 90 % of half the image, and no point is beyond; pixel centres are slightly
-            // inside the image's sides.
+            // The outermost point is at 90 % of half the image size from the centre, apart from the offset between
+            // pixel centres and the image's sides.
             let slack = 1.0 / f64::from(size[0].min(size[1]) - 1);
             assert!((extent - 0.45).abs() < 0.01 + slack, "{extent} {size:?} {scale}");
             assert!((camera.r() * world.up.axis()).y < 0.0, "upright");

@@ -11,12 +11,12 @@ pub fn add(world: &mut World, name: &str, mesh: Mesh, place: DAffine3) -> usize 
     world.objects.len() - 1
 }
 
-/// Transform that only translates.
+/// Returns a transform that only translates.
 pub fn moved(x: f64, y: f64, z: f64) -> DAffine3 {
     DAffine3::from_translation(DVec3::new(x, y, z))
 }
 
-/// Objects that fall from their poses in the world.
+/// Creates a request for objects that fall from their poses in the world.
 pub fn request(moving: &[usize]) -> Request {
     Request { moving: moving.to_vec(), physics: Vec::new(), target: None, seed: 1, seconds: 5.0, gravity: 9.81 }
 }

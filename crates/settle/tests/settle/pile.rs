@@ -7,7 +7,8 @@ use raycam_settle::{Place, Request, Target, settle};
 
 use crate::common::{add, moved, request};
 
-/// A bin of five boxes with `count` objects above it, and its indices.
+/// Creates a bin of five boxes with `count` objects above it; returns the world, the indices of the objects, and the
+/// indices of the boxes.
 fn bin(count: usize) -> (World, Vec<usize>, Vec<usize>) {
     let mut world = World::default();
     let mut wall = |name: &str, size: [f64; 3], x: f64, y: f64, z: f64| {

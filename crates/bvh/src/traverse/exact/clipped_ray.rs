@@ -44,7 +44,7 @@ pub struct ClippedRay {
     pub ties: TieWindow,
     /// True if the ray may have hit two surfaces at equal distances.
     pub contested: bool,
-    /// The closest hit so far, its `t` along `ray.direction`.
+    /// The closest hit so far; its `t` is measured along `ray.direction`.
     pub best: ExactHit,
 }
 
@@ -111,7 +111,7 @@ impl ClippedRay {
         self.best.t == DONE
     }
 
-    /// The t up to which boxes must be visited, from `local_origin`.
+    /// The t up to which boxes must be visited, counted from `local_origin`.
     #[inline(always)]
     pub fn t_max_f32(&self) -> f32 {
         t_max_f32(self.best.t, self.t_offset, &self.ties)
@@ -144,7 +144,8 @@ impl ClippedRay {
         (self.ties.width(t) * 2.0) as f32 * ROUNDED_UP
     }
 
-    /// Keeps an intersection with a triangle if it is accepted and the closest so far; true if it is kept.
+    /// Keeps an intersection with a triangle if the filter accepts it and it is the closest so far; returns true if it
+    /// is kept.
     #[inline(always)]
     pub fn keep_closer(
         &mut self,

@@ -9,7 +9,7 @@ use crate::traverse::exact::ray_state::{Decision, ExactRayState, RaySearch, Tria
 use crate::traverse::exact::refine::refine_hits;
 use crate::traverse::single::interleaved::{RaySource, traverse_rays};
 
-/// Number of crossings beyond the requested number that are kept before the farthest are dropped.
+/// Number of crossings that are kept in addition to the requested number, before the farthest are dropped.
 const SPARE_CROSSINGS: usize = 64;
 
 /// Results of a search for crossings.

@@ -11,7 +11,7 @@ use crate::traverse::packet::Packet;
 use crate::traverse::packet::soa::{PACKET_SIZE, load, store};
 use crate::traverse::triangle::edge::corner_lanes;
 
-/// Factor for upper bounds; exceeds the rounding errors of a few operations.
+/// Factor by which upper bounds are multiplied; it exceeds the rounding errors of a few operations.
 const ROUNDED_UP: f32 = 1.0 + 16.0 * MACHINE_EPSILON;
 
 /// A row with one value per lane.

@@ -17,7 +17,7 @@ pub const T_ERROR: f32 = 1e-5;
 /// Width of a range of t, as a fraction of t, above which the corners' weights are used to narrow the range.
 pub const MAX_T_WIDTH: f32 = 1.0 / 16.0;
 
-/// Sheared vertices, and the error bound of edge functions of the leaf.
+/// The sheared vertices of a leaf, and the error bound of the edge functions of its triangles.
 #[inline(always)]
 fn sheared<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> ([I::F32x16; 2], f32) {
     let [px, py] = shear_vertices::<I>(leaf, ray);
@@ -25,7 +25,7 @@ fn sheared<I: Isa>(leaf: &LeafNode, ray: impl RayView, off: f32) -> ([I::F32x16;
     ([px, py], off * (8.0 * farthest + 16.0 * off))
 }
 
-/// Triangles of a leaf, as bit masks.
+/// Result of testing a ray against the triangles of a leaf, as bit masks.
 #[derive(Clone, Copy)]
 pub struct LeafCandidates {
     /// Bit i: the ray may hit triangle i, if the ray and the corners are inaccurate by at most the given error.

@@ -1,4 +1,5 @@
-//! Float64 hits of coherent rays: packets in float32 find the candidates, padded as for a single exact ray.
+//! Float64 hits of coherent rays: packets in float32 find the candidates, with the same padding as for a single float64
+//! ray.
 
 use crate::blas::Bvh;
 use crate::limits::MACHINE_EPSILON;
@@ -78,7 +79,7 @@ pub fn closest_exact_batch<I: Isa>(
     }
 }
 
-/// Closest hits of at most 64 rays. Bit i of the result: ray i must be traced individually.
+/// Finds the closest hits of at most 64 rays. Bit i of the result: ray i must be traced individually.
 #[inline(always)]
 fn closest_exact_chunk<I: Isa>(
     scene: &Scene,
@@ -109,7 +110,7 @@ fn closest_exact_chunk<I: Isa>(
         return alone;
     }
     let (some, indices) = near.all();
-    // The indices are omitted if every ray is in its own lane.
+    // No indices are needed if every ray is in the lane with its index.
     let indices = indices.filter(|_| some.len() < rays.len());
     let (distance, origin_error) = (farthest as f32, origin_error(scene, farthest));
     let mut query = ExactQuery { scene, triangles, rays: exact, hits, origin_error, distance, alone };
@@ -258,8 +259,8 @@ impl LeafVisitor for ExactLeafVisitor<'_, '_> {
     fn visit_leaf<I: Isa>(&mut self, leaf: &LeafNode, active: u64, packet: &mut Packet) -> u64 {
         let mut candidates = packet.candidate_triangles_within::<I>(leaf, 4.0 * self.off);
         let mut closer = 0;
-        // Large triangles are tested against all rays, because many rays hit each of them; small ones only against rays
-        // that may hit them.
+        // Large triangles are tested against all rays, because many rays hit each of them. Small triangles are tested
+        // only against the rays that may hit them.
         if candidates.count_ones() * TRANSPOSE_THRESHOLD <= active.count_ones() {
             while candidates != 0 {
                 let k = candidates.trailing_zeros();

@@ -75,7 +75,7 @@ pub struct ExactRayState<'a, S> {
     instance: u32,
     /// The instance in whose coordinates `ray` is, or [`INVALID_ID`].
     current_instance: u32,
-    /// True if only one tree is traversed.
+    /// True if the ray traverses only one tree.
     single_tree: bool,
     /// The scale of t along the ray in TLAS coordinates.
     tlas_t_scale: f64,

@@ -96,7 +96,7 @@ impl RaySoa64 {
         let [sx, sy] = &mut self.shear;
         let ([wx, wy, wz], scale) = (scene.origin(), scene.scale);
         let ([px, py, pz], [ax, ay, az]) = (&mut self.origin_f32, &mut self.direction_f32);
-        // Branch-free, so that it is vectorised.
+        // The loop has no branches, so that the compiler vectorises it.
         for i in 0..PACKET_SIZE {
             let size = [dx[i].abs(), dy[i].abs(), dz[i].abs()];
             let steepest = max_f64(max_f64(size[0], size[1]), size[2]);

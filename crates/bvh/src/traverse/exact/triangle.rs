@@ -11,7 +11,7 @@ use crate::scene::ExactTriangles;
 const NEAR_EDGE_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
 const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
 
-/// The relative error of t and of the weights beyond which they are computed in twice the precision.
+/// Maximum relative error of t and of the weights; if it is exceeded, they are computed in twice the precision.
 const MAX_RELATIVE_ERROR: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// The axis that follows each axis cyclically.
@@ -35,9 +35,9 @@ pub struct Intersection {
     /// Weights of the second and third corner.
     pub u: f64,
     pub v: f64,
-    /// (b - a) x (c - a).
+    /// The normal of the triangle a, b, c: (b - a) x (c - a).
     pub normal: [f64; 3],
-    /// The sign of the direction along the normal, exactly.
+    /// The exact sign of the direction along the normal.
     pub side: i32,
 }
 
@@ -108,8 +108,8 @@ impl ShearedRay {
         RayPredicates { origin: self.origin, direction: self.direction }
     }
 
-    /// A corner, sheared so that the ray is the axis `z`, with the corner's t along the ray; and the corner's largest
-    /// absolute coordinate relative to the ray's origin.
+    /// Returns a corner, sheared so that the ray is the axis `z`; the third coordinate is the corner's t along the ray.
+    /// In addition, returns the corner's largest absolute coordinate relative to the ray's origin.
     #[inline(always)]
     fn sheared(&self, p: [f64; 3], z: usize) -> ([f64; 3], f64) {
         let (x, y) = (NEXT_AXES[z], NEXT_AXES[NEXT_AXES[z]]);
@@ -170,7 +170,7 @@ impl ShearedRay {
         let ([u, v, w], [za, zb, zc]) = (edges.values, edges.depths);
         let normal = cross(corners);
         let det = u + v + w;
-        // Weights of a ray through an edge may be negative by rounding.
+        // If the ray passes through an edge, rounding may make a weight negative.
         let relative = 3.0 * edges.error / det.abs();
         let sure = relative <= MAX_RELATIVE_ERROR;
         if !sure || min_f64(u * det, min_f64(v * det, w * det)) < 0.0 {
@@ -213,7 +213,8 @@ impl ShearedRay {
     }
 
     /// True if an intersection lies in the range of t and precedes the closest hit so far, by (t, instance, triangle).
-    /// Both t are computed precisely if float64 is undecided; a hit depends only on the ray and the triangle.
+    /// If float64 cannot decide, both t are computed in twice the precision, so that the decision depends only on the
+    /// ray and the triangles.
     #[inline(always)]
     pub fn precedes(
         &self,

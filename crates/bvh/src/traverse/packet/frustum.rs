@@ -49,7 +49,7 @@ impl Frustum {
 pub enum Apex {
     /// The rays start at one point, or close to one point.
     Origin,
-    /// Rays end at one point, from which t counts backwards. Only for any-hit queries.
+    /// The rays end at one point, from which t is measured backwards. Only any-hit queries use this apex.
     Target,
 }
 

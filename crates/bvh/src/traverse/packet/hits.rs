@@ -107,7 +107,7 @@ impl PacketHits<'_> {
             let columns = columns.map(|row| F32x4::new(std::array::from_fn(|i| row[4 * four + i])));
             let rows = F32x4::transpose(columns);
             for (i, (hit, row)) in hits.iter_mut().zip(rows).enumerate() {
-                // SAFETY: a hit begins with t, u, v and the instance, four words.
+                // SAFETY: a hit begins with four words: t, u, v and the instance.
                 unsafe { (&raw mut *hit).cast::<[f32; 4]>().write(row.array()) };
                 // All bits of a missing id are set.
                 let prim = self.prim_index[4 * four + i].to_bits();
@@ -154,7 +154,7 @@ impl PacketHits<'_> {
     #[inline(never)]
     fn resolve_ties<I: Isa>(&mut self, mesh: &Bvh, (t, prim): (I::RayVec, I::RayVec), group: usize, ties: u32) -> u32 {
         let (mut times, mut prims) = ([0.0; 16], [0u32; 16]);
-        // SAFETY: the arrays contain at least this many words; as floats they are only moved.
+        // SAFETY: the arrays contain at least as many words as a vector; words that are not floats are only moved.
         unsafe {
             t.store(times.as_mut_ptr());
             prim.store(prims.as_mut_ptr().cast());

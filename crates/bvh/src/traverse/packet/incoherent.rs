@@ -19,7 +19,7 @@ pub struct SingleHandoff {
     /// Rays that would leave the packet at several nodes; as single rays, they restart at the root of the subtree.
     restart_mask: u64,
     pub start_node: [NodeRef; PACKET_SIZE],
-    /// Nodes and leaves visited by the packet.
+    /// Number of nodes and leaves that the packet has visited.
     pub visits: usize,
 }
 

@@ -4,7 +4,7 @@ use crate::traverse::packet::Packet;
 use crate::traverse::packet::soa::PACKET_SIZE;
 use crate::traverse::triangle::single::RayView;
 
-/// The ray of packet `0` whose index is `1` (the fields of this struct).
+/// A ray of a packet. The fields are the packet and the ray's index in it.
 #[derive(Clone, Copy)]
 pub struct PacketRay<'a>(pub &'a Packet, pub usize);
 

@@ -72,7 +72,7 @@ impl Packet {
         coherent
     }
 
-    /// Sets up all lanes and the frustum; `COMMON_ORIGIN` if the rays start at one point.
+    /// Sets up all lanes and the frustum. `COMMON_ORIGIN` is true if the rays start at one point.
     #[inline(always)]
     fn setup_lanes<I: Isa, const COMMON_ORIGIN: bool>(&mut self, context: &SetupContext) -> bool {
         let first = &context.rays[0];
@@ -133,12 +133,13 @@ impl Packet {
         let [x, y, z] = self.axes;
         let (zero, one) = (I::F32x16::splat(0.0), I::F32x16::splat(1.0));
         let from: [*const f32; 16] = std::array::from_fn(|i| (&raw const rays[16 * g + i]).cast());
-        // SAFETY: a ray is seven floats: origin, direction, t_max.
+        // SAFETY: a ray is seven floats, of which the last four are read here: direction and t_max.
         let [dx, dy, dz, t] = unsafe { I::load_transposed(from.map(|ray| ray.wrapping_add(3))) };
         let o = if COMMON_ORIGIN {
             rays[0].origin.map(I::F32x16::splat)
         } else {
-            // SAFETY: as above. (The fourth column repeats a component of the direction.)
+            // SAFETY: a ray is seven floats, of which the first four are read here; the fourth, a component of the
+            // direction, is not used.
             let [x, y, z, _] = unsafe { I::load_transposed(from) };
             [x, y, z]
         };
@@ -292,7 +293,7 @@ fn have_common_origin<I: Isa>(rays: &[Ray; PACKET_SIZE]) -> bool {
         return false;
     }
     let from = std::array::from_fn(|i| (&raw const rays[i]).cast());
-    // SAFETY: a ray is seven floats.
+    // SAFETY: a ray consists of seven floats.
     let [x, y, z, _] = unsafe { I::load_transposed(from) };
     let (no, yes) = (I::F32x16::splat(0.0), I::F32x16::splat(1.0));
     let mut same = I::F32x16::select(x.eq(I::F32x16::splat(first[0])), yes, no);
@@ -300,7 +301,7 @@ fn have_common_origin<I: Isa>(rays: &[Ray; PACKET_SIZE]) -> bool {
     same = I::F32x16::select(z.eq(I::F32x16::splat(first[2])), same, no);
     let floats: *const f32 = rays.as_ptr().cast();
     for (i, others) in NON_ORIGIN_LANES.into_iter().enumerate() {
-        // SAFETY: sixteen rays are seven times sixteen floats.
+        // SAFETY: sixteen rays consist of seven times sixteen floats.
         let start = unsafe { I::F32x16::load(floats.add(16 * i)) };
         let mut these = yes;
         for group in 1..PACKET_SIZE / 16 {

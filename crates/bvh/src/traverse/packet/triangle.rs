@@ -47,7 +47,8 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     let mut hit = potential.hit_lanes::<I>(group);
     let zero = I::RayVec::splat(0.0);
     let start = I::RAY_LANES * (group % (PACKET_SIZE / I::RAY_LANES));
-    // SAFETY: a row of 64 words contains a group as in `load_rays`; as floats they are only moved.
+    // SAFETY: a row of 64 words contains the group, as in `load_rays`; the words are moved as floats without
+    // arithmetic.
     let triangle = unsafe { I::RayVec::load(potential.triangle.as_ptr().add(start).cast()) };
     let [kx, ky, kz] = packet.axes;
     let [px, py, pz] = gather_triangles::<I>(leaf, packet.axes, triangle);
@@ -76,7 +77,7 @@ pub fn intersect_lanes<I: Isa, const ANY_HIT: bool>(
     }
     let [u, v, w] = edges;
     if ANY_HIT {
-        // t would be clamped to this interval. If the whole interval is within range, t is not needed.
+        // An any-hit query does not need t if the whole interval, to which t would be clamped, is within range.
         let sure = <I::RayVec as Vector>::and(zero.le(enter), enter.max(leave).le(t_max));
         if hit & !<I::RayVec as Vector>::to_bitmask(sure) == 0 {
             return LaneIntersections { hit, ..nothing };
@@ -138,22 +139,22 @@ fn resolve_zero_edges<I: Isa>(corners: [I::RayVec; 6], edges: &mut [I::RayVec; 3
     let mut edge_lanes = [[0.0; 16]; 3];
     let mut corner_lanes = [[0.0; 16]; 6];
     for (array, vector) in corner_lanes.iter_mut().zip(corners) {
-        // SAFETY: each array contains at least this many floats.
+        // SAFETY: each array contains at least as many floats as the vector.
         unsafe { vector.store(array.as_mut_ptr()) };
     }
     for (array, vector) in edge_lanes.iter_mut().zip(*edges) {
-        // SAFETY: each array contains at least this many floats.
+        // SAFETY: each array contains at least as many floats as the vector.
         unsafe { vector.store(array.as_mut_ptr()) };
     }
     let hit = edge_functions_f64_lanes(&corner_lanes, unsure, hit, &mut edge_lanes);
     for (array, vector) in edge_lanes.iter().zip(edges) {
-        // SAFETY: each array contains at least this many floats.
+        // SAFETY: each array contains at least as many floats as the vector.
         *vector = unsafe { I::RayVec::load(array.as_ptr()) };
     }
     hit
 }
 
-/// The depths; for slivers in the lanes `behind`, the depths are computed in float64.
+/// Returns the depths; for slivers in the lanes `behind`, they are recomputed in float64.
 #[inline(always)]
 fn resolve_sliver_depths<I: Isa>(
     leaf: &LeafNode,
@@ -164,7 +165,7 @@ fn resolve_sliver_depths<I: Isa>(
     depth: I::RayVec,
 ) -> I::RayVec {
     let mut depths = [0.0; 16];
-    // SAFETY: the array contains at least this many floats.
+    // SAFETY: the array contains at least as many floats as the vector.
     unsafe { depth.store(depths.as_mut_ptr()) };
     sliver_depths(leaf, packet, start, potential, behind, &mut depths);
     // SAFETY: as above.

@@ -36,7 +36,7 @@ impl PotentialHits {
             triangles = packet.candidate_triangles::<I>(leaf);
         }
         let by_triangles = triangles.count_ones() * count_groups(active) < active.count_ones();
-        // With a common origin, vertices are translated once.
+        // If the rays have a common origin, the leaf's vertices are translated only once.
         let start = if COMMON_ORIGIN { packet.common_origin() } else { None };
         match (by_triangles, start) {
             (true, None) => self.test_edges_by_triangle::<I, false>(leaf, active, packet, triangles),
@@ -64,7 +64,8 @@ impl PotentialHits {
         let mut ry = vertices_minus::<I>(leaf, ky, y[0]);
         let mut rz = vertices_minus::<I>(leaf, kz, z[0]);
         let index = indices::<I>(leaf);
-        // Masks stay in registers: stores in the loop would delay the loads of the next iteration.
+        // The masks are local variables, which stay in registers: stores in the loop would delay the loads of the next
+        // iteration.
         let (mut some, mut more) = (0, 0);
         while active != 0 {
             let i = active.trailing_zeros() as usize & (PACKET_SIZE - 1);
@@ -133,7 +134,8 @@ impl PotentialHits {
                 first = I::F32x16::select(new, I::F32x16::splat(f32::from_bits(k)), first);
                 some |= near;
             }
-            // SAFETY: a row of 64 words, of which a group takes 16; floats are only moved.
+            // SAFETY: a row contains 64 words, of which a group takes at most 16; the words are moved as floats without
+            // arithmetic.
             unsafe { first.store(self.triangle.as_mut_ptr().add(16 * group).cast()) };
             store::<I>(&mut self.remaining, group, rest);
             self.hit_mask |= u64::from(some) << (16 * group);

@@ -81,7 +81,8 @@ pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, is_unfiltered: b
     let y = vertices_minus::<I>(leaf, 1, y);
     let z = vertices_minus::<I>(leaf, 2, z);
     let reach = x.abs().max(y.abs()).max(z.abs()).reduce_max().max(f32::MIN_POSITIVE);
-    // A power of two that scales the largest coordinate to 1 to 2, so that products neither overflow nor underflow.
+    // `unit` is a power of two that scales the largest coordinate to the range 1 to 2, so that products neither
+    // overflow nor underflow.
     let unit = f32::from_bits(reach.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE).recip();
     let (scale, reach) = (I::F32x16::splat(unit), reach * unit);
     let index = indices::<I>(leaf);
@@ -106,7 +107,7 @@ pub fn near_triangles<I: Isa>(leaf: &LeafNode, sphere: &Sphere, is_unfiltered: b
     (near | !far) & used
 }
 
-/// An upper bound of the distance to the nearest of the triangles `used`.
+/// An upper bound on the distance to the nearest triangle of those in the mask `used`.
 #[inline(always)]
 fn least_upper_bound<I: Isa>(squared: I::F32x16, error: I::F32x16, used: u32) -> f32 {
     let squared = <I::F32x16 as Vector>::select(I::F32x16::from_bitmask(used), squared, I::F32x16::splat(f32::MAX));
@@ -157,7 +158,8 @@ fn triangle_distances<I: Isa>(
     (squared, conditioning)
 }
 
-/// The squared distances from the origin to the segments from `a` along `e`; the squared length of `e` may be passed.
+/// The squared distances from the origin to the segments from `a` along `e`; `known` is a lower bound on the squared
+/// length of `e`, such as 0.
 #[inline(always)]
 fn segment_distances<I: Isa>(a: Triple<I::F32x16>, e: Triple<I::F32x16>, known: I::F32x16) -> I::F32x16 {
     let (zero, one) = (I::F32x16::splat(0.0), I::F32x16::splat(1.0));

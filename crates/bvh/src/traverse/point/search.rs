@@ -38,7 +38,7 @@ pub fn closest_points_batch<I: Isa>(
     for (number, (&point, found)) in points.iter().zip(found.iter_mut()).enumerate() {
         *found = ClosestPoint::MISS;
         let max_distance = if max_distance.len() == 1 { max_distance[0] } else { max_distance[number] };
-        // False for a limit that is NaN.
+        // This is false if the limit is NaN.
         let has_reach = max_distance >= 0.0;
         if !has_reach || !point.iter().all(|x| x.is_finite()) || scene.root == NodeRef::EMPTY {
             continue;

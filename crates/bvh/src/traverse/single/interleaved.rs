@@ -147,7 +147,7 @@ fn traverse_states<'a, I: Isa, R: RayInFlight<'a>, const STATES: usize>(
             let mut left = ready.nodes;
             while left != 0 {
                 let i = pop_lowest_bit(&mut left);
-                // SAFETY: only existing states set the bits.
+                // SAFETY: a bit of a mask is set only for an existing state.
                 let state = unsafe { states.get_unchecked_mut(i as usize) };
                 state.step_node::<I>();
                 ready.add(i, state);
@@ -165,7 +165,7 @@ fn traverse_states<'a, I: Isa, R: RayInFlight<'a>, const STATES: usize>(
             with_candidates |= u32::from(state.step_leaf::<I>()) << i;
             ready.add(i, state);
         }
-        // The nodes of these rays have not changed.
+        // These rays stay at their leaves until their triangles are processed.
         ready.leaves &= !with_candidates;
         let mut left = with_candidates;
         while left != 0 {

@@ -63,8 +63,9 @@ pub struct RayState<'a, const ANY_HIT: bool> {
     _pad: [u64; 8],
 }
 
-// An odd number of cache lines, so that the same fields of all states are in different L1 sets. With 32-bit pointers,
-// as in WebAssembly, the size differs; this is acceptable, because a browser page traces few rays at once.
+// The size of a state is an odd number of cache lines, so that the same fields of all states are in different L1 sets.
+// With 32-bit pointers, as in WebAssembly, the size differs; this is acceptable, because a browser page traces few rays
+// at once.
 #[cfg(target_pointer_width = "64")]
 const _: () = assert!(size_of::<RayState<false>>() / 64 % 2 == 1);
 

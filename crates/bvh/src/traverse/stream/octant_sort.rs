@@ -150,7 +150,7 @@ mod tests {
     use super::*;
     use crate::simd::Portable;
 
-    /// Rays in all direction classes, of which every 50th is flat along an axis.
+    /// Rays in all direction classes; a few of them are parallel or nearly parallel to a coordinate plane.
     fn rays(count: usize) -> Vec<Ray> {
         let component = |i: usize, k: usize| match (i + k) % 50 {
             0 if k == 0 => 0.0,

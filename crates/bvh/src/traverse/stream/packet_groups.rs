@@ -18,10 +18,10 @@ pub const DIRECTION_CLASSES: usize = 32;
 /// Class of a ray that cannot be in a packet: not finite, or parallel to an axis.
 pub const UNGROUPED: u8 = DIRECTION_CLASSES as u8 - 1;
 
-/// The index in the chunk of the ray in each lane; `None` if every ray is in its own lane.
+/// For each lane, the index in the chunk of the lane's ray; `None` if ray i is in lane i.
 pub type RayIndices<'a> = Option<&'a [u8; PACKET_SIZE]>;
 
-/// The index in the chunk of the ray in a lane.
+/// Returns the index in the chunk of the ray in a lane.
 #[inline(always)]
 pub fn ray_index(lane: u32, indices: RayIndices) -> usize {
     let lane = lane as usize & (PACKET_SIZE - 1);
@@ -129,7 +129,7 @@ impl OctantGroups {
         self.is_whole = false;
     }
 
-    /// Lanes of the next group, and true if a packet of these rays may be faster.
+    /// Returns the lanes of the next group, and true if a packet of these rays may be faster than single rays.
     #[inline(always)]
     pub fn next(&mut self) -> Option<(u64, bool)> {
         if self.remaining == 0 {
@@ -160,7 +160,7 @@ impl OctantGroups {
 fn direction_class([x, y, z]: [f32; 3]) -> u8 {
     const MIN_DIRECTION_RATIO: u32 = (1.0 / MAX_RECIPROCAL).to_bits();
     const INFINITE: u32 = f32::INFINITY.to_bits();
-    // Bits of non-negative floats have the same order as the floats.
+    // The bits of non-negative floats, read as integers, have the same order as the floats.
     let [dx, dy, dz] = [x.to_bits(), y.to_bits(), z.to_bits()];
     let [x, y, z] = [dx << 1 >> 1, dy << 1 >> 1, dz << 1 >> 1];
     let least = x.min(y).min(z);

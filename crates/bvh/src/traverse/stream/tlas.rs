@@ -17,7 +17,7 @@ pub trait PacketQuery {
     /// Builds a packet in scaled scene or instance coordinates; returns false if tracing single rays is faster.
     fn make_packet<I: Isa>(&self, rays: &[Ray], instance: Option<&InstanceRecord>, packet: &mut Packet) -> bool;
 
-    /// A ray in instance coordinates, clipped at its closest hit.
+    /// Transforms a ray to instance coordinates, and clips it at its closest hit.
     fn to_instance_space(&self, ray: &Ray, index: usize, instance: &InstanceRecord) -> Ray;
 
     /// Maximum valid t of a ray, given its value at the start of the TLAS traversal; negative if the ray is done.

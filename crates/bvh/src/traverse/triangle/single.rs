@@ -102,7 +102,7 @@ fn intersect<L: RayView, const SLIVER: bool>(
     let along = |axis: usize, at: [f32; 3]| at.map(|x| x - ray.origin(axis));
     let (px, py) = (at(kx), at(ky));
     let (x, y, z) = (along(kx, px), along(ky, py), along(kz, at(kz)));
-    // The interval of the triangle's own bounds, see SLAB_PAD.
+    // The interval of t in which the ray is inside the triangle's own bounds, see SLAB_PAD.
     let ends = |axis: usize, [a, b, c]: [f32; 3]| {
         let (lower, upper) = (min_f32(min_f32(a, b), c), max_f32(max_f32(a, b), c));
         let backwards = ray.reciprocal(axis) < 0.0;
@@ -137,7 +137,8 @@ fn intersect<L: RayView, const SLIVER: bool>(
         [u, v, w] = edge_functions_f64([ax, ay, bx, by, cx, cy])?;
     }
     let det = u + v + w;
-    // t is divided before the weights, because hits behind the closest hit are rejected without the weights.
+    // The division for t comes before the division for the weights, because hits behind the closest hit are rejected
+    // without the weights.
     let mut depth = (u * z[0] + v * z[1] + w * z[2]) / det;
     if SLIVER {
         depth = plane_depth_f64(leaf, k, ray, depth);

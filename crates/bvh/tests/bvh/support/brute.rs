@@ -104,7 +104,8 @@ impl Brute {
         met.clear();
         let (d, m) = (ray.direction, cross(ray.origin, ray.direction));
         let speed = length(d);
-        // A triangle whose edge is this far away is also outside the band; this applies to most triangles.
+        // If the ray passes an edge on the wrong side at a larger distance, the triangle is outside the band; this
+        // quick test excludes most triangles.
         let far = length(ray.origin) + self.reach;
         let outside = -speed * far * (2.0 * band * self.longest_edge + 1e-14 * far);
         let n = self.triangle_count();
@@ -204,12 +205,12 @@ impl Rng {
     }
 }
 
-/// Kinds of meshes, used in turn.
+/// Names of the kinds of meshes, which are created in turn.
 pub const KINDS: [&str; 5] = ["soup", "grains", "needles", "grid", "heights"];
 
 /// A hundred different meshes: random triangles of large, small and very different sizes, needles, grids whose corners
-/// rays hit, height fields, and copies. They have 1 to `most` triangles, are small or large, and are around the origin
-/// or next to it.
+/// rays hit, height fields, and copies. They have 1 to `most` triangles, are small or large, and are centred at the
+/// origin or elsewhere.
 pub fn meshes(most: usize) -> Vec<Brute> {
     let mut rng = Rng(7);
     (0..100).map(|number| mesh(number, most, &mut rng)).collect()
@@ -232,7 +233,7 @@ fn mesh(number: usize, most: usize, rng: &mut Rng) -> Brute {
             vertices.push(std::array::from_fn(|i| centre[i] + size * a[i]));
             vertices.push(std::array::from_fn(|i| centre[i] + size * (a[i] + thin * b[i])));
             triangles.push([3 * k, 3 * k + 1, 3 * k + 2]);
-            // Occasionally the same triangle again.
+            // Occasionally, a triangle is repeated.
             if rng.below(16) == 0 && k > 0 {
                 triangles[k as usize] = triangles[rng.below(k as usize)];
             }

@@ -32,7 +32,8 @@ pub struct Closed {
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
     centre: [f32; 3],
-    /// From positions within this distance of the centre along each axis, the whole inside is visible.
+    /// Distance from the centre along each axis; from all positions within this distance, the whole inside of the mesh
+    /// is visible.
     room: f32,
     place: [[f32; 4]; 3],
 }
@@ -58,7 +59,8 @@ fn bumpy(
     for i in 1..n {
         for j in 0..m {
             let (a, b) = (std::f32::consts::PI * i as f32 / n as f32, std::f32::consts::TAU * j as f32 / m as f32);
-            // Not too steep for any position near the centre to see over, including where the sectors meet.
+            // The bumps are flat enough that they hide no part of the inside from positions near the centre, including
+            // the seam where the sectors meet.
             let bump = 4.0 / m.max(80) as f32 * a.sin() * rng.unit();
             vertices.push(point(a, b, 1.0 + bump));
         }
@@ -101,7 +103,7 @@ pub fn meshes() -> Vec<Closed> {
     all
 }
 
-/// Counts of rays by outcome.
+/// Numbers of rays by outcome.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
     pub rays: u64,

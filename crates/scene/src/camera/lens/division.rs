@@ -6,8 +6,9 @@ use glam::{DVec2, DVec3};
 use super::model::{LensModel, wrong_count};
 use crate::error::Result;
 
-/// `k`: the point (x, y) of the image at the radius r has the direction (x, y, 1 + k r²). The model is one-to-one
-/// within `r < 1 / sqrt(|k|)` for k > 0, and everywhere for k < 0, where it covers all directions except straight back.
+/// The division model with the coefficient `k`: the image point (x, y) at the radius r has the direction (x, y, 1 + k
+/// r²). The model is one-to-one within `r < 1 / sqrt(|k|)` for k > 0, and everywhere for k < 0, where it covers all
+/// directions except straight back.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Division {
     k: [f64; 1],
@@ -27,7 +28,8 @@ impl Division {
 
     pub(super) fn distort(&self, direction: DVec3) -> Option<DVec2> {
         let ([k], z, s) = (self.k, direction.z, direction.truncate().length_squared());
-        // Solves k ρ r² - z r + ρ = 0 for the root that is ρ / z for small k.
+        // The radius r solves k ρ r² - z r + ρ = 0; of the two roots, the one that approaches ρ / z for small k is
+        // used.
         let square = z * z - 4.0 * k * s;
         if square.is_nan() || square <= 0.0 || (k >= 0.0 && z <= 0.0) {
             return None;
@@ -36,7 +38,7 @@ impl Division {
         let image = if z > 0.0 {
             direction.truncate() * (2.0 / (z + root))
         } else if s > 0.0 {
-            // The same root without cancellation.
+            // This form of the same root avoids cancellation.
             direction.truncate() * ((z - root) / (2.0 * k * s))
         } else {
             return None;

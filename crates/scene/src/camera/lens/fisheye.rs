@@ -11,12 +11,13 @@ use crate::error::Result;
 /// Number of angle steps in the search for the angle up to which the model is one-to-one.
 const ANGLE_STEPS: u32 = 4096;
 
-/// Image at the radius `θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, where θ is the angle to the principal axis: up to 180
-/// degrees (a field of view of 360), or up to the first angle at which the radius stops growing.
+/// The fisheye model: the image is at the radius `θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, where θ is the angle to the
+/// principal axis: up to 180 degrees (a field of view of 360), or up to the first angle at which the radius stops
+/// growing.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Fisheye {
     k: [f64; 4],
-    /// Maximum angle in radians, and its radius; both are excluded.
+    /// Maximum angle in radians, and its image radius; the maximum itself is excluded.
     max_angle: f64,
     max_radius: f64,
 }
@@ -77,7 +78,7 @@ impl Fisheye {
         if radius == 0.0 {
             return Some(DVec3::Z);
         }
-        // Newton's method within an interval that contains the root: the radius increases with the angle.
+        // Newton's method within an interval that contains the only root, because the radius increases with the angle.
         let (mut low, mut high) = (0.0, self.max_angle);
         let mut angle = radius.min(0.5 * (low + high));
         for _ in 0..100 {

@@ -9,12 +9,12 @@ use glam::{DVec2, DVec3};
 use super::model::{LensModel, wrong_count};
 use crate::error::{Result, SceneError};
 
-/// `ω`: an image at the radius `atan(2 r tan(ω / 2)) / ω`, where r is the radius at depth 1; less than 90 degrees from
-/// the axis.
+/// The field-of-view model with the coefficient `ω`: the image is at the radius `atan(2 r tan(ω / 2)) / ω`, where r is
+/// the radius at depth 1. All directions less than 90 degrees from the axis are covered.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Fov {
     omega: [f64; 1],
-    /// `2 tan(ω / 2)`.
+    /// The factor `2 tan(ω / 2)`.
     steep: f64,
 }
 

@@ -15,7 +15,7 @@ const MAX_ANGLE_FRACTION: f64 = 2047.0 / 2048.0;
 /// The coefficients `k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4 [τx τy]]]]`.
 ///
 /// The model is used on a disc of the plane at depth 1, less than 90 degrees from the axis, on which it is one-to-one.
-/// The tilt that follows is a homography.
+/// The sensor's tilt is applied afterwards, as a homography.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct OpenCv {
     given: Vec<f64>,

@@ -5,15 +5,15 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
 
-/// y is the latitude, `atan2(Y, sqrt(X² + Z²))`, in radians, positive downwards: the whole sphere (COLMAP's
-/// EQUIRECTANGULAR).
+/// Equirectangular panorama: y is the latitude, `atan2(Y, sqrt(X² + Z²))`, in radians, positive downwards: the whole
+/// sphere (COLMAP's EQUIRECTANGULAR).
 pub fn equirectangular(direction: DVec3) -> Option<DVec2> {
     let around = direction.x.hypot(direction.z);
     let at = DVec2::new(longitude(direction), direction.y.atan2(around));
     (direction != DVec3::ZERO && !at.is_nan()).then_some(at)
 }
 
-/// Inverse, within ±180 and ±90 degrees.
+/// The inverse, for longitudes within ±180 degrees and latitudes within ±90 degrees.
 pub fn from_equirectangular(image: DVec2) -> Option<DVec3> {
     if !(image.x.abs() <= PI && image.y.abs() <= FRAC_PI_2) {
         return None;
@@ -22,14 +22,15 @@ pub fn from_equirectangular(image: DVec2) -> Option<DVec3> {
     Some(DVec3::new(around * sin, down, around * cos))
 }
 
-/// y is `Y / sqrt(X² + Z²)`: vertical lines stay straight. All directions are covered except straight up and down.
+/// Cylindrical panorama: y is `Y / sqrt(X² + Z²)`, so vertical lines stay straight. All directions are covered except
+/// straight up and down.
 pub fn cylindrical(direction: DVec3) -> Option<DVec2> {
     let around = direction.x.hypot(direction.z);
     let at = DVec2::new(longitude(direction), direction.y / around);
     (around > 0.0 && at.is_finite()).then_some(at)
 }
 
-/// Inverse, within ±180 degrees.
+/// The inverse, for longitudes within ±180 degrees.
 pub fn from_cylindrical(image: DVec2) -> Option<DVec3> {
     if !(image.x.abs() <= PI && image.y.is_finite()) {
         return None;

@@ -18,7 +18,7 @@ pub struct PrismFisheye {
 }
 
 impl PrismFisheye {
-    /// `k1 k2 p1 p2 k3 k4 sx1 sy1`; all terms use the equidistant point.
+    /// Creates the model with the coefficients `k1 k2 p1 p2 k3 k4 sx1 sy1`; all terms use the equidistant point.
     pub(super) fn thin_prism(given: &[f64]) -> Result<Self> {
         let Ok([k1, k2, p1, p2, k3, k4, sx1, sy1]) = <[f64; 8]>::try_from(given) else {
             return Err(wrong_count(given, LensModel::ThinPrismFisheye, "8 (k1 k2 p1 p2 k3 k4 sx1 sy1)"));
@@ -32,7 +32,8 @@ impl PrismFisheye {
         Ok(Self::new(given, terms))
     }
 
-    /// `k0 ... k5 p0 p1 s0 s1 s2 s3`; the tangential and prism terms use the radially distorted point.
+    /// Creates the model with the coefficients `k0 ... k5 p0 p1 s0 s1 s2 s3`; the tangential and prism terms use the
+    /// radially distorted point.
     pub(super) fn rad_tan_thin_prism(given: &[f64]) -> Result<Self> {
         let Ok([k0, k1, k2, k3, k4, k5, p0, p1, s0, s1, s2, s3]) = <[f64; 12]>::try_from(given) else {
             return Err(wrong_count(

@@ -55,7 +55,8 @@ impl UnifiedSphere {
     }
 }
 
-/// `ξ [k1 k2 p1 p2]`: `x = X / (Z + ξ d)`, where d is the distance, followed by radial and tangential distortion.
+/// The unified model with the coefficients `ξ [k1 k2 p1 p2]`: `x = X / (Z + ξ d)`, where d is the distance, followed by
+/// radial and tangential distortion.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Omni {
     given: Vec<f64>,
@@ -106,12 +107,12 @@ impl Omni {
     }
 }
 
-/// `α β`: `x = X / (α sqrt(β (X² + Y²) + Z²) + (1 - α) Z)`.
+/// The enhanced unified model with the coefficients `α β`: `x = X / (α sqrt(β (X² + Y²) + Z²) + (1 - α) Z)`.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Eucm {
     given: [f64; 2],
     sphere: UnifiedSphere,
-    /// √β.
+    /// The square root of β.
     sqrt_beta: f64,
 }
 
@@ -143,7 +144,8 @@ impl Eucm {
     }
 }
 
-/// `ξ α`: the direction is shifted by ξ along the axis, `Z' = Z + ξ d`, then `x = X / (α d' + (1 - α) Z')`.
+/// The double sphere model with the coefficients `ξ α`: the direction is shifted by ξ along the axis, `Z' = Z + ξ d`,
+/// then `x = X / (α d' + (1 - α) Z')`.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DoubleSphere {
     given: [f64; 2],

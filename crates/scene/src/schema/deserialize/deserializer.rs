@@ -23,7 +23,7 @@ const TAG: &str = "type";
 pub struct ValueDeserializer<'a>(pub &'a SpannedValue);
 
 impl ValueDeserializer<'_> {
-    /// The value as a number, if it is a number.
+    /// Returns the value as a number, if it is a number.
     fn number(self) -> Option<Number> {
         match &self.0.value {
             Value::Integer(v) => Some(Number::Integer(*v)),

@@ -38,7 +38,7 @@ with_pose! {
     /// for an orthographic camera; none for a full panorama. The pose is `location` with angles or a `target`, or `R`
     /// with `C` or `t`. One `matrix` can replace both.
     pub struct CameraSpec {
-        /// Its name; default `camera`.
+        /// The camera's name; default `camera`.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub name: Option<String>,
         /// Columns and rows of the image; default 640 x 480.
@@ -288,8 +288,8 @@ pub struct BackgroundSpec(pub BackgroundTable);
 pub struct BackgroundTable {
     /// A PNG or JPEG file in the world file's folder or below.
     pub image: String,
-    /// "exact": a photo with the size of the camera, or of the key `camera`. "cover": any image, scaled up and cropped
-    /// to the frame.
+    /// "exact": a photo with the size of the camera, or of the key `camera`. "cover": any image, scaled and cropped so
+    /// that it fills the camera's image.
     #[serde(default)]
     pub fit: BackgroundFit,
     /// The camera that took the photo, if it is a different one: its size, intrinsics and lens.
@@ -310,7 +310,7 @@ impl BackgroundSpec {
     /// Returns the described background.
     ///
     /// # Errors
-    /// Errors of [`CameraSpec::build`], and a camera combined with an image that covers the frame.
+    /// Errors of [`CameraSpec::build`], and an error if `camera` is combined with the fit "cover".
     pub fn build(&self, up: Up) -> Result<Background> {
         let BackgroundTable { image, fit, camera } = &self.0;
         if *fit == BackgroundFit::Cover && camera.is_some() {

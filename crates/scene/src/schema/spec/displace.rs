@@ -19,7 +19,7 @@ pub enum DisplaceSpec {
     Table(DisplaceTable),
 }
 
-/// `{ max_edge, zero, max_triangles }`.
+/// The table `{ max_edge, zero, max_triangles }`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DisplaceTable {

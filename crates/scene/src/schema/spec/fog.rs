@@ -9,7 +9,7 @@ use crate::medium::fog::Fog;
 use crate::medium::visibility_constant;
 use crate::schema::shorthand::Splat;
 
-/// Fog that fills the world outside of objects, the same everywhere. Exactly one of `visibility` and `extinction`.
+/// Fog with the same density everywhere outside objects. Requires exactly one of `visibility` and `extinction`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FogSpec {
@@ -58,7 +58,7 @@ impl FogSpec {
     }
 }
 
-/// A visibility that float32 extinctions can express.
+/// Checks that a visibility is positive and that its extinction is finite in float32.
 fn check_visibility(visibility: f64) -> Result<f64> {
     if visibility.is_finite() && visibility > 0.0 && ((visibility_constant() / visibility) as f32).is_finite() {
         return Ok(visibility);

@@ -20,7 +20,7 @@ pub enum MediumSpec {
     Table(MediumTable),
 }
 
-/// `{ absorption, scattering, g }`.
+/// The table `{ absorption, scattering, g }`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MediumTable {

@@ -137,8 +137,8 @@ pub struct ObjectSpec {
     /// With type = "glass" or "principled": a whole number, default 0. Where closed meshes of clear media overlap, the
     /// medium with the highest priority fills the space; among equal priorities, the inner medium.
     pub priority: Option<i32>,
-    /// With type = "glass", "principled" or "boundary": the matter inside of the closed mesh, by the name of a preset
-    /// or by its coefficients per metre.
+    /// With type = "glass", "principled" or "boundary": the matter inside the closed mesh, by the name of a preset or
+    /// by its coefficients per metre.
     pub medium: Option<MediumSpec>,
     /// With type = "principled": 0 for a dielectric (default) to 1 for a metal.
     pub metallic: Option<f32>,

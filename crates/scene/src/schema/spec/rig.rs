@@ -18,14 +18,14 @@ with_pose! {
         /// The rig's name; default `rig`.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub name: Option<String>,
-        /// Its cameras, each with a unique name: one table or several.
+        /// The rig's cameras, each with a unique name: one table or several.
         #[schemars(schema_with = "crate::schema::shorthand::one_or_many::<CameraSpec>")]
         pub camera: Vec<CameraSpec>,
-        /// Its lidars, each with a name of its own: one table or several.
+        /// The rig's lidars, each with a unique name: one table or several.
         #[schemars(schema_with = "crate::schema::shorthand::one_or_many::<LidarSpec>")]
         #[serde(skip_serializing)]
         pub lidar: Vec<LidarSpec>,
-        /// Its other sensors, each with a name of its own: one table or several.
+        /// The rig's other sensors, each with a unique name: one table or several.
         #[schemars(schema_with = "crate::schema::shorthand::one_or_many::<SensorSpec>")]
         #[serde(skip_serializing)]
         pub sensor: Vec<SensorSpec>,

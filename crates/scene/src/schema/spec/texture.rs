@@ -12,7 +12,7 @@ use crate::schema::shorthand::{Splat, Wraps};
 use crate::texture::{Image, TexelFilter};
 use crate::written::{written, written_schema};
 
-/// An image and its lookup options: only its file or texels, or a table.
+/// An image and its lookup options: a file, texels, or a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextureSpec(pub TextureTable);
 
@@ -107,9 +107,9 @@ pub struct TexturesSpec {
     pub iridescence_thickness: Option<TextureSpec>,
     /// Strength of the anisotropy: blue; red and green are its direction, 0 to 1 for -1 to 1.
     pub anisotropy: Option<TextureSpec>,
-    /// Alpha.
+    /// Fraction of diffuse light that is transmitted: alpha.
     pub diffuse_transmission: Option<TextureSpec>,
-    /// Red, green, blue.
+    /// Colour of diffusely transmitted light: red, green, blue.
     pub diffuse_transmission_color: Option<TextureSpec>,
 }
 

@@ -35,7 +35,7 @@ pub struct KeyframeSpec {
     pub rig: Option<String>,
     /// The name of the world's camera that moves, while other cameras do not move with it.
     pub camera: Option<String>,
-    /// Its location.
+    /// The location at this time.
     pub location: Option<[f64; 3]>,
     /// Roll in degrees; default 0 if other angles are given.
     pub roll: Option<f64>,

@@ -18,7 +18,7 @@ fn objects_are_placed_by_their_transform() {
     assert!((turned.transform_point3(corner) - DVec3::new(8.0, 2.0, -3.0)).length() < 1e-12);
     let matrix = place(r#"{ "box": {}, "matrix": [[1, 0, 0, 5], [0, 0, -1, 6], [0, 1, 0, 7], [0, 0, 0, 1]] }"#);
     assert_eq!(matrix.transform_point3(corner), DVec3::new(6.0, 3.0, 9.0));
-    // In a y-up world yaw rotates about y, and without an angle nothing is rotated.
+    // In a y-up world, yaw rotates about y; an object without angles is not rotated.
     let world = build(r#"{ "up": "y", "object": [{ "box": {} }, { "box": {}, "yaw": 90 }] }"#).unwrap();
     assert_eq!(world.objects[0].world_from_mesh, glam::DAffine3::IDENTITY);
     let turned = world.objects[1].world_from_mesh.transform_point3(-DVec3::Z);
