@@ -22,7 +22,7 @@ from . import dask_worker
 __all__ = ["WorkerRegistry"]
 
 MAX_CONCURRENT_SENDS = 4
-"""Limit of simultaneous transfers of the package: the scheduler holds a copy for each."""
+"""Limit of simultaneous transfers of the package: the scheduler holds a copy for each transfer."""
 
 
 class WorkerRegistry:

@@ -157,7 +157,7 @@ def _choose_facing(
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = normals / np.where(lengths > 0, lengths, 1)
     away = queries - position
-    # A triangle that faces its query point exactly (cosine 1) is the best one, so it is not compared with others.
+    # A triangle that faces its query point exactly (cosine 1) is the best, so it is not compared with other triangles.
     facing = np.einsum("ni,ni->n", normals[triangle], away)
     doubtful = np.flatnonzero(facing < distance * (1 - 1e-12))
     query, candidate = _triangles_around(corners, triangle[doubtful])

@@ -20,7 +20,7 @@ __all__ = ["available_bytes", "mac_available", "parse_size", "peak_bytes"]
 
 CGROUP = Path("/sys/fs/cgroup")
 PROC = Path("/proc")
-"""Linux's folder of processes; other systems have no such folder or a different one."""
+"""Linux's folder of processes; other systems have no such folder, or a different folder."""
 
 
 def available_bytes(share: float = 1.0) -> int:

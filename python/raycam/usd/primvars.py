@@ -67,7 +67,7 @@ class Primvar:
 
     @property
     def constant(self) -> Any:
-        """The row of a primvar with one element; None for others."""
+        """The row of a primvar with one element; None for other primvars."""
         if self.rows is None or self.count != 1:
             return None
         index = 0 if self.indices is None else int(self.indices[0])

@@ -235,7 +235,7 @@ def _check_same(frame: Frame, other: Frame | None) -> None:
 
 
 def _unlike(frame: Frame, other: Frame | None) -> Iterator[Notice]:
-    """Yields notices about channels of a second frame that cannot be compared with this one."""
+    """Yields notices about channels of a second frame that cannot be compared with this frame."""
     if other is None:
         return
     if other.region[:2] != frame.region[:2]:

@@ -219,7 +219,7 @@ class WorldContents:
         warn_all(self._core.notices[before:])
 
     def _derived(self, core: CoreWorld) -> Self:
-        """Returns a world derived from this one; warns of its additional notices."""
+        """Returns a world derived from this world; warns of its additional notices."""
         known = set(self._core.notices)
         warn_all(notice for notice in core.notices if notice not in known)
         world = self._of(core)

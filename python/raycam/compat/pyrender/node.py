@@ -19,7 +19,7 @@ Floats = npt.NDArray[Any]
 
 
 def _kept(what: str, kind: type) -> Converted:
-    """An attribute that accepts objects of one class or None, and raises `TypeError` for others."""
+    """An attribute that accepts objects of one class or None, and raises `TypeError` for other values."""
 
     def convert(value: Any) -> Any:
         if value is not None and not isinstance(value, kind):

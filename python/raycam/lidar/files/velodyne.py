@@ -29,7 +29,7 @@ XML_KEYS = {
     "vertOffsetCorrection_": ("vert_offset_correction", 0.01),
     "horizOffsetCorrection_": ("horiz_offset_correction", 0.01),
 }
-"""The key of the ROS driver, and the factor to radians and metres, of each key of db.xml."""
+"""For each key of db.xml, the ROS driver's key and the factor to radians or metres."""
 
 
 def read_velodyne_yaml(path: Path, device: str | None) -> dict[str, Any]:

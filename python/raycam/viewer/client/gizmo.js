@@ -17,9 +17,9 @@ export class Gizmo {
   }
 
   /**
-   * Begins to drag the handle under the pointer, if there is one.
+   * Begins to drag the handle under the pointer, if a handle is there.
    * @param {Point} at
-   * @returns {boolean} true if there is one
+   * @returns {boolean} true if a handle is there
    */
   grab(at) {
     this.handle = this.handleAt(at);

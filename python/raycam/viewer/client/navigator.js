@@ -173,7 +173,7 @@ export class Navigator {
     if (this.camera) this.go(dolly(this.camera, point, DOLLY_STEP ** Math.max(-MAX_NOTCHES, Math.min(MAX_NOTCHES, notches))));
   }
 
-  /** Puts the pivot at the surface point under the pointer, if there is one. @param {number} u @param {number} v */
+  /** Puts the pivot at the surface point under the pointer, if the pointer is over a surface. @param {number} u @param {number} v */
   async setPivot(u, v) {
     const { point } = await this.locate(u, v);
     if (point) this.change((camera) => ({ ...camera, pivot: point }));

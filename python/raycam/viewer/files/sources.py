@@ -75,7 +75,7 @@ class Opening(NamedTuple):
 
 
 def world_suffixes() -> tuple[str, ...]:
-    """The endings of worlds and models, with the dot; the first is the preferred one."""
+    """The endings of worlds and models, with the dot; the first ending is preferred."""
     return tuple(f".{each}" for each in file_extensions()[0])
 
 

@@ -1,4 +1,4 @@
-"""The view of a client: an immutable state, from which each message creates the next one."""
+"""The view of a client: an immutable state, from which each message creates the next state."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 const POINT_RADIUS = 1.8; // radius of a drawn point in CSS pixels
 
 /**
- * Draws points: number, column and row of each.
+ * Draws points, each given by its number, column and row.
  * @param {CanvasRenderingContext2D} context
  * @param {number[]} points
  * @param {{ left: number, top: number, zoom: number }} place
