@@ -238,7 +238,7 @@ export class Client {
     this.repaint();
   }
 
-  /** Makes an image the B of the comparison. @param {HTMLCanvasElement} layer @param {string} text that is shown */
+  /** Uses an image as image B of the comparison. @param {HTMLCanvasElement} layer @param {string} text that is shown */
   takeLayer(layer, text) {
     this.taken = { plane: null, layer: resizedLayer(layer, this.picture.width, this.picture.height) };
     this.frameB = null;
