@@ -117,7 +117,7 @@ named_enum! {
 /// A row of [`RENDER_OPTIONS`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderOption {
-    /// The name, in every interface.
+    /// The name, which is the same in every interface.
     pub name: &'static str,
     /// The description, for help texts and the reference.
     help: &'static str,

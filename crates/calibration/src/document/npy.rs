@@ -48,7 +48,7 @@ pub(crate) fn shape(bytes: &[u8]) -> Option<Vec<usize>> {
     Some(NpyHeader::parse(bytes).ok()?.shape)
 }
 
-/// Shapes of the arrays in a `.npz` file, from their headers; None for another file.
+/// Shapes of the arrays in a `.npz` file, from their headers; `None` for another file.
 pub(crate) fn shapes(bytes: &[u8]) -> Option<Vec<Vec<usize>>> {
     let members = zip_members::members(bytes).ok()?;
     let arrays = members.iter().filter(|member| member.name.ends_with(".npy"));
