@@ -37,7 +37,7 @@ const TILE_OVERHEAD_BYTES: u64 = 160;
 impl TileCache {
     /// Creates a cache of at most `limit` bytes.
     pub fn new(limit: u64) -> Self {
-        // Each shard has room for about sixteen tiles of the largest size, or more.
+        // Each shard has room for at least about sixteen tiles of the largest size.
         let parts = (limit >> 20).clamp(1, 64);
         Self { shards: (0..parts).map(|_| Mutex::default()).collect(), limit: limit / parts }
     }
