@@ -34,8 +34,8 @@ impl Rotation {
         Ok(Self::Quaternion(quaternion))
     }
 
-    /// Creates a rotation from a quaternion w, x, y, z of any length, for files in which names identify its numbers. The
-    /// second value is true if the length differed from 1 by more than rounding (1e-2).
+    /// Creates a rotation from a quaternion w, x, y, z of any length, for files in which names identify its numbers.
+    /// The second value is true if the length differed from 1 by more than rounding (1e-2).
     ///
     /// # Errors
     /// A quaternion of length 0, or with numbers that are not finite.

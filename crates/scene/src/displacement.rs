@@ -68,8 +68,8 @@ pub(crate) struct Displacement<'a> {
 
 impl Displacement<'_> {
     /// Returns the displaced mesh, with shading normals. A point moves along its shading normal; on a sharp edge, it
-    /// moves so that the planes on both sides are displaced by the height, at most by twice the height. Sharp edges stay
-    /// sharp.
+    /// moves so that the planes on both sides are displaced by the height, at most by twice the height. Sharp edges
+    /// stay sharp.
     ///
     /// # Errors
     /// [`SceneError::World`] if the displaced mesh would have more than `max_triangles` triangles, or coordinates that

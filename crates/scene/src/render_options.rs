@@ -57,23 +57,24 @@ macro_rules! render_options {
 
 render_options! {
     /// Algorithm that computes the colour. "direct": light that reaches a surface directly, with shadows, mirrors and
-    /// clear glass. "path": path tracing, with any number of bounces. "ao": ambient occlusion, the visible fraction of the
-    /// sky. "flat": the base colour of the first triangle, without light.
+    /// clear glass. "path": path tracing, with any number of bounces. "ao": ambient occlusion, the visible fraction of
+    /// the sky. "flat": the base colour of the first triangle, without light.
     integrator: Integrator = Some(Integrator::Direct), OptionRange::Names(Integrator::NAMES);
     /// Samples per pixel. With `noise_threshold` or `time_limit`, the maximum per pixel (default 16384).
     samples: u32 = Some(16), OptionRange::Whole { min: 1, max: MAX_SAMPLES as u64 };
-    /// Target standard error of a pixel's luminance. A first pass, which is not shown, measures the noise and chooses the
-    /// number of samples of each pixel; the image is unbiased.
+    /// Target standard error of a pixel's luminance. A first pass, which is not shown, measures the noise and chooses
+    /// the number of samples of each pixel; the image is unbiased.
     noise_threshold: f64 = None, OptionRange::Radiance;
-    /// Time in seconds after which the image is finished. The result depends on the machine; a notice reports the number
-    /// of samples that reproduces it.
+    /// Time in seconds after which the image is finished. The result depends on the machine; a notice reports the
+    /// number of samples that reproduces it.
     time_limit: f64 = None, OptionRange::Seconds;
-    /// Maximum number of path segments: 1 shows only surfaces that emit light, 2 adds direct light, and so on (default: no
-    /// limit).
+    /// Maximum number of path segments: 1 shows only surfaces that emit light, 2 adds direct light, and so on (default:
+    /// no limit).
     max_depth: u32 = None, OptionRange::Whole { min: 1, max: u32::MAX as u64 };
     /// Maximum radiance of a sample. It removes bright specks (fireflies), and darkens the image (default: no limit).
     clamp: f64 = None, OptionRange::Radiance;
-    /// Reconstruction filter of pixels. "box": the mean over the pixel's square. "blackman-harris": smoother, 3 pixels wide.
+    /// Reconstruction filter of pixels. "box": the mean over the pixel's square. "blackman-harris": smoother, 3 pixels
+    /// wide.
     filter: Filter = Some(Filter::Box), OptionRange::Names(Filter::NAMES);
     /// Seed of all random numbers.
     seed: u64 = Some(0), OptionRange::Whole { min: 0, max: u64::MAX };

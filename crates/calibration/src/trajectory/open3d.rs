@@ -1,5 +1,5 @@
-//! Open3D's JSON: a trajectory, one set of parameters (a saved view), K alone, or a pose graph. Matrices are by columns,
-//! `extrinsic` is camera_from_world, a node's `pose` world_from_camera. Source: Open3D, IJsonConvertible.cpp,
+//! Open3D's JSON: a trajectory, one set of parameters (a saved view), K alone, or a pose graph. Matrices are by
+//! columns, `extrinsic` is camera_from_world, a node's `pose` world_from_camera. Source: Open3D, IJsonConvertible.cpp,
 //! PinholeCameraParameters.cpp, PoseGraph.cpp and the reconstruction system's integrate_scene.py.
 
 use glam::{DMat3, DVec3};

@@ -1,5 +1,5 @@
-//! MVSNet's cameras, `cams/00000000_cam.txt`, of DTU, BlendedMVS and Tanks and Temples: `extrinsic` (camera_from_world, four
-//! lines), `intrinsic` (three lines), a line of depths. Source: MVSNet's README, "File formats".
+//! MVSNet's cameras, `cams/00000000_cam.txt`, of DTU, BlendedMVS and Tanks and Temples: `extrinsic` (camera_from_world,
+//! four lines), `intrinsic` (three lines), a line of depths. Source: MVSNet's README, "File formats".
 
 use glam::DMat3;
 use raycam_scene::{Notice, NoticeCode, PixelCenter};

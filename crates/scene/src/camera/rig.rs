@@ -38,7 +38,8 @@ impl Rig {
     /// Creates a rig from cameras with R and C in the axes of a body, and the body's pose.
     ///
     /// # Errors
-    /// [`SceneError::Camera`] if the pose is not a rotation with a finite position, or if a name is empty or used twice.
+    /// [`SceneError::Camera`] if the pose is not a rotation with a finite position, or if a name is empty or used
+    /// twice.
     pub fn new(name: impl Into<String>, body: Pose, mounts: Vec<NamedCamera>) -> Result<Self> {
         let fail = |message: String| Err(SceneError::camera(message));
         let mut names = HashSet::new();

@@ -1,4 +1,5 @@
-//! Height maps: relief that only bends the shading normals (J. Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978).
+//! Height maps: relief that only bends the shading normals (J. Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH
+//! 1978).
 
 use crate::error::{Result, SceneError};
 use crate::texture::TextureSlot;

@@ -254,7 +254,8 @@ impl ObjectSpec {
             }
             None => {}
         }
-        // The default priority is 0 if the description contains a type; otherwise, it is the material's previous priority.
+        // The default priority is 0 if the description contains a type; otherwise, it is the material's previous
+        // priority.
         let known = if self.type_.is_some() { 0 } else { material.priority };
         material.priority = self.priority.unwrap_or(known);
         // `check_material` has already rejected media that cannot be built.

@@ -98,8 +98,8 @@ impl World {
     /// Sets the name and the visibility of a light, and adds or removes its body.
     ///
     /// # Errors
-    /// [`SceneError::World`] if the light does not exist, for a name that another light has, and for the body of a light
-    /// without a size.
+    /// [`SceneError::World`] if the light does not exist, for a name that another light has, and for the body of a
+    /// light without a size.
     pub fn set_light_traits(&mut self, number: usize, traits: LightTraits) -> Result<()> {
         self.check_light(number)?;
         if let Some(name) = &traits.name {

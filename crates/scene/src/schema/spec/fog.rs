@@ -20,8 +20,8 @@ pub struct FogSpec {
     pub extinction: Option<Splat<3>>,
     /// The fraction of that light which is scattered: a number or red, green, blue from 0 to 1. Default: 1.
     pub albedo: Option<Splat<3>>,
-    /// The mean cosine of the scattering angle, between -1 and 1: 0 scatters equally in all directions, 0.9 mostly forward.
-    /// Default: 0.
+    /// The mean cosine of the scattering angle, between -1 and 1: 0 scatters equally in all directions, 0.9 mostly
+    /// forward. Default: 0.
     pub g: Option<f64>,
     /// The coordinate along the up axis below which the fog is. Default: everywhere.
     pub height: Option<f64>,

@@ -73,8 +73,8 @@ pub enum ImageSpec {
 pub struct TexturesSpec {
     /// Normals with finer detail than the mesh: red, green, blue for x, y, z; `strength` multiplies x and y.
     pub normal: Option<TextureSpec>,
-    /// Heights above the mesh, positive or negative: red. `height_scale` is the height of the value 1 in metres. The slopes
-    /// of the heights bend the shading normals, or the surface itself moves: see `displace`.
+    /// Heights above the mesh, positive or negative: red. `height_scale` is the height of the value 1 in metres. The
+    /// slopes of the heights bend the shading normals, or the surface itself moves: see `displace`.
     pub height: Option<TextureSpec>,
     /// Fraction of indirect light that reaches the surface: red. Integrators that compute occlusion ignore it.
     pub occlusion: Option<TextureSpec>,
