@@ -73,7 +73,7 @@ def segmentation(pyrender: Any, trimesh: Any) -> Any:
 
 
 def intrinsics(pyrender: Any, trimesh: Any) -> Any:
-    """Renders depth for a camera with calibrated intrinsics."""
+    """Renders a depth image with a camera that has calibrated intrinsics."""
     scene = pyrender.Scene()
     scene.add(
         pyrender.Mesh.from_trimesh(trimesh.creation.torus(0.6, 0.25)),
@@ -85,7 +85,7 @@ def intrinsics(pyrender: Any, trimesh: Any) -> Any:
 
 
 def parallel(pyrender: Any, trimesh: Any) -> Any:
-    """Renders an orthographic camera."""
+    """Renders the image of an orthographic camera."""
     scene = pyrender.Scene(ambient_light=[0.6] * 3)
     scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.cylinder(0.4, 1.0), smooth=False))
     scene.add(pyrender.OrthographicCamera(xmag=1.0, ymag=0.75), pose=looking([1, 1, 2], [0, 0, 0]))

@@ -48,7 +48,7 @@ def embree_leaks(folder: Path, number: int, robust: bool) -> np.ndarray:
 
 
 def main() -> None:
-    """Runs both and writes the table."""
+    """Runs the example `leaks` and Embree, and writes the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rays", type=float, default=1e9)
     parser.add_argument("--sample", type=float, default=1e7, help="number of rays traced by Embree")

@@ -49,7 +49,7 @@ def body(shape: Any, inside: dict[str, Any], ior: float | None = None) -> tuple[
 
 
 def view(eye: list[float], target: list[float], fov: float = 40) -> dict[str, Any]:
-    """Returns a camera."""
+    """Returns a camera at `eye` that points at the target."""
     return {"eye": eye, "target": target, "fov": fov}
 
 

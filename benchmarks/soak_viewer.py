@@ -2,7 +2,7 @@
 
 The server runs in a process of its own. Two clients stay connected; others connect, leave and reconnect.
 Memory is the server's resident set. During the warm-up, the maximum number of clients is connected once.
-After it, the mean memory of the last five minutes may exceed the mean of the first five by 5 %. At the end,
+After the warm-up, the mean memory of the last five minutes may exceed the mean of the first five by 5 %. At the end,
 no additional threads or descriptors may be left, and no client may have received an older view after a newer
 view.
 """
