@@ -112,10 +112,10 @@ struct IsolatedObject<'a> {
     world: &'a PreparedWorld,
     object: u32,
     scene: Scene,
-    /// Bounding sphere.
+    /// Bounding sphere of the object, in world coordinates.
     center: DVec3,
     radius: f64,
-    /// Bounding box in mesh coordinates.
+    /// Bounding box of the object, in mesh coordinates.
     lower: DVec3,
     upper: DVec3,
     mesh_from_world: DMat3,
@@ -156,8 +156,8 @@ impl<'a> IsolatedObject<'a> {
         })
     }
 
-    /// False only if a unit-length ray misses the bounding sphere or box. Most rays of a tile do, and skip the
-    /// traversal.
+    /// False only if a ray with a unit direction misses the bounding sphere or the bounding box. Most rays of a tile
+    /// miss one of them and skip the traversal.
     fn may_intersect(&self, ray: &ExactRay) -> bool {
         let [origin, direction] = [ray.origin, ray.direction].map(DVec3::from);
         let to_center = self.center - origin;
@@ -218,7 +218,7 @@ struct TileCone {
     width: f64,
 }
 
-/// Padding of boxes relative to size and distance, for rounding.
+/// Padding of bounding spheres and boxes for rounding errors, relative to the sum of their size and distance.
 const BOX_PADDING: f64 = 1e-6;
 /// Factor on the spread of nine rays of a tile, so that the cone also contains the rays between them, which lenses may
 /// bend.
@@ -250,7 +250,7 @@ impl TileCone {
         }
     }
 
-    /// False only if every ray misses the sphere.
+    /// False only if every ray of the tile misses the sphere.
     fn may_intersect(&self, center: DVec3, radius: f64) -> bool {
         let to_center = center - self.origin;
         let radius = (radius + self.width) * (1.0 + 1e-6);

@@ -139,7 +139,7 @@ struct FlowSample {
     visibility: Visibility,
 }
 
-/// Second viewpoint and the worlds of its rows.
+/// Second viewpoint, with the worlds at the times of its rows.
 struct SecondView<'a> {
     view: Viewpoint<'a>,
     /// World of each row if the rows are exposed at different times; otherwise empty.
@@ -190,12 +190,12 @@ fn point_in(world: &PreparedWorld, hit: &ExactHit) -> DVec3 {
     a + (b - a) * hit.u + (c - a) * hit.v
 }
 
-/// Ray of the second camera to a point inside its image.
+/// Ray of the second camera to a point that projects into the second image.
 struct OcclusionRay<'a> {
     world: &'a PreparedWorld,
     ray: ExactRay,
     distance: f64,
-    /// Index of the point, and its hit in the first viewpoint.
+    /// Index of the point among the tile's flow samples, and the point's hit in the first viewpoint.
     sample: usize,
     hit: ExactHit,
 }

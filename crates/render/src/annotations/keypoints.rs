@@ -19,7 +19,7 @@ use crate::thread_pool::with_pool;
 /// Number of points that one task processes.
 const POINTS_PER_TASK: usize = 4096;
 
-/// Point to be projected.
+/// Point to be projected, given in world coordinates, in mesh coordinates or on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KeypointSource {
     /// Point in world coordinates; it does not move.
@@ -50,7 +50,8 @@ impl KeypointSource {
         }
     }
 
-    /// Position for given transforms and meshes. `None` if the object shows a different mesh, as hidden objects do.
+    /// World-space position of the point. `of` returns an object's transform and mesh. `None` if the mesh lacks the
+    /// triangle, because a hidden object shows a different mesh.
     fn position_with<'m>(&self, of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>) -> Option<DVec3> {
         match *self {
             Self::World(point) => Some(point),
@@ -81,7 +82,7 @@ impl KeypointSource {
     }
 }
 
-/// Projected point.
+/// Projection of a point, and the point's visibility.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keypoint {
     /// World-space position at the time of the image. For points without a pixel: the position in the world at rest.
@@ -198,7 +199,7 @@ fn is_skinned(world: Option<&World>, object: usize) -> bool {
     mounts.into_iter().any(|mount| mount.object == object && mount.skin.is_some())
 }
 
-/// Projects a point; its occluder is determined later.
+/// Projects a point; [`find_occluders`] determines its visibility later.
 fn project_keypoint(
     view: &Viewpoint,
     shutter: Option<&ShutterSlices>,

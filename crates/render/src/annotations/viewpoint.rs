@@ -5,14 +5,14 @@ use raycam_scene::{Camera, World};
 use crate::motion::shutter::ShutterSlices;
 use crate::prepare::world::PreparedWorld;
 
-/// Camera in a world.
+/// A camera, and the world that its image shows.
 #[derive(Clone, Copy)]
 pub struct Viewpoint<'a> {
     /// Prepared world. For a moving world: its state in the middle of the shutter's time.
     pub world: &'a PreparedWorld,
     /// Description of a moving world; `None` for a static world.
     pub animated_world: Option<&'a World>,
-    /// Camera.
+    /// The camera.
     pub camera: &'a Camera,
 }
 

@@ -12,7 +12,7 @@ pub(crate) fn fresnel(metal: &Metal, base: Vec3) -> Fresnel {
     Fresnel::Conductor { ior: metal.ior.into(), extinction: metal.extinction.into(), tint: base }
 }
 
-/// Layers of a metal: only an interface.
+/// Layer stack of a metal: only an interface.
 pub(crate) fn layer_stack(metal: &Metal, base: Vec3) -> LayerStack<'static> {
     let fresnel = fresnel(metal, base);
     LayerStack {

@@ -10,7 +10,7 @@ use crate::lobes::classify::ior_of_channel;
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::Ggx;
 
-/// Index of the far side relative to the viewer's side; for a pane, the pane's own index.
+/// Index of refraction of the far side relative to the viewer's side; for a pane, the pane's own index.
 pub(crate) fn eta(glass: &Glass, hit: &MaterialHit) -> f32 {
     eta_of_side(glass, hit.is_front, hit.channel, hit.outside_ior)
 }
@@ -25,17 +25,17 @@ pub(crate) fn eta_of_side(glass: &Glass, is_front: bool, channel: Option<usize>,
     }
 }
 
-/// Reflectance of an interface, or of a whole pane.
+/// Reflectance of an interface of solid glass, or of a whole pane.
 pub(crate) fn fresnel(glass: &Glass, eta: f32) -> Fresnel {
     if glass.thin { Fresnel::ThinDielectric(eta) } else { Fresnel::Dielectric(eta) }
 }
 
-/// Index by which light is refracted; 1 for a pane.
+/// Relative index of refraction by which light is refracted; 1 for a pane.
 pub(crate) fn relative_ior(glass: &Glass, eta: f32) -> f32 {
     if glass.thin { 1.0 } else { eta }
 }
 
-/// The layers of glass: a single interface, whose base colour tints transmitted light.
+/// Layer stack of glass: a single interface, whose base colour tints transmitted light.
 pub(crate) fn layer_stack<'a>(
     glass: &Glass,
     eta: f32,

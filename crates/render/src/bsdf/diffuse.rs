@@ -1,4 +1,4 @@
-//! Lambertian reflection, the most frequent kind: for one point, and for many.
+//! Lambertian reflection, the most frequent BSDF: for a single point, and for many points.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -14,13 +14,13 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::{LANES, Vec3xN, get_lane, set_lane};
 
-/// Diffuse point, and the direction that its sampling returns.
+/// Diffuse BSDF at a point, and the direction that sampling returns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Diffuse<'a> {
     pub albedo: Vec3,
     /// Sampled direction, from [`SampleCosineHemisphere`] or path guiding.
     pub sampled_direction: Vec3,
-    /// Cones that guide a lane's samples.
+    /// Mixture of cones that guides the samples, and the lane to use; `None` without guiding.
     pub guiding: Option<(&'a ConeMixture<LANES>, usize)>,
 }
 
@@ -39,7 +39,7 @@ pub(crate) fn diffuse_albedo(
         .then(|| geometry.base_color_with(prepared, hit, footprint) * diffuse)
 }
 
-/// Value of Lambertian reflection times the cosine.
+/// Value of a Lambertian BSDF times the cosine.
 #[inline(always)]
 pub(crate) fn lambert(albedo: Vec3, cosine: f32) -> Vec3 {
     albedo * FRAC_1_PI * cosine

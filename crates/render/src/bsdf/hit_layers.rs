@@ -1,4 +1,4 @@
-//! Layers of a hit, by its material model.
+//! Layers of the material at a hit, created according to the material's model.
 
 use raycam_scene::MaterialModel;
 
@@ -7,7 +7,7 @@ use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::{conductor, dielectric, principled};
 
 impl<'a> MaterialHit<'a> {
-    /// Layers of the material, if its model has layers.
+    /// Layer stack of the material at the hit; `None` if the material's model has no layers.
     #[inline]
     pub fn layer_stack(&self) -> Option<LayerStack<'a>> {
         let base = self.base_color();

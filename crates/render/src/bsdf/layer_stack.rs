@@ -1,4 +1,4 @@
-//! Layers of a point, without a viewing direction.
+//! Layers of a material at a surface point; they do not depend on the viewing direction.
 
 use glam::Vec3;
 
@@ -8,7 +8,7 @@ use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::Ggx;
 use crate::lobes::sheen::Sheen;
 
-/// Layers of a point.
+/// Layers of a material at a surface point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LayerStack<'a> {
     /// Reflectance of the interface.
@@ -21,9 +21,9 @@ pub(crate) struct LayerStack<'a> {
     pub diffuse_transmission: Vec3,
     /// Colour of refracted light.
     pub transmission: Vec3,
-    /// Index of the far side relative to the viewer's side; 1 for thin walls.
+    /// Index of refraction of the far side relative to the viewer's side; 1 for thin walls.
     pub eta: f32,
-    /// Albedo table of a rough solid.
+    /// Albedo table of the interface of a rough solid.
     pub dielectric_albedo: Option<&'a DielectricAlbedo>,
     pub coat: Option<Clearcoat>,
     pub sheen: Option<Sheen>,

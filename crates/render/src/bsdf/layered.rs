@@ -28,7 +28,7 @@ pub(crate) const DIFFUSE_TRANSMISSION: usize = 2;
 pub(crate) const REFRACTION: usize = 3;
 pub(crate) const COAT: usize = 4;
 
-/// A layered material, seen from one direction.
+/// BSDF of a layered material, seen from one direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LayeredBsdf<'a> {
     pub(crate) stack: LayerStack<'a>,
@@ -41,13 +41,13 @@ pub(crate) struct LayeredBsdf<'a> {
     /// Fraction of light that the interface passes to the base: from `wo`, and the cosine-weighted mean.
     pub(crate) base_transmittance: f32,
     mean_base_transmittance: f32,
-    /// Albedo of the coat from `wo`.
+    /// Directional albedo of the coat for light from `wo`.
     pub(crate) coat_albedo: f32,
     pub(crate) lobe_probabilities: [f32; LOBE_COUNT],
 }
 
-/// Coupled diffuse base of albedo 1, times the cosine of `wi`. The arguments `wo` and `wi` are the interface's
-/// transmittances for these directions, and `mean` is its mean transmittance.
+/// Lobe of a diffuse base of albedo 1 below an interface, times the cosine of `wi`. The arguments `wo` and `wi` are the
+/// interface's transmittances for these directions, and `mean` is its mean transmittance.
 #[inline(always)]
 pub(crate) fn base_lobe(wo: f32, wi: f32, mean: f32, cosine: f32) -> f32 {
     wo * wi / mean * (cosine * FRAC_1_PI)
@@ -62,7 +62,7 @@ const GAUSS_LEGENDRE: [(f32, f32); 5] = [
     (0.953_089_95, 0.118_463_44),
 ];
 
-/// Transmittance of a rough isotropic interface seen from inside.
+/// Transmittance of a rough isotropic interface seen from inside; `None` for other interfaces.
 fn internal_transmittance<'a>(stack: &LayerStack<'a>) -> Option<InternalTransmittance<'a>> {
     let is_inside = matches!(stack.base_fresnel, Fresnel::Schlick { eta: Some(_), .. });
     let is_rough = stack.ggx.is_isotropic() && !stack.ggx.effectively_smooth();
@@ -108,7 +108,7 @@ impl<'a> LayeredBsdf<'a> {
         self.stack.diffuse != Vec3::ZERO || self.stack.diffuse_transmission != Vec3::ZERO
     }
 
-    /// Albedo of the interface for a given reflectance.
+    /// Albedo of the interface with the reflectance `fresnel`, for light from the local direction `w`.
     pub(crate) fn interface_albedo(&self, fresnel: &Fresnel, w: Vec3) -> Albedo {
         if self.stack.ggx.effectively_smooth() {
             return Albedo { single_scatter: fresnel.reflectance(w.z), multi_scatter: Vec3::ZERO };
@@ -123,7 +123,7 @@ impl<'a> LayeredBsdf<'a> {
         }
     }
 
-    /// Fraction of light that the interface passes to the base.
+    /// Fraction of the light from the local direction `w` that the interface passes to the base.
     fn base_transmittance(&self, w: Vec3) -> f32 {
         if let Some(internal) = &self.internal_transmittance {
             let f0_f90 = self.stack.base_fresnel.f0_f90();
@@ -132,8 +132,8 @@ impl<'a> LayeredBsdf<'a> {
         self.interface_albedo(&self.stack.base_fresnel, w).base_transmittance().max(0.0)
     }
 
-    /// The same fraction from inside: the energy loss of a perfect mirror plus the light that such a mirror would
-    /// reflect and this interface passes.
+    /// Fraction of light from inside that the interface passes to the base. `loss` is the energy loss of a perfect
+    /// mirror; `passed` is the light that such a mirror would reflect and this interface transmits.
     fn base_share(&self, loss: f32, passed: Vec3) -> f32 {
         let f0_f90 = self.stack.base_fresnel.f0_f90();
         let multi_scatter = self.directional_albedo.multi_scatter_color(f0_f90) * loss;
@@ -174,7 +174,7 @@ impl<'a> LayeredBsdf<'a> {
         (critical_cos2 * beyond + (1.0 - critical_cos2) * within).max(1e-6)
     }
 
-    /// Fractions of light that the coat and the sheen pass on the way in and out.
+    /// Fractions of light that the coat and the sheen transmit, on the way in and out.
     pub(crate) fn cover_transmittance(&self, frame: &ShadingFrame, wi_world: Vec3) -> (f32, f32) {
         let coat = self.stack.coat.map_or(1.0, |coat| coat.transmittance(albedo_tables(), self.coat_albedo, wi_world));
         let sheen = self.stack.sheen.map_or(1.0, |sheen| {
@@ -215,7 +215,7 @@ impl<'a> LayeredBsdf<'a> {
         })
     }
 
-    /// Part of [`LayeredBsdf::eval`] from the diffuse base and the sheen.
+    /// Part of [`LayeredBsdf::eval`] that comes from the diffuse base and the sheen.
     pub fn eval_diffuse(&self, frame: &ShadingFrame, wi_world: Vec3) -> Vec3 {
         let (stack, wi) = (&self.stack, frame.to_local(wi_world));
         let is_reflection = frame.geometric.dot(wi_world) > 0.0;
@@ -231,7 +231,7 @@ impl<'a> LayeredBsdf<'a> {
         (stack.diffuse * (self.eval_base(wi) * sheen) + covering) * coat
     }
 
-    /// Part of [`LayeredBsdf::albedo`] from the diffuse base and the sheen.
+    /// Part of [`LayeredBsdf::albedo`] that comes from the diffuse base and the sheen.
     pub fn diffuse_albedo(&self) -> Vec3 {
         let stack = &self.stack;
         let (sheen, passed) = stack
@@ -241,7 +241,7 @@ impl<'a> LayeredBsdf<'a> {
         (base + sheen) * (1.0 - self.coat_albedo)
     }
 
-    /// The interface and the base, on the viewer's side.
+    /// Value and density of the interface and the base, for `wi` on the viewer's side.
     fn eval_reflection(&self, wi: Vec3) -> BsdfEval {
         let (stack, wo) = (&self.stack, self.wo);
         let mut value = Vec3::ZERO;
@@ -273,7 +273,7 @@ impl<'a> LayeredBsdf<'a> {
         self.multiscatter.map_or(Vec3::ZERO, |multiscatter| multiscatter.eval(wi) * self.stack.transmission)
     }
 
-    /// The base and refraction, on the far side.
+    /// Value and density of the base and of refraction, for `wi` on the far side.
     fn eval_transmission(&self, wi: Vec3) -> BsdfEval {
         let (stack, wo) = (&self.stack, self.wo);
         let mirrored = Vec3::new(wi.x, wi.y, -wi.z);
@@ -330,8 +330,8 @@ impl<'a> LayeredBsdf<'a> {
     }
 }
 
-/// For a thin wall, transmission has the shape of the reflection, mirrored to the other side. `mirrored` is the light's
-/// direction mirrored to the upper side.
+/// Microfacets of a thin wall: transmission has the shape of reflection, mirrored to the other side. `mirrored` is the
+/// light's direction mirrored to the upper side.
 fn thin_wall_facets(ggx: &Ggx, wo: Vec3, mirrored: Vec3) -> MicrofacetEval {
     let wm = (wo + mirrored).normalize();
     let cosine = wo.dot(wm);

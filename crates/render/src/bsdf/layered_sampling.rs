@@ -131,7 +131,7 @@ impl LayeredBsdf<'_> {
         }
     }
 
-    /// Sample of a smooth interface in a local direction.
+    /// Sample of a smooth interface that scatters light into a local direction.
     fn specular_sample(&self, frame: &ShadingFrame, wi: Vec3, weight: Vec3) -> Option<BsdfSample> {
         let wi_world = frame.to_world(wi);
         if (frame.geometric.dot(wi_world) > 0.0) != (wi.z > 0.0) {
@@ -144,7 +144,7 @@ impl LayeredBsdf<'_> {
         })
     }
 
-    /// [`BsdfSample::eta_scale`] of a world direction.
+    /// [`BsdfSample::eta_scale`] of a sampled world direction.
     fn eta_scale(&self, frame: &ShadingFrame, wi_world: Vec3) -> f32 {
         if frame.geometric.dot(wi_world) < 0.0 { self.stack.eta * self.stack.eta } else { 1.0 }
     }

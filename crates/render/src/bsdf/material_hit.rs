@@ -15,7 +15,7 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::material::PreparedMaterial;
 use crate::soa::LANES;
 
-/// Hit, its material and the path that arrives there.
+/// A hit, its material, and the properties of the path that arrives there.
 pub(crate) struct MaterialHit<'a> {
     pub geometry: &'a Geometry,
     pub material: &'a PreparedMaterial,
@@ -33,7 +33,7 @@ pub(crate) struct MaterialHit<'a> {
 }
 
 impl<'a> MaterialHit<'a> {
-    /// Hit of a ray in `direction`, for all colours and in empty space.
+    /// Hit of a ray in `direction`, on a path that transports all colours in empty space.
     #[inline]
     pub fn new(geometry: &'a Geometry, hit: &'a Hit, interaction: &'a SurfaceInteraction, direction: Vec3) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl<'a> MaterialHit<'a> {
         }
     }
 
-    /// Hit of a lane, for all colours and in empty space.
+    /// Hit of a lane's ray, on a path that transports all colours in empty space.
     #[inline]
     pub fn at_lane(
         geometry: &'a Geometry,
@@ -70,13 +70,13 @@ impl<'a> MaterialHit<'a> {
         }
     }
 
-    /// Returns this hit for one colour channel, inside a given medium.
+    /// Returns this hit on a path with this colour channel and this index of refraction outside of the material.
     #[inline]
     pub fn seen_by(self, channel: Option<usize>, outside_ior: f32) -> Self {
         Self { channel, outside_ior, ..self }
     }
 
-    /// Linear base colour.
+    /// Linear base colour at the hit.
     #[inline]
     pub fn base_color(&self) -> Vec3 {
         self.geometry.base_color_with(self.material, self.hit, self.footprint)

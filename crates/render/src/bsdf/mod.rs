@@ -29,7 +29,7 @@ use glam::Vec3;
 
 use crate::lobes::shading_frame::ShadingFrame;
 
-/// A sampled direction.
+/// A sampled direction, with its weight and density.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BsdfSample {
     /// World direction towards the light.
@@ -64,17 +64,17 @@ pub(crate) struct BsdfEval {
 
 /// The BSDF at a point for one viewing direction.
 pub(crate) trait BsdfModel {
-    /// Value for light from a world direction.
+    /// Value and density for light from the world direction `wi`.
     fn eval(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval;
-    /// Part of the value from diffuse lobes.
+    /// Part of the value that comes from diffuse lobes.
     fn eval_diffuse(&self, _frame: &ShadingFrame, _wi: Vec3) -> Vec3 {
         Vec3::ZERO
     }
     /// Samples a world direction; `None` if the light is absorbed. The first random number selects a lobe.
     fn sample(&self, frame: &ShadingFrame, random: [f32; 3]) -> Option<BsdfSample>;
-    /// Directional albedo.
+    /// Directional albedo for the viewing direction.
     fn albedo(&self, frame: &ShadingFrame) -> Vec3;
-    /// Part of the directional albedo from diffuse lobes.
+    /// Part of the directional albedo that comes from diffuse lobes.
     fn diffuse_albedo(&self, _frame: &ShadingFrame) -> Vec3 {
         Vec3::ZERO
     }

@@ -17,12 +17,12 @@ use crate::lobes::fresnel::Fresnel;
 /// Energy that single scattering loses for light from `wo`, and the sides on which it returns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MultiscatterTerms {
-    /// Loss from `wo`.
+    /// Energy loss of light from `wo`.
     pub view_loss: Vec3,
     /// Sum over both sides of the mean loss, times the side's squared index relative to the viewer's side. At least
     /// 1e-9.
     pub mean_loss: Vec3,
-    /// Fraction of this energy that leaves on the viewer's side.
+    /// Fraction of the lost energy that leaves on the viewer's side.
     pub reflected_fraction: f32,
     /// False if almost no light is lost.
     pub is_significant: bool,
@@ -45,7 +45,7 @@ impl MultiscatterTerms {
         self.view_loss * loss / self.mean_loss * (cosine * FRAC_1_PI)
     }
 
-    /// Energy returned on the viewer's side and on the far side.
+    /// Fractions of light that the lobes return on the viewer's side and on the far side.
     #[inline(always)]
     pub fn lobe_probabilities(&self) -> [f32; 2] {
         let view = self.view_loss.element_sum() / 3.0;
@@ -53,7 +53,7 @@ impl MultiscatterTerms {
     }
 }
 
-/// The lobes on both sides of a surface seen from one direction.
+/// Multi-scatter lobes on both sides of a surface seen from one direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MultiscatterDielectric<'a> {
     directional_albedo: DirectionalAlbedo,
@@ -67,7 +67,7 @@ pub(crate) struct MultiscatterDielectric<'a> {
 }
 
 impl<'a> MultiscatterDielectric<'a> {
-    /// `None` if almost nothing is lost, or if no table contains the loss.
+    /// Creates the lobes. `None` if almost no energy is lost, or if no table contains the loss.
     pub fn new(stack: &LayerStack<'a>, directional_albedo: DirectionalAlbedo, wo: Vec3) -> Option<Self> {
         let is_thin = stack.eta == 1.0;
         if stack.transmission == Vec3::ZERO || stack.ggx.effectively_smooth() {
@@ -96,7 +96,8 @@ impl<'a> MultiscatterDielectric<'a> {
         this.terms.is_significant.then_some(this)
     }
 
-    /// Energy loss of light from a direction above its own side.
+    /// Energy loss of light from `w`, a local direction on the viewer's side or on the far side; `w.z` is positive on
+    /// either side.
     fn energy_loss(&self, w: Vec3, is_far_side: bool) -> Vec3 {
         let reflected = self.directional_albedo.energy_loss(w);
         let loss = match &self.loss_tables {
@@ -118,20 +119,21 @@ impl<'a> MultiscatterDielectric<'a> {
         (loss - self.compensation * reflected).max(Vec3::ZERO)
     }
 
-    /// Value times the absolute cosine of `wi`, without absorption.
+    /// Value of the lobes for light from `wi`, times the absolute cosine of `wi`, without absorption.
     pub fn eval(&self, wi: Vec3) -> Vec3 {
         let cosine = wi.z.abs();
         let loss = self.energy_loss(Vec3::new(wi.x, wi.y, cosine), wi.z < 0.0);
         self.terms.eval(loss, cosine)
     }
 
-    /// The albedo of a single reflection and of a single refraction, for a solid.
+    /// Albedos of a single reflection and of a single refraction of light from `w`, averaged over the colours; `None`
+    /// for thin walls.
     pub fn single_scatter_albedo(&self, w: Vec3) -> Option<[f32; 2]> {
         let albedo = self.loss_tables.map(|tables| tables.albedo(self.starts_inside, w.z, self.f0_f90));
         albedo.map(|albedo| albedo.map(|color| color.element_sum() / 3.0))
     }
 
-    /// The energy returned on the viewer's side and on the far side.
+    /// Fractions of light that the lobes return on the viewer's side and on the far side.
     pub fn lobe_probabilities(&self) -> [f32; 2] {
         self.terms.lobe_probabilities()
     }

@@ -9,7 +9,7 @@ use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
 use crate::lobes::phong_lobe::PhongLobe;
 use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf, sample_cosine_hemisphere};
 
-/// Albedos and lobe of a point.
+/// Modified Phong BSDF at a point: albedos and specular lobe.
 #[derive(Clone, Debug)]
 pub(crate) struct ModifiedPhong<'a> {
     /// Albedo of the diffuse part.
@@ -30,7 +30,7 @@ impl ModifiedPhong<'_> {
         if specular == 0.0 { 0.0 } else { specular / (specular + diffuse) }
     }
 
-    /// Value for light from the viewer's side.
+    /// Value and density for light from the viewer's side.
     #[inline]
     fn eval_reflection(&self, frame: &ShadingFrame, wi: Vec3) -> BsdfEval {
         let cosine = frame.normal.dot(wi);

@@ -34,7 +34,7 @@ pub(crate) fn anisotropy_tangent(p: &Principled, hit: &MaterialHit) -> Option<Ve
     Some(tangent * (cos * x - sin * y) + bitangent * (sin * x + cos * y))
 }
 
-/// The layers of a hit with a base colour.
+/// Layer stack of a hit with this base colour.
 pub(crate) fn layer_stack<'a>(p: &Principled, hit: &MaterialHit<'a>, base: Vec3) -> LayerStack<'a> {
     let metallic = hit.value(&p.metallic, 2);
     let roughness = hit.value(&p.roughness, 1);
@@ -101,7 +101,7 @@ fn clearcoat(p: &Principled, hit: &MaterialHit) -> Option<Clearcoat> {
     })
 }
 
-/// The microfacets of the interface, wider along the tangent (`KHR_materials_anisotropy`).
+/// Microfacet distribution of the interface, wider along the tangent (`KHR_materials_anisotropy`).
 fn ggx(p: &Principled, hit: &MaterialHit, roughness: f32) -> Ggx {
     let Ggx { alpha_x: alpha, .. } = Ggx::isotropic(roughness);
     let strength = hit.value(&p.anisotropy, 2);

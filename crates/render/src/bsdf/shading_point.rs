@@ -12,7 +12,7 @@ use crate::interaction::LightSampleContext;
 use crate::interaction::SurfaceInteraction;
 use crate::lobes::shading_frame::ShadingFrame;
 
-/// The BSDF of any material.
+/// BSDF of any material, at one point.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "created at every hit: boxing would allocate memory there")]
 pub(crate) enum Bsdf<'a> {
@@ -126,7 +126,7 @@ pub(crate) struct ShadingPoint<'a, B> {
 }
 
 impl<'a> ShadingPoint<'a, Bsdf<'a>> {
-    /// The point at a hit.
+    /// Creates the shading point of a hit.
     pub fn new(interaction: &'a SurfaceInteraction, hit: &MaterialHit<'a>) -> Self {
         let (bsdf, frame) = Bsdf::new(hit);
         Self { interaction, frame, bsdf }

@@ -14,20 +14,20 @@ use crate::lobes::shading_frame::ShadingFrame;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpecularBsdf {
     wo: Vec3,
-    /// Reflectance and transmittance.
+    /// Fractions of light that the interface reflects and refracts.
     reflected: Vec3,
     refracted: Vec3,
     is_transmissive: bool,
     /// Probabilities of following the reflection and the refraction; their sum exceeds 1 if a path may follow both.
     probabilities: [f32; 2],
-    /// Index of the far side relative to the viewer's side; 1 for thin walls.
+    /// Index of refraction of the far side relative to the viewer's side; 1 for thin walls.
     eta: f32,
 }
 
-/// Value in place of a random number that selects refraction, if any light is refracted.
+/// Passed instead of a random number to select refraction, if any light is refracted.
 pub(crate) const FORCE_TRANSMISSION: f32 = f32::INFINITY;
 
-/// Sample of one branch; `is_valid` is false if no light is scattered.
+/// Sample of one branch; `is_valid` is false if the branch scatters no light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpecularSample {
     pub is_valid: bool,
@@ -98,7 +98,8 @@ impl SpecularSample {
 }
 
 impl SpecularBsdf {
-    /// BSDF of a smooth metal or of clear glass without a normal or height map, and its frame.
+    /// BSDF of a smooth metal or of clear glass without a normal or height map, with its shading frame; `None` for
+    /// other materials.
     #[inline]
     pub fn at_hit(hit: &MaterialHit) -> Option<(Self, ShadingFrame)> {
         let material = &hit.material.material;

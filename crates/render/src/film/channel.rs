@@ -90,9 +90,10 @@ pub enum Channel {
     /// Normalised object coordinates: the surface point in the object's axes, relative to the object's box, whose
     /// diagonal has length 1 and whose centre is (0.5, 0.5, 0.5). Background: NaN.
     Nocs,
-    /// Pixel coordinates in the image of the first projector whose light the surface point receives directly, in the
-    /// pixel convention of the projector's camera. NaN for points that the projector does not illuminate: outside its
-    /// image, behind another surface, or turned away; and in worlds without a projector. Background: NaN.
+    /// Pixel coordinates in the image of the world's first projector, for surface points that receive the projector's
+    /// light directly, in the pixel convention of the projector's camera. NaN for points that the projector does not
+    /// illuminate: outside its image, behind another surface, or turned away; and in worlds without a projector.
+    /// Background: NaN.
     ProjectorUv,
     /// Estimated standard error of the colour's luminance, from independent replications of the sample sequence.
     /// Requesting this channel changes the samples drawn. The value is +inf with one sample per pixel.

@@ -17,21 +17,22 @@ const LUMINANCE_WEIGHTS: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PixelEstimator {
     color: Vec<DVec3>,
-    /// Instances hit by the centre rays, if coverage is requested.
+    /// For each pixel: the instance that the centre ray hits; empty unless coverage is requested.
     centers: Vec<u32>,
-    /// Number of samples of each pixel that hit the same instance as the centre ray.
+    /// For each pixel: number of samples that hit the same instance as the centre ray.
     same_instance: Vec<u32>,
-    /// Number of samples of each pixel that escape to the environment.
+    /// For each pixel: number of samples that escape to the environment.
     misses: Vec<u32>,
     count: Vec<u32>,
     /// Number of samples whose radiance is not finite, and number of samples that are brighter than the settings allow.
     pub rejected: u64,
     pub clamped: u64,
-    /// The first object shown by each pixel that shows coplanar surfaces of several objects; empty without such pixels.
+    /// For each pixel that shows coplanar surfaces of several objects: the smallest index of a shown object. Empty
+    /// without such pixels.
     coplanar: Vec<Option<u32>>,
-    /// Sums of each pass, pixel by pixel.
+    /// Sums of the passes, pixel by pixel.
     passes: Vec<DVec3>,
-    /// Sums of luminance per replication; empty without an error estimate.
+    /// For each pixel: sums of luminance per replication; empty without an error estimate.
     replications: Vec<[f64; REPLICATIONS as usize]>,
 }
 
@@ -70,7 +71,7 @@ impl PixelEstimator {
         self.coplanar.iter().flatten().count() as u64
     }
 
-    /// The first object shown by such a pixel.
+    /// Smallest index of an object that is shown by a pixel with coplanar surfaces; `None` without such pixels.
     pub fn coplanar_object(&self) -> Option<u32> {
         self.coplanar.iter().flatten().min().copied()
     }
@@ -81,12 +82,12 @@ impl PixelEstimator {
         self.centers.extend(instances);
     }
 
-    /// True if the pixel's centre ray hits an instance.
+    /// True if the pixel's centre ray hits this instance.
     pub fn is_center(&self, pixel: usize, instance: u32) -> bool {
         self.centers.get(pixel) == Some(&instance)
     }
 
-    /// Counts a sample.
+    /// Counts a sample; `same` is true if it hits the same instance as the pixel's centre ray.
     pub fn add_sample(&mut self, pixel: usize, same: bool) {
         self.count[pixel] += 1;
         self.same_instance[pixel] += u32::from(same);
@@ -114,13 +115,13 @@ impl PixelEstimator {
         }
     }
 
-    /// Mean of a pass, by its index.
+    /// Mean radiance of a pass, given by its index.
     pub fn pass(&self, pixel: usize, index: usize) -> Vec3 {
         let count = self.passes.len() / self.count.len();
         (self.passes[pixel * count + index] / f64::from(self.count[pixel].max(1))).as_vec3()
     }
 
-    /// Mean radiance.
+    /// Mean radiance of a pixel.
     pub fn color(&self, pixel: usize) -> Vec3 {
         let (sum, count) = (self.color[pixel], self.count[pixel]);
         // A division takes longer than the rest of this function, so single samples skip it.
@@ -128,12 +129,12 @@ impl PixelEstimator {
         mean.as_vec3()
     }
 
-    /// Fraction of samples that hit the same instance as the centre ray.
+    /// Fraction of a pixel's samples that hit the same instance as the centre ray.
     pub fn coverage(&self, pixel: usize) -> f32 {
         (f64::from(self.same_instance[pixel]) / f64::from(self.count[pixel].max(1))) as f32
     }
 
-    /// Fraction of samples that hit a surface.
+    /// Fraction of a pixel's samples that hit a surface.
     pub fn alpha(&self, pixel: usize) -> f32 {
         (1.0 - f64::from(self.misses[pixel]) / f64::from(self.count[pixel].max(1))) as f32
     }

@@ -9,7 +9,7 @@ use crate::film::output_plane::OutputPlane;
 use crate::film::tile::{TILE_SIZE, Tile};
 use crate::film::tile_writer::{ChannelStrip, PixelRun, ROWS_PER_WRITE, RowWriter, StripCursor};
 
-/// Block of a tile, and the index within the tile of its first pixel; `None` if the block shows the background.
+/// Block of a tile, and the index within the tile of the block's first pixel; `None` if the block shows the background.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelBlock {
     pub block: Tile,
@@ -23,7 +23,8 @@ pub(crate) struct Film<'a> {
 }
 
 impl<'a> Film<'a> {
-    /// Returns the film of a region; `None` if the size of a target does not match the region.
+    /// Returns the film that writes to these planes of a region; `None` if the size or the type of a plane does not
+    /// match.
     pub fn new(region: [u32; 4], targets: impl Iterator<Item = OutputPlane<'a>>) -> Option<Self> {
         let mut tile_rows: Vec<Vec<_>> = (0..region[3].div_ceil(TILE_SIZE)).map(|_| vec![]).collect();
         let [width, height] = [region[2] as usize, region[3] as usize];
@@ -47,8 +48,8 @@ impl<'a> Film<'a> {
         })
     }
 
-    /// Writes all channels of a tile: `write` receives their row writers. `blocks` are the tile's blocks, row by row;
-    /// `background` is a frame of one background pixel, required if any block is background.
+    /// Writes all channels of a tile: `write` is called with the row writers of each channel. `blocks` are the tile's
+    /// blocks, row by row; `background` is a frame of one background pixel, required if any block is background.
     pub fn write(
         &self,
         tile: &Tile,
@@ -63,7 +64,8 @@ impl<'a> Film<'a> {
             .map(|(i, strip)| StripCursor::new(strip, background.get(i).map(|(_, plane)| plane)))
             .collect();
         let mut runs = vec![];
-        // Writes some rows of all channels before the following rows, so that their source data stays in the cache.
+        // Some rows of all channels are written before the following rows, so that the data from which the channels are
+        // computed stays in the cache.
         for blocks in blocks.chunk_by(|a, b| a.block.y == b.block.y) {
             let height = blocks.first().map_or(0, |one| one.block.height);
             let blank = blocks.iter().all(|one| one.first_pixel.is_none());
@@ -99,7 +101,7 @@ impl<'a> Film<'a> {
         }
     }
 
-    /// Strips of the row of tiles that contains a tile, and their first image row.
+    /// Strips of the row of tiles that contains this tile, and the first image row of these strips.
     fn tile_row(&self, tile: &Tile) -> (u32, MutexGuard<'_, Vec<ChannelStrip<'a>>>) {
         let tile_row = (tile.y - self.region[1]) / TILE_SIZE;
         // After a panic, the lock is still usable: only the pixels of the panicked thread are missing.
@@ -107,7 +109,7 @@ impl<'a> Film<'a> {
         (self.region[1] + tile_row * TILE_SIZE, strips)
     }
 
-    /// Pixel runs of adjacent blocks, in a strip whose first image row is `first`.
+    /// Sets `runs` to the pixel runs of some rows of adjacent blocks; `first` is the first image row of the strip.
     fn pixel_runs(&self, first: u32, blocks: &[PixelBlock], rows: Range<u32>, runs: &mut Vec<PixelRun>) {
         runs.clear();
         for row in rows {

@@ -27,7 +27,7 @@ pub enum ImagePlane {
 }
 
 impl ImagePlane {
-    /// True if every bit is zero.
+    /// True if every bit of every value is zero.
     pub(crate) fn is_all_zero(&self) -> bool {
         match self {
             ImagePlane::F32 { data, .. } => data.iter().all(|value| value.to_bits() == 0),
@@ -53,7 +53,7 @@ impl ImagePlane {
     }
 }
 
-/// Copies a region's rows into an enclosing region.
+/// Copies a region's rows into an enclosing region; false if the number of values does not match the region.
 fn copy_rows<T: Copy>(to: &mut [T], whole: [u32; 4], from: &[T], region: [u32; 4], components: usize) -> bool {
     let [x, y, width, height] = region.map(|edge| edge as usize);
     let [left, top, stride, _] = whole.map(|edge| edge as usize);

@@ -8,7 +8,7 @@ use crate::film::channel::{Channel, PixelType};
 use crate::film::image_plane::ImagePlane;
 use crate::memory::check_memory;
 
-/// Largest memory of a frame's planes.
+/// Maximum memory of a frame's planes, in bytes.
 pub const MAX_FRAME_BYTES: u64 = 8 << 30;
 
 /// Returns the number of pixels of a region, or an error if there is not enough memory for the region's planes.
@@ -48,7 +48,7 @@ pub(crate) fn allocate_planes(
     })
 }
 
-/// Memory of a plane: one value per pixel of the region and component of the channel.
+/// Memory of a plane: one value for each component of each pixel.
 pub enum PlaneData<'a> {
     /// float32.
     F32(&'a mut [f32]),
@@ -62,7 +62,7 @@ pub enum PlaneData<'a> {
 pub struct OutputPlane<'a> {
     /// Channel to write.
     pub channel: Channel,
-    /// Memory of the plane, which is written.
+    /// Memory to which the plane is written.
     pub values: PlaneData<'a>,
     /// True if all values are already 0; otherwise they are arbitrary.
     pub zero: bool,
@@ -82,7 +82,7 @@ impl<'a> OutputPlane<'a> {
         }
     }
 
-    /// True if the size and the number type match the channel.
+    /// True if the plane's size and number type match the channel.
     pub(crate) fn fits(&self, pixels: usize) -> bool {
         let (kind, length) = match &self.values {
             PlaneData::F32(to) => (PixelType::F32, to.len()),

@@ -2,7 +2,7 @@
 
 /// Width and height of a tile in pixels, if each thread has many tiles.
 pub(crate) const TILE_SIZE: u32 = 32;
-/// Tiles per thread for load balancing.
+/// Minimum number of tiles per thread, for load balancing; large tiles are halved to reach this number.
 const TILES_PER_THREAD: usize = 8;
 /// Side length in pixels of the squares whose rays are consecutive in a batch.
 pub(crate) const RAY_BLOCK: u32 = 8;
@@ -69,7 +69,7 @@ impl Tile {
         meet(self.x, self.width, x, width) && meet(self.y, self.height, y, height)
     }
 
-    /// Writes the tile's pixels, block by block.
+    /// Sets `pixels` to the tile's pixels, block by block.
     pub fn pixels(&self, pixels: &mut Vec<[u32; 2]>) {
         pixels.clear();
         self.blocks().for_each(|block| block.push_rows(pixels));
@@ -93,7 +93,7 @@ impl Tile {
         parts(true).chain(parts(false))
     }
 
-    /// Appends the tile's pixels, row by row.
+    /// Appends the tile's pixels to a list, row by row.
     pub fn push_rows(&self, pixels: &mut Vec<[u32; 2]>) {
         let row = |v| (0..self.width).map(move |u| [self.x + u, self.y + v]);
         pixels.extend((0..self.height).flat_map(row));

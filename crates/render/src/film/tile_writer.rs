@@ -5,13 +5,13 @@ use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::PlaneData;
 use crate::film::tile::TILE_SIZE;
 
-/// Rows of a tile that are written together: their source data fits the L1 cache. A block's height is a multiple of
-/// this number.
+/// Number of rows of a tile that are written together: the data from which they are computed fits the L1 cache. A
+/// block's height is a multiple of this number.
 pub(crate) const ROWS_PER_WRITE: u32 = 4;
 const PIXELS_PER_WRITE: usize = (TILE_SIZE * ROWS_PER_WRITE) as usize;
 
-/// Consecutive pixels in a row: their position in the strip, and the index of the first pixel within the tile; the
-/// index is `None` for background.
+/// Consecutive pixels in a row: their position in the strip (`to`), and the index of the first pixel within the tile
+/// (`from`), which is `None` for background.
 pub(crate) struct PixelRun {
     pub to: usize,
     pub from: Option<usize>,
@@ -25,7 +25,7 @@ pub(crate) trait PixelValue: Copy + Default + 'static {
     /// The plane's values if the plane has this type; otherwise an empty slice.
     fn slice_of(plane: &ImagePlane) -> &[Self];
 
-    /// The output plane if it has this type.
+    /// The plane's memory if the plane has this type.
     fn slice_mut_of<'r, 'a>(values: &'r mut PlaneData<'a>) -> Option<&'r mut &'a mut [Self]>;
 }
 
@@ -50,7 +50,7 @@ macro_rules! stored {
 }
 stored!(f32: F32, f64: F64, i32: I32);
 
-/// Rows of one channel that a row of tiles covers.
+/// Part of a channel's plane that one row of tiles covers.
 pub(crate) struct ChannelStrip<'a> {
     pub channel: Channel,
     pub values: PlaneData<'a>,
@@ -58,14 +58,14 @@ pub(crate) struct ChannelStrip<'a> {
     pub zero: bool,
 }
 
-/// Unwritten remainder of a strip.
+/// Part of a strip that has not been written yet.
 pub(crate) struct StripCursor<'a> {
     pub channel: Channel,
     values: PlaneData<'a>,
     /// Index in the strip of the first remaining pixel.
     position: usize,
     zero: bool,
-    /// Frame of one background pixel, if the tile has background.
+    /// Plane of a single background pixel, if the tile has background.
     background: Option<&'a ImagePlane>,
 }
 
@@ -120,7 +120,7 @@ impl RowWriter<'_, '_> {
         self.copy(pixels.as_flattened(), N, false);
     }
 
-    /// Writes the background.
+    /// Writes the background to all pixels of the runs.
     pub fn write_background(&mut self) {
         match self.cursor.background {
             Some(ImagePlane::F32 { data, .. }) => self.fill(data),
@@ -144,7 +144,8 @@ impl RowWriter<'_, '_> {
         pixel.copied().unwrap_or([T::default(); N])
     }
 
-    /// Copies values to the pixels of the runs. With `always`, every row gets the same values.
+    /// Copies values to the pixels of the runs. If `always` is true, `values` are the values of one row, which is
+    /// copied to every row.
     fn copy<T: PixelValue>(&mut self, mut values: &[T], components: usize, always: bool) {
         let Some(rest) = T::slice_mut_of(&mut self.cursor.values) else {
             return;

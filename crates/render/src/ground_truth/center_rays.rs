@@ -27,7 +27,7 @@ impl Normals {
     /// Normals of the background.
     const BACKGROUND: Self = Self { geometric: DVec3::ZERO, shading: DVec3::ZERO };
 
-    /// `Some` if a channel requires normals; true if a channel requires shading normals.
+    /// `Some` if any channel requires normals; the value is true if a channel requires shading normals.
     pub fn normals_needed(channels: &[Channel]) -> Option<bool> {
         let any = |wanted: [Channel; 2]| channels.iter().any(|channel| wanted.contains(channel));
         let smooth = any([Channel::ShadingNormal, Channel::ShadingNormalCamera]);
@@ -35,7 +35,7 @@ impl Normals {
     }
 }
 
-/// Normals of the triangle that was hit last.
+/// Normals of the triangle that a centre ray hit last.
 #[derive(Clone, Copy)]
 struct CachedTriangle {
     /// Unit normal on the counter-clockwise side, and unit normal on the viewer's side.
@@ -53,7 +53,7 @@ impl CachedTriangle {
         Self { normal: unit(hit.normal.into()).unwrap_or_else(|| unit_normal(corners())), ..Self::EMPTY }
     }
 
-    /// Normals at a hit; shading normals only if requested.
+    /// Normals at a hit; shading normals are computed only if `smooth` is true.
     fn normals(&mut self, world: &Geometry, ray: &ExactRay, hit: &ExactHit, smooth: bool) -> Normals {
         let ExactHit { instance, triangle, u, v, .. } = *hit;
         let geometric = face_forward(self.normal, ray.direction.into());
@@ -80,16 +80,16 @@ pub(crate) struct CenterRays {
     pub rays: Vec<ExactRay>,
     /// First hit of each ray.
     pub hits: Vec<ExactHit>,
-    /// If the ground truth skips some surfaces: the hits that it describes; otherwise empty.
+    /// Hits that the ground truth describes, if it skips some surfaces; otherwise empty.
     hits_behind: Vec<ExactHit>,
     normals: Vec<Normals>,
-    /// Rays that hit coplanar surfaces of several objects.
+    /// Indices of the rays that hit coplanar surfaces of several objects.
     pub coplanar: Vec<usize>,
 }
 
 impl CenterRays {
-    /// Traces the centre rays of pixels. With `passing`, the ground truth describes the surfaces behind transparent
-    /// surfaces.
+    /// Traces the centre rays of pixels. If `passing` is true, the ground truth describes the surfaces behind
+    /// transparent surfaces.
     pub fn trace(
         &mut self,
         world: &Geometry,
@@ -169,7 +169,7 @@ impl CenterRays {
         }
     }
 
-    /// Measures depth and distance from the plane of depth 0, for rays that start at infinity.
+    /// Moves the rays' origins from depth `start` to the plane of depth 0, from which depth and distance are measured.
     fn rebase_depth(&mut self, start: f64) {
         if start == 0.0 {
             return;
@@ -183,7 +183,7 @@ impl CenterRays {
         }
     }
 
-    /// The centre ray of a pixel that shows the background.
+    /// Creates the centre ray of a single pixel that shows the background.
     pub fn background() -> Self {
         Self {
             rays: vec![exact_ray((DVec3::ZERO, DVec3::Z))],
@@ -194,7 +194,7 @@ impl CenterRays {
         }
     }
 
-    /// Hits that the ground truth describes.
+    /// Hits that the ground truth describes, one per pixel.
     pub fn ground_truth_hits(&self) -> &[ExactHit] {
         match self.hits_behind.is_empty() {
             true => &self.hits,
@@ -202,7 +202,7 @@ impl CenterRays {
         }
     }
 
-    /// Normals of a hit that the ground truth describes, if requested.
+    /// Normals at the hit that the ground truth describes for pixel `i`; 0 if normals are not requested.
     #[inline]
     pub fn normals(&self, i: usize) -> &Normals {
         self.normals.get(i).unwrap_or(&Normals::BACKGROUND)

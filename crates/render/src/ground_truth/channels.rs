@@ -88,19 +88,19 @@ impl<'a> ChannelReader<'a> {
         self.hit(i).map_or(DVec3::NAN, at).to_array()
     }
 
-    /// Normal in world coordinates.
+    /// Normal at pixel `i` in world coordinates; `normal` selects the geometric or the shading normal.
     #[inline]
     pub fn normal(&self, i: usize, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
         to_f32_normal(normal(self.exact.normals(i)))
     }
 
-    /// Normal in camera axes.
+    /// Normal at pixel `i` in camera axes; `normal` selects the geometric or the shading normal.
     #[inline]
     pub fn in_camera(&self, i: usize, normal: impl Fn(&Normals) -> DVec3) -> [f32; 3] {
         to_f32_normal(*self.rotation(i) * normal(self.exact.normals(i)))
     }
 
-    /// Fraction of light that fog and other media let pass between the camera and the surface.
+    /// Fraction of light that fog and other media let pass between the camera and the surface at pixel `i`.
     #[inline]
     pub fn transmittance(&self, i: usize) -> [f32; 3] {
         let geometry = self.geometry(i);
@@ -114,12 +114,13 @@ impl<'a> ChannelReader<'a> {
         media.transmittance(geometry.interior_at(origin), &through, &media.borders(&through)).to_array()
     }
 
-    /// World that a pixel shows.
+    /// World that pixel `i` shows.
     fn prepared_world(&self, i: usize) -> &PreparedWorld {
         self.pixel_worlds.get(i).map_or(self.prepared, |world| world)
     }
 
-    /// Pixel of the first projector that shines on the surface.
+    /// Image coordinates in the world's first projector, if it illuminates the surface at pixel `i` directly; otherwise
+    /// NaN.
     pub fn projector_uv(&self, i: usize) -> [f32; 2] {
         let pixel = || {
             let (hit, ray, world) = (self.hit(i)?, &self.exact.rays[i], self.prepared_world(i));
@@ -140,7 +141,7 @@ impl<'a> ChannelReader<'a> {
         self.hit(i).map_or(0.0, |hit| self.geometry(i).metallic(&to_float_hit(hit)))
     }
 
-    /// Normalised object coordinates.
+    /// Normalised object coordinates of the surface point at pixel `i`; NaN for the background.
     pub fn nocs(&self, i: usize) -> [f32; 3] {
         let Some(hit) = self.hit(i) else {
             return [f32::NAN; 3];
@@ -152,7 +153,7 @@ impl<'a> ChannelReader<'a> {
         instance.normalized_coordinates(point).as_vec3().to_array()
     }
 
-    /// Index of the object.
+    /// Index of the object at pixel `i`; -1 for the background.
     #[inline]
     pub fn instance(&self, i: usize) -> i32 {
         signed_id(self.hits[i].instance)

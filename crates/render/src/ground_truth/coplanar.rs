@@ -21,8 +21,8 @@ const ABSOLUTE_SEARCH: f64 = 1.0 / (1u64 << 14) as f64;
 type FindsRay = fn(&RayVisibility) -> bool;
 
 impl Geometry {
-    /// First hits of float32 rays in `scene`, one of the geometry's scenes; `finds` specifies the kind of rays. Returns
-    /// the rays that hit several objects at the same distance, up to rounding, in their order.
+    /// First hits of float32 rays in `scene`, one of the geometry's scenes; `finds` tests whether rays of this kind can
+    /// hit an object. Returns the rays that hit several objects at the same distance, up to rounding, in their order.
     pub(crate) fn closest(
         &self,
         scene: &Scene,
@@ -82,14 +82,14 @@ impl Geometry {
         }
     }
 
-    /// The part of a ray around a hit at `t`.
+    /// The part of a ray in which the exact hit near the float32 hit at `t` is searched for.
     fn around_hit(&self, ray: &ExactRay, t: f64) -> ExactRay {
         let search = t * RELATIVE_SEARCH + self.radius * ABSOLUTE_SEARCH / DVec3::from(ray.direction).length();
         ExactRay { t_min: (t - search).max(ray.t_min), t_max: (t + search).min(ray.t_max), ..*ray }
     }
 }
 
-/// Filter of surfaces that rays of a kind find and that are not mostly transparent.
+/// Filter that accepts surfaces that rays of one kind can hit and that are not mostly transparent.
 struct SurfaceFilter<'a> {
     geometry: &'a Geometry,
     finds: FindsRay,

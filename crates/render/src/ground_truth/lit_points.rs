@@ -9,7 +9,7 @@ use crate::prepare::geometry::Geometry;
 /// Relative distance from both ends of a shadow ray within which surfaces do not occlude; larger than float64 rounding
 /// errors.
 const END_OFFSET: f64 = 1e-9;
-/// Maximum number of surfaces without a shadow that a ray passes.
+/// Maximum number of surfaces that cast no shadow and that a shadow ray passes.
 const MAX_PASSED: usize = 1000;
 
 impl Geometry {

@@ -152,7 +152,7 @@ impl Geometry {
         seen
     }
 
-    /// Ray parameter just behind a hit.
+    /// Ray parameter just behind a hit, at which the ray restarts.
     fn restart_t(&self, ray: &ExactRay, hit: &ExactHit) -> f64 {
         let reach = DVec3::from(ray.origin).abs().max_element() + hit.t + self.origin.abs().max_element();
         hit.t + RESTART_OFFSET * reach
@@ -168,7 +168,7 @@ impl Geometry {
             || !material.double_sided && self.is_culled_back_face(hit, direction)
     }
 
-    /// True if the ray hits the back of the surface.
+    /// True if the ray hits the back of the surface at the hit.
     fn is_culled_back_face(&self, hit: &Hit, direction: DVec3) -> bool {
         let [a, b, c] = self.corners(hit.instance, hit.triangle);
         let away = (b - a).cross(c - a).dot(direction) > 0.0;
@@ -192,7 +192,7 @@ impl<F: Fn(&ExactRay, &ExactHit) -> bool> HitFilter for UnskippedFilter<'_, F> {
     }
 }
 
-/// True if light passes through the material.
+/// True for glass, and for principled materials whose transmission is at least [`OPACITY_THRESHOLD`].
 fn is_refractive(material: &Material) -> bool {
     match &material.model {
         MaterialModel::Glass(_) => true,

@@ -2,7 +2,7 @@
 
 use raycam_bvh::{ExactHit, INVALID_ID};
 
-/// Direct-mapped cache of values by triangle.
+/// Direct-mapped cache of one value per triangle.
 pub(crate) struct TriangleCache<T> {
     keys: [(u32, u32); CACHE_SIZE],
     values: [T; CACHE_SIZE],

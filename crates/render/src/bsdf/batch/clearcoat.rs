@@ -5,14 +5,14 @@ use crate::lobes::clearcoat::Clearcoat;
 use crate::lobes::ggx::Ggx;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// Clearcoat of every lane whose material has a clearcoat.
+/// Clear coats of all lanes whose materials have a clear coat.
 #[derive(Debug, Default)]
 pub(crate) struct ClearcoatLanes {
     pub is_active: [bool; LANES],
     pub any_active: bool,
     weight: [f32; LANES],
     alpha: [f32; LANES],
-    /// Normals, bent towards the viewer.
+    /// Normals of the coats, bent towards the viewer.
     normals: Vec3xN<f32, LANES>,
 }
 

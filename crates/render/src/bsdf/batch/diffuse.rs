@@ -13,13 +13,13 @@ use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 pub(crate) struct DiffuseModel {
     pub albedo: Vec3xN<f32, LANES>,
     pub guiding: ConeMixture<LANES>,
-    /// Sampled directions, from [`crate::bsdf::diffuse::SampleCosineHemisphere`] or path guiding, for every lane of any
-    /// model.
+    /// Sampled direction of every lane, for any BSDF model, from [`crate::bsdf::diffuse::SampleCosineHemisphere`] or
+    /// path guiding.
     pub directions: Vec3xN<f32, LANES>,
 }
 
 impl DiffuseModel {
-    /// BSDF of a single lane.
+    /// Diffuse BSDF of a single lane.
     pub fn lane(&self, lane: usize) -> Diffuse<'_> {
         Diffuse {
             albedo: lane_vec3(&self.albedo, lane),

@@ -27,13 +27,13 @@ pub(crate) struct GlossyModel {
     /// the tint.
     f0_f90: F0F90Lanes,
     base_f0_f90: F0F90Lanes,
-    /// Albedo of the base.
+    /// Albedo of the diffuse base.
     diffuse: Vec3xN<f32, LANES>,
-    /// Complex index of conductors.
+    /// Complex index of refraction of conductors: real part (`ior`) and imaginary part (`extinction`).
     ior: Vec3xN<f32, LANES>,
     extinction: Vec3xN<f32, LANES>,
     coat: ClearcoatLanes,
-    /// Sheens are evaluated lane by lane, because computing powers takes most of their time.
+    /// Sheens of the lanes. They are evaluated one lane at a time, because power functions take most of their time.
     sheen: [Option<Sheen>; LANES],
     any_sheen: bool,
 }
@@ -91,7 +91,7 @@ impl GlossyModel {
         Ggx::from_alpha(self.alpha[lane])
     }
 
-    /// Reflectance of the interfaces at these cosines.
+    /// Reflectance of every lane's interface at the given cosine.
     #[inline(always)]
     fn reflectance(&self, cosines: &[f32; LANES]) -> Vec3xN<f32, LANES> {
         let mut reflectance = [[0.0; LANES]; 3];
@@ -103,7 +103,7 @@ impl GlossyModel {
         reflectance
     }
 
-    /// Reflectance at normal incidence.
+    /// Reflectance of every lane's interface at normal incidence.
     #[inline(always)]
     fn f0(&self) -> Vec3xN<f32, LANES> {
         let mut f0 = [[0.0; LANES]; 3];
@@ -114,7 +114,7 @@ impl GlossyModel {
         f0
     }
 
-    /// Sets the lanes of conductors to the conductors' reflectance.
+    /// In the lanes of conductors, replaces `out` by the conductors' reflectance at the given cosines.
     #[inline(always)]
     fn select_conductors(&self, out: &mut Vec3xN<f32, LANES>, cosines: &[f32; LANES]) {
         if !self.any_conductor {

@@ -23,7 +23,7 @@ use crate::lobes::shading_frame::ShadingFrame;
 use crate::prepare::geometry::Geometry;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// Points of the lanes, and the world around them.
+/// Surface points of the lanes, and the geometry that contains them.
 #[derive(Clone, Copy)]
 pub(crate) struct LaneContext<'a> {
     pub geometry: &'a Geometry,
@@ -46,7 +46,7 @@ impl LaneRandoms<'_> {
 
 /// BSDF of many points: the parameters of all lanes.
 pub(crate) trait BatchModel: Default {
-    /// True if light sampling never contributes.
+    /// True if light sampling never contributes to points of this model.
     const IS_SPECULAR: bool = false;
     /// True if light may come from the far side of the surface.
     const IS_TRANSMISSIVE: bool = false;
@@ -56,17 +56,17 @@ pub(crate) trait BatchModel: Default {
     /// Terms that depend only on the viewing directions.
     type View: Default;
 
-    /// Resets the values that all lanes share.
+    /// Resets the flags that are true if they apply to any lane.
     fn clear(&mut self) {}
 
-    /// Computes the view terms of lanes with these normals.
+    /// Computes the view terms of the active lanes, which have these shading normals.
     fn prepare_view(&self, lanes: &ActiveLanes, context: LaneContext, randoms: LaneRandoms) -> Self::View;
 
     /// Samples a direction for every lane.
     fn sample(&self, view: &Self::View, lanes: &ActiveLanes, context: LaneContext, randoms: LaneRandoms)
     -> BsdfSamples;
 
-    /// Values and densities of world directions.
+    /// Values and densities for the world directions `wi`, one per lane.
     fn eval(&self, view: &Self::View, lanes: &ActiveLanes, context: LaneContext, wi: &Vec3xN<f32, LANES>) -> BsdfEvals;
 
     /// True if light from the far side of a lane's surface reaches the viewer.
@@ -74,7 +74,8 @@ pub(crate) trait BatchModel: Default {
         Self::IS_TRANSMISSIVE
     }
 
-    /// BSDF of a single lane, for models whose lights may be sampled separately from the batch.
+    /// Diffuse BSDF of a single lane, for models whose lights may be sampled separately from the batch; otherwise
+    /// `None`.
     fn single(&self, _lane: usize) -> Option<Diffuse<'_>> {
         None
     }
@@ -85,7 +86,7 @@ pub(crate) trait BatchModel: Default {
     }
 }
 
-/// Model whose lanes are set from layers.
+/// Batch model whose lanes are set from layer stacks.
 pub(crate) trait LayeredBatchModel: BatchModel {
     /// Sets a lane. Returns false if the model does not support these layers.
     fn set_layers(&mut self, lane: usize, hit: &MaterialHit, stack: &LayerStack) -> bool;
@@ -134,14 +135,14 @@ impl<M: BatchModel> BsdfBatch<M> {
         set_lane(&mut self.lanes.normals, lane, normal.to_array());
     }
 
-    /// Computes view terms and samples, if any lane is active.
+    /// Computes the view terms and the samples of all lanes, if any lane is active.
     pub fn sample_all(&mut self, context: LaneContext, randoms: LaneRandoms) {
         if self.any_active() {
             dispatch_simd(SampleBatch { batch: self, context, randoms });
         }
     }
 
-    /// Values and densities of world directions.
+    /// Values and densities for the world directions `wi`, one per lane.
     #[inline(always)]
     pub fn eval(&self, context: LaneContext, wi: &Vec3xN<f32, LANES>) -> BsdfEvals {
         self.model.eval(&self.view, &self.lanes, context, wi)
@@ -214,7 +215,7 @@ impl BsdfSamples {
         set_lane(&mut self.origin, lane, origin.to_array());
     }
 
-    /// Sets densities and weights of samples that are not specular.
+    /// Sets the densities and weights of samples that are not specular from the evaluations `evals`.
     #[inline(always)]
     pub fn set_evals(&mut self, evals: &BsdfEvals) {
         for lane in 0..LANES {
@@ -252,7 +253,7 @@ pub(crate) struct BsdfEvals {
 }
 
 impl BsdfEvals {
-    /// Sets a lane to this value if `is_lit`, otherwise to zero.
+    /// Sets the value and the density of a lane if `is_lit` is true; otherwise sets both to zero.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, is_lit: bool, BsdfEval { value, pdf }: BsdfEval) {
         let value = if is_lit { value } else { Vec3::ZERO };
@@ -272,7 +273,7 @@ impl BsdfEvals {
     }
 }
 
-/// Two colours for every lane: reflectance at normal and at grazing incidence.
+/// Two colours for every lane: the reflectance at normal incidence and at grazing incidence.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct F0F90Lanes([Vec3xN<f32, LANES>; 2]);
 

@@ -21,7 +21,7 @@ use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 /// Isotropic rough refracting interfaces without other layers.
 #[derive(Debug, Default)]
 pub(crate) struct RoughDielectricModel {
-    /// Index of the far side relative to the viewer's side.
+    /// Index of refraction of the far side relative to the viewer's side.
     eta: [f32; LANES],
     /// True for Fresnel's equations, false for Schlick's approximation.
     is_exact: [bool; LANES],
@@ -44,7 +44,7 @@ pub(crate) struct RoughDielectricView {
     energy_loss: [f32; LANES],
     mean_albedo: [f32; LANES],
     multi_scatter: Vec3xN<f32, LANES>,
-    /// Fields of [`crate::bsdf::multiscatter_dielectric::MultiscatterDielectric`].
+    /// Fields of [`crate::bsdf::multiscatter_dielectric::MultiscatterDielectric`], one value per lane.
     has_multiscatter: [bool; LANES],
     compensation: Vec3xN<f32, LANES>,
     view_loss: Vec3xN<f32, LANES>,
@@ -54,16 +54,16 @@ pub(crate) struct RoughDielectricView {
     lobe_probabilities: [[f32; LANES]; 3],
 }
 
-/// Table values of the lanes for their viewing directions.
+/// Albedos and energy losses of the lanes for their viewing directions, from the tables.
 struct ViewLosses {
     /// Albedo of a single reflection and of a single refraction, averaged over the colours.
     single_scatter: [[f32; LANES]; 2],
     loss: Vec3xN<f32, LANES>,
-    /// Mean loss on the viewer's side and on the far side.
+    /// Mean energy loss on the viewer's side and on the far side.
     mean_loss: [Vec3xN<f32, LANES>; 2],
 }
 
-/// [`MicrofacetEval`] of every lane.
+/// [`MicrofacetEval`] of every lane, field by field.
 #[derive(Default)]
 struct FacetLanes {
     cosines: [f32; LANES],
@@ -71,7 +71,8 @@ struct FacetLanes {
     pdfs: [f32; LANES],
 }
 
-/// The table that was last used; most neighbouring lanes use the same table.
+/// The energy loss table that was last used, with its material and roughness; most neighbouring lanes use the same
+/// table.
 type CachedLoss<'a> = Option<(u32, f32, EnergyLoss<'a>)>;
 
 impl LayeredBatchModel for RoughDielectricModel {
@@ -160,7 +161,7 @@ impl RoughDielectricModel {
         loss
     }
 
-    /// Table values of active lanes for these cosines of `wo`.
+    /// Albedos and energy losses of the active lanes for these cosines of `wo`, from the tables.
     #[inline(always)]
     fn view_losses(&self, geometry: &Geometry, is_active: &[bool; LANES], cosines: &[f32; LANES]) -> ViewLosses {
         let mut losses = ViewLosses {
@@ -184,7 +185,7 @@ impl RoughDielectricModel {
         losses
     }
 
-    /// Microfacets that reflect or refract the local directions `wi`.
+    /// Evaluates the microfacets that reflect or refract light from the local directions `wi`.
     #[inline(always)]
     fn eval_microfacets(
         &self,
@@ -227,7 +228,8 @@ impl RoughDielectricView {
         [single[lane], up[lane], down[lane]]
     }
 
-    /// Multi-scatter lobes for a loss by reflection and refraction, and for a loss by reflection only.
+    /// Value of a lane's multi-scatter lobe for light from `wi`. `loss` is the energy that a single reflection or
+    /// refraction loses; `reflected` is the loss of an interface that only reflects.
     #[inline(always)]
     fn eval_multiscatter(&self, lane: usize, loss: Vec3, reflected: f32, cosine: f32) -> Vec3 {
         let terms = MultiscatterTerms {

@@ -12,7 +12,7 @@ use crate::bsdf::specular::{FORCE_TRANSMISSION, SpecularBsdf};
 use crate::lobes::fresnel::{Fresnel, conductors, dielectric, schlick_two_sided, thin_dielectric};
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
 
-/// Factor by which each branch of a split path is followed more often than in proportion to its fraction of the light.
+/// Each branch of a split path is followed this many times as often as its fraction of the light.
 const SPLIT_OVERSAMPLING: f32 = 3.0;
 
 /// Smooth interfaces that have no other layers.
@@ -21,23 +21,23 @@ pub(crate) struct SpecularModel {
     is_conductor: [bool; LANES],
     uses_schlick: [bool; LANES],
     is_thin: [bool; LANES],
-    /// True if any lane uses the reflectance formula of a conductor, of a dielectric, or of Schlick.
+    /// Reflectance formulas that any lane uses: a conductor's, a dielectric's, and Schlick's approximation.
     any_conductor: bool,
     any_dielectric: bool,
     any_schlick: bool,
     /// Tint of a conductor's reflection, or of the light that a dielectric transmits.
     base: Vec3xN<f32, LANES>,
-    /// Complex index of conductors.
+    /// Complex index of refraction of conductors: real part (`ior`) and imaginary part (`extinction`).
     ior: Vec3xN<f32, LANES>,
     extinction: Vec3xN<f32, LANES>,
     f0_f90: F0F90Lanes,
-    /// Index of the far side of a dielectric relative to the viewer's side; for a pane, the pane's own index.
+    /// Index of refraction of a dielectric's far side relative to the viewer's side; for a pane, the pane's own index.
     eta: [f32; LANES],
-    /// True if the lane's path may follow both branches.
+    /// True if the path of the lane may follow both branches of a dielectric.
     pub may_split: [bool; LANES],
 }
 
-/// Reflectances for the viewing direction, and the refracted branch of split paths.
+/// Reflectances for the viewing directions, and the refracted branches of split paths.
 #[derive(Debug, Default)]
 pub(crate) struct SpecularView {
     local: LocalView,
@@ -88,13 +88,13 @@ impl SpecularModel {
         self.may_split[lane] = !self.is_conductor[lane];
     }
 
-    /// Colour of light that passes a lane's surface.
+    /// Colour of the light that passes through a lane's surface.
     #[inline(always)]
     pub fn transmission(&self, lane: usize) -> Vec3 {
         if self.is_conductor[lane] { Vec3::ZERO } else { lane_vec3(&self.base, lane) }
     }
 
-    /// Reflectance of every lane at a cosine.
+    /// Reflectance of every lane at the given cosine.
     #[inline(always)]
     fn reflectance(&self, cosines: &[f32; LANES]) -> Vec3xN<f32, LANES> {
         let mut reflectance = [[0.0; LANES]; 3];
@@ -128,7 +128,7 @@ impl SpecularModel {
         reflectance
     }
 
-    /// BSDF of a single lane.
+    /// Specular BSDF of a single lane.
     #[inline(always)]
     fn lane(&self, view: &SpecularView, lane: usize) -> SpecularBsdf {
         let is_straight = self.is_conductor[lane] | self.is_thin[lane];

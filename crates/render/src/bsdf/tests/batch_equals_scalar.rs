@@ -33,7 +33,7 @@ fn world(models: &[MaterialModel]) -> PreparedWorld {
     PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
 }
 
-/// Random numbers in 0..1, one for each lane.
+/// Random numbers from 0 to 1, one for each lane.
 fn randoms(first: usize, step: usize) -> [f32; LANES] {
     std::array::from_fn(|lane| unit(first + step * lane).x.abs())
 }

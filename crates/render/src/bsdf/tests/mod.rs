@@ -111,7 +111,7 @@ fn solid(roughness: f32, front: bool) -> LayerStack<'static> {
 const FILM: ThinFilm = ThinFilm { ior: 1.4, thickness: 450.0 };
 
 type Make = Box<dyn Fn(&ShadingFrame) -> Bsdf<'static>>;
-/// Name with roughness, and constructor.
+/// Kinds of scattering: each has a name, which includes the roughness, and a constructor.
 type Named = Vec<(String, Make)>;
 
 /// All kinds of scattering by name: first the lossless kinds, then the others.
