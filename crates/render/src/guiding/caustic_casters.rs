@@ -15,7 +15,7 @@ use crate::prepare::instance::PreparedInstance;
 pub(crate) struct CausticCaster {
     /// Index into the world's instances.
     pub instance: u32,
-    /// Scene-local centre.
+    /// Scene-local centre of the bounding sphere.
     pub center: DVec3,
     pub radius: f64,
     /// True if some surfaces of the caster are rough. Samples are guided to a rough caster only if it casts much light.

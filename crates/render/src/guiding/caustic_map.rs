@@ -13,7 +13,8 @@ use crate::soa::{Vec3xN, lane_vec3, set_lane};
 /// Number of cells per side of the square that represents directions (octahedral map). Lab note: "32 x 32 directions, 8
 /// distances", 11-23.
 const CELLS_PER_SIDE: usize = 32;
-/// Cells from infinity to the bounding sphere, uniform in the reciprocal of the distance. Lab note: as above.
+/// Number of distance layers from infinity to the bounding sphere, uniform in the reciprocal of the distance. Lab note:
+/// as above.
 const DISTANCE_LAYERS: usize = 8;
 const CELL_COUNT: usize = CELLS_PER_SIDE * CELLS_PER_SIDE * DISTANCE_LAYERS;
 /// Maximum side length, in cells, of the blocks into which cells with few photons are merged. Not tuned.
@@ -26,25 +27,26 @@ const MAX_PHOTONS: usize = 64;
 /// addition to their exit points. Behind a thin wall, directions are similar but exit points differ. Lab note: "points
 /// at 2, 6 and 20 radii", 11-27.
 const WAY_DISTANCES: [f64; 3] = [2.0, 6.0, 20.0];
-/// Radii of the compared neighbourhoods as seen from the landing points, and the divisors of their light. The divisor
-/// is the radius to the power of 0.4, so that small neighbourhoods win unless they have few photons. Lab note: "light
-/// divided by the radius to the power of 0.4", 11-27.
+/// Radii of the compared neighbourhoods, relative to their distance from the landing points, and the divisors of their
+/// light. The divisor is the radius to the power of 0.4, so that small neighbourhoods win unless they have few photons.
+/// Lab note: "light divided by the radius to the power of 0.4", 11-27.
 const NEIGHBORHOODS: [(f64, f64); 5] =
     [(0.03, 0.24595), (0.06, 0.324534), (0.12, 0.428225), (0.25, 0.574349), (0.5, 0.757858)];
 /// Radius of a target in standard deviations; 1.4 would cover a uniform disk. Lab note: "2.1 standard deviations wide",
 /// 11-27.
 const RADIUS_SIGMAS: f64 = 2.1;
-/// Minimum radius of a target in radii of the caster or, for points farther away, relative to their distance. Not
-/// tuned.
+/// Minimum radius of a target, in radii of the caster, or relative to the target's distance from the receiver if this
+/// distance exceeds the caster's radius. Not tuned.
 const MIN_RADIUS: f64 = 0.02;
-/// Minimum part of a block's light in its second target, and of a caster's light in cells with a second target. Lab
-/// note: "a second target only if a tenth of the caster's photons need such a target", 11-27.
+/// Minimum fraction of a block's light that its second target must have, and minimum fraction of a caster's light in
+/// cells with a second target. Lab note: "a second target only if a tenth of the caster's photons need such a target",
+/// 11-27.
 const MIN_SECOND_FRACTION: f64 = 0.1;
 /// Distance from exit to receiver, in radii of the caster, below which the receiver touches the caster. Lab note:
 /// "Receivers that touch the caster", 11-26.
 const MIN_EXIT_DISTANCE: f64 = 0.1;
 
-/// Sphere from which a cell's photons came, relative to the caster's centre and in units of its radius.
+/// Sphere from which a cell's photons came, relative to the caster's centre and in units of the caster's radius.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct GuideTarget {
     pub center: [f32; 3],
@@ -52,13 +54,13 @@ pub(crate) struct GuideTarget {
     pub radius: f32,
 }
 
-/// One target for each of N points.
+/// Guide targets of N points, one per point.
 pub(crate) struct GuideTargets<const N: usize> {
     pub center: Vec3xN<f32, N>,
     pub radius: [f32; N],
 }
 
-/// One target per cell.
+/// One guide target per cell.
 type CellTargets = Box<[GuideTarget; CELL_COUNT]>;
 
 /// Targets of all cells around a caster. A cell has a first target and, in some maps, a second one.
@@ -78,7 +80,7 @@ pub(crate) struct PhotonDeposit {
     pub power: f64,
 }
 
-/// A photon in units of the caster.
+/// A photon in coordinates relative to the caster's centre, in units of the caster's radius.
 struct MapPhoton {
     cell: usize,
     landing: DVec3,

@@ -16,8 +16,8 @@ const MAX_RADIUS: f64 = 1.0 / 40.0;
 const RADIUS_SIGMAS: f64 = 1.5;
 /// Margin added to the radius of a spot, relative to the longest side of the world.
 const MARGIN: f64 = 1e-3;
-/// Minimum noise of unguided samples at a distance of half the world, relative to all light: the square of the spot's
-/// light divided by its fraction of directions.
+/// Minimum noise that a spot causes without guiding, at a distance of half the world's size: the square of the spot's
+/// fraction of all light, divided by the fraction of directions that the spot covers.
 const MIN_NOISE: f64 = 0.05;
 /// Minimum number of photons in a spot.
 const MIN_PHOTONS: usize = 32;
@@ -45,7 +45,8 @@ pub(crate) fn find_spots(mut landed: Vec<(DVec3, f64)>, size: f64) -> Vec<Causti
     spots
 }
 
-/// The mean of all points in the cell that receives the most light.
+/// Mean of the points in the cell that receives the most light, weighted by their light; `size` is the side length of a
+/// cell.
 fn brightest_cell(landed: &[(DVec3, f64)], size: f64) -> Option<DVec3> {
     let mut cells = BTreeMap::<[i64; 3], (f64, DVec3)>::new();
     for &(at, light) in landed {
@@ -56,7 +57,7 @@ fn brightest_cell(landed: &[(DVec3, f64)], size: f64) -> Option<DVec3> {
     brightest.map(|(sum, moment)| moment / sum)
 }
 
-/// Mean, standard deviation and light of the points around a centre, which is moved to their mean.
+/// Mean, standard deviation and light of the points within `reach` of a centre, which is moved to their mean.
 fn gather(landed: &[(DVec3, f64)], mut center: DVec3, reach: f64) -> (DVec3, f64, f64) {
     let (mut sigma, mut fraction) = (0.0, 0.0);
     for _ in 0..4 {
@@ -76,7 +77,7 @@ fn gather(landed: &[(DVec3, f64)], mut center: DVec3, reach: f64) -> (DVec3, f64
 mod tests {
     use super::*;
 
-    /// This many points, distributed over a square of a floor, which together have this fraction of all light.
+    /// 400 points, distributed evenly over a square of a floor, which together have the fraction `light` of all light.
     fn square(middle: [f64; 2], side: f64, light: f64) -> impl Iterator<Item = (DVec3, f64)> {
         let at = move |i: i32| (f64::from(i) + 0.5) / 20.0 - 0.5;
         let [x, y] = middle;

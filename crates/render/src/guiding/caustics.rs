@@ -1,9 +1,9 @@
-//! Targets around objects that focus light.
+//! Targets around objects that focus light, to which samples are guided.
 
 use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::caustic_map::CausticMap;
 
-/// Casters and their caustic maps.
+/// Caustic casters with their caustic maps, and caustic spots.
 #[derive(Debug, Default)]
 pub(crate) struct Caustics {
     pub casters: Vec<CausticCaster>,
@@ -12,5 +12,5 @@ pub(crate) struct Caustics {
     pub spots: Vec<CausticCaster>,
 }
 
-/// Returns no targets.
+/// Caustics without any targets.
 pub(crate) static NO_CAUSTICS: Caustics = Caustics { casters: vec![], maps: vec![], spots: vec![] };

@@ -27,9 +27,10 @@ use crate::settings::{Integrator, Settings};
 /// Number of samples of an image before the first sample that is guided to gaps, because finding gaps takes 0.1 to 0.6
 /// s. Lab note: "from sample 2^22 / (width x height) of a pixel on", 11-27.
 const SAMPLES_BEFORE: u64 = 1 << 22;
-/// Number of photons in each half. Lab note: "2 x 2^17 photons", 11-27; 2^16 and 2^18 were rejected.
+/// Number of photons in each of two halves: one half finds gaps, the other half confirms them. Lab note: "2 x 2^17
+/// photons", 11-27; 2^16 and 2^18 were rejected.
 const PHOTONS: u32 = 1 << 17;
-/// Number of lines through the world, for each half, that search for lit surfaces. Not tuned.
+/// Number of lines through the world that search for lit surfaces, for each half of the photons. Not tuned.
 const LINES: u32 = 1 << 14;
 /// Number of photons traced together. This value is not tuned, because results do not depend on it.
 const BATCH: u32 = 1 << 11;
@@ -38,7 +39,7 @@ const MAX_CROSSINGS: u32 = 16;
 /// Maximum number of surfaces that a photon meets. Not tuned.
 const MAX_BOUNCES: u32 = 24;
 
-/// A lit point, the ray that found this point, and the amount of light.
+/// A lit point, the direction of the ray that found the point, and the point's irradiance.
 #[derive(Clone, Copy)]
 struct LitHit {
     hit: Hit,
@@ -64,7 +65,7 @@ pub(crate) fn first_gap_sample(settings: &Settings, [width, height]: [u32; 2]) -
     (settings.integrator == Integrator::Path && is_long).then_some(before as u32)
 }
 
-/// Gaps of a world through which light passes; empty if few photons travel from surface to surface.
+/// Finds the gaps of a world through which light passes; empty if few photons travel from surface to surface.
 pub(crate) fn trace_gaps(geometry: &Geometry, lights: &Lights) -> Vec<CausticCaster> {
     let halves = [0, 1].map(|half| {
         let batches = (0..LINES / BATCH).into_par_iter().map(|batch| lit_hits(geometry, lights, half, batch));
@@ -122,7 +123,7 @@ fn lit_hits(geometry: &Geometry, lights: &Lights, half: u32, batch: u32) -> Vec<
     lit
 }
 
-/// Ray from outside along a line that is uniform among the lines through the world's bounding sphere.
+/// A ray that enters the world's bounding sphere along a line; the line is uniform among all lines through the sphere.
 fn uniform_line(sampler: &Sampler, radius: f64) -> Ray {
     let [height, turn] = sampler.get_2d(Dimension::PixelFilter).map(f64::from);
     let [x, y] = sampler.get_2d(Dimension::Lens).map(f64::from);
@@ -135,7 +136,7 @@ fn uniform_line(sampler: &Sampler, radius: f64) -> Ray {
     Ray { origin: origin.as_vec3().to_array(), direction: direction.as_vec3().to_array(), t_max: f32::INFINITY }
 }
 
-/// Segments of photons that leave lit points.
+/// Traces photons from lit points; returns the segments of their paths.
 fn trace_photons(geometry: &Geometry, half: u32, batch: u32, starts: &[LitHit]) -> Vec<PhotonSegment> {
     let sampler = Sampler::for_pixel(0, 0, [half, 2]);
     let begin = |(number, lit): (usize, &LitHit)| GapPhoton {

@@ -19,14 +19,15 @@ pub(crate) const MAX_GAPS: usize = 8;
 /// Minimum fraction of the variance that the first ball removes: in the half of the photons to which it was fitted, and
 /// in the other half.
 const MIN_FIRST_GAIN: [f64; 2] = [0.03, 0.02];
-/// Minimum fraction of the variance that each further ball removes, for the same two halves.
+/// Minimum fraction of the variance that each further ball removes: in the half of the photons to which it was fitted,
+/// and in the other half.
 const MIN_FURTHER_GAIN: [f64; 2] = [0.012, 0.01];
-/// Minimum fraction of the other half's variance that all balls together remove. Lab note: "without the minimum of 10
-/// %", 11-27.
+/// Minimum fraction of the variance that all balls together remove in the half of the photons that confirms balls. Lab
+/// note: "without the minimum of 10 %", 11-27.
 const MIN_WHOLE_GAIN: f64 = 0.1;
 /// Factor on a ball's radius, because few photons do not cover the whole gap.
 const MARGIN: f64 = 1.15;
-/// The search ends after this number of balls that the other half rejects. Not tuned.
+/// Maximum number of balls that the other half of the photons rejects before the search ends. Not tuned.
 const MAX_REFUSED: usize = 8;
 /// Number of cells along the longest side of the world in which light is counted, a power of two. Not tuned.
 const CELLS: usize = 16;
@@ -36,15 +37,15 @@ const MIN_PHOTONS: f64 = 16.0;
 const BALL_CELLS: usize = 24;
 /// Number of cells in which the search for balls starts; the cells that the most light crosses are used.
 const MAX_BALL_CELLS: usize = 40;
-/// Number of segments by which balls are judged.
+/// Number of photon segments with which balls are evaluated.
 const JUDGES: u32 = 4096;
-/// Maximum weight of one segment among [`JUDGES`], because few photons are no evidence. Lab note: "none of which has a
-/// weight above 1 %", 11-27.
+/// Maximum number of times that one segment counts among the [`JUDGES`] segments, because few photons are no evidence.
+/// Lab note: "none of which has a weight above 1 %", 11-27.
 const MAX_SAME_JUDGES: u32 = JUDGES / 100;
-/// Minimum number of segments of a half; with fewer, no gap is searched for.
+/// Minimum number of photon segments in each half; with fewer, no gap is searched for.
 const MIN_SEGMENTS: usize = 10_000;
-/// Minimum fraction of segments between diffuse surfaces. Under an open sky the fraction is smaller, and no gap is
-/// searched for.
+/// Minimum fraction of a half's segments that connect two diffuse surfaces. Under an open sky the fraction is smaller,
+/// and no gap is searched for.
 const MIN_DIFFUSE_PART: f64 = 0.1;
 
 /// Path of a photon between two surfaces, scene-local.
@@ -52,7 +53,7 @@ const MIN_DIFFUSE_PART: f64 = 0.1;
 pub(crate) struct PhotonSegment {
     pub start: Vec3,
     pub end: Vec3,
-    /// Normal at the end, towards the start.
+    /// Normal of the surface at the end, on the side of the start.
     pub normal: Vec3,
     /// True for a segment between two diffuse surfaces, where guiding helps.
     pub is_diffuse: bool,
@@ -117,8 +118,8 @@ fn cell_index(at: DVec3, cell: f64, count: usize) -> usize {
     (x * count + y) * count + z
 }
 
-/// Fluence of the photons that end in each slot; 0 if no photon ends there. Each cell has six slots, one for each main
-/// direction of the normal.
+/// Fluence of the photons that end in each slot; 0 if no photon ends there. A slot is a cell together with one of six
+/// main directions of the normal.
 fn fluences(ends: &[usize]) -> Vec<f64> {
     let mut counts = vec![0.0; 6 * CELLS.pow(3)];
     ends.iter().for_each(|&slot| counts[slot] += 1.0);
@@ -144,7 +145,8 @@ fn fluences(ends: &[usize]) -> Vec<f64> {
     fluence
 }
 
-/// Segments for judging balls, sampled in proportion to the variance that each would add without guiding.
+/// Segments with which balls are evaluated, sampled in proportion to the variance that each segment adds without
+/// guiding.
 fn arrivals(segments: &[PhotonSegment], lower: DVec3, size: f64) -> Vec<Arrival> {
     let cell = |at: Vec3| cell_index(at.as_dvec3() - lower, size / CELLS as f64, CELLS);
     let slot = |segment: &PhotonSegment| {
@@ -177,8 +179,8 @@ fn arrivals(segments: &[PhotonSegment], lower: DVec3, size: f64) -> Vec<Arrival>
     all
 }
 
-/// Number of times that each weight is drawn by systematic sampling: the draws are evenly spaced in the sum of all
-/// weights.
+/// For each weight: the number of draws that systematic sampling assigns to it. The draws are evenly spaced in the sum
+/// of all weights.
 pub(crate) fn systematic_counts(weights: &[f64], draws: u32) -> Vec<u32> {
     let step = weights.iter().sum::<f64>() / f64::from(draws);
     let (mut passed, mut next) = (0.0, 0.5 * step);
@@ -193,13 +195,13 @@ pub(crate) fn systematic_counts(weights: &[f64], draws: u32) -> Vec<u32> {
     weights.iter().map(count).collect()
 }
 
-/// Mixture of the cosine distribution and the balls chosen so far, for every segment.
+/// Mixture of the cosine distribution and the balls chosen so far, evaluated for every segment.
 struct Mixture<'a> {
     arrivals: &'a [Arrival],
     /// For each segment: the sum of the balls' weights before it is limited, and the sum of their densities divided by
     /// the density of the cosine distribution.
     terms: Vec<[f32; 2]>,
-    /// Variance that remains with these balls; 1 without any ball.
+    /// Variance that remains with these balls, relative to the variance without any ball.
     variance: f64,
 }
 
@@ -240,7 +242,8 @@ impl Arrival {
     }
 }
 
-/// Balls at the cells that most light crosses; some are centred where the segments through these cells meet.
+/// Balls with which the search starts, at the cells that the most light crosses; some are centred where the segments
+/// through these cells meet.
 fn first_balls(arrivals: &[Arrival], lower: DVec3, cell: f64) -> Vec<Ball> {
     const PARTS: i32 = 4;
     let mut crossed = vec![0.0; BALL_CELLS.pow(3)];

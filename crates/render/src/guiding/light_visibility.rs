@@ -11,8 +11,8 @@ use glam::{DVec3, UVec3};
 /// Maximum number of cubes along the longest side of the world. Lab note: "In cubes (24 along the longest side)",
 /// 11-26.
 const MAX_CELLS_PER_SIDE: u32 = 24;
-/// Rate of light sampling in hidden cubes. The value is greater than zero, because tests of a few points do not prove
-/// that a cube is dark. Lab note: as above.
+/// Fraction of the points in hidden cubes at which lights are sampled. The value is greater than zero, because tests of
+/// a few points do not prove that a cube is dark. Lab note: as above.
 pub(crate) const HIDDEN_RATE: f32 = 1.0 / 8.0;
 
 const UNKNOWN: u8 = 0;
@@ -51,8 +51,9 @@ impl LightVisibility {
         Some(all)
     }
 
-    /// Rate of light sampling at a point. `sees_light` is called once per cube, with its lower and upper corner, and
-    /// returns true if light is visible from the cube; its result must depend only on the cube.
+    /// Fraction of the hits near a point at which lights are sampled. `sees_light` is called once per cube, with the
+    /// cube's lower and upper corner, and returns true if light is visible from the cube; its result must depend only
+    /// on the cube.
     #[inline]
     pub fn rate(&self, position: DVec3, sees_light: impl FnOnce([DVec3; 2]) -> bool) -> f32 {
         let last = (self.counts - UVec3::ONE).as_dvec3();

@@ -79,7 +79,7 @@ impl LearnedGuiding {
         self.candidates.get_or_init(|| candidates)
     }
 
-    /// Casters with their maps and spots; empty before they are learned.
+    /// Casters with their maps, and spots; empty until photons have been traced.
     fn caustics(&self, geometry: &Geometry) -> &Caustics {
         if self.is_within_exposure && self.caustics.get().is_none() {
             let candidates = self.candidates(geometry);
@@ -144,7 +144,7 @@ impl PathGuiding for LearnedGuiding {
     }
 }
 
-/// The guiding targets for a batch of samples.
+/// Guiding targets for a batch of samples.
 #[derive(Debug)]
 struct LearnedTargets<'a> {
     caustics: &'a Caustics,

@@ -84,12 +84,12 @@ pub(crate) fn find_caustics(geometry: &Geometry, lights: &Lights, candidates: &[
     Caustics { casters: chosen.into_iter().map(|(_, caster)| caster).collect(), maps, spots }
 }
 
-/// World of a photon pass.
+/// World in which photons are traced, and the candidates for caustic casters.
 struct PhotonPass<'a> {
     geometry: &'a Geometry,
     lights: &'a Lights,
     candidates: &'a [CausticCaster],
-    /// Indices of the candidates by instance.
+    /// For each instance that is a candidate: its index among the candidates.
     candidate_of: HashMap<u32, usize>,
 }
 
@@ -153,8 +153,8 @@ impl<'a> PhotonPass<'a> {
         let contexts = LightSampleContexts::from(&context);
         let sampling = LightSampling::Importance;
         let sample = self.lights.sample(&contexts, self.geometry, sampling, choice, &light_random.into())?;
-        // Only lights with a position and an extent emit photons: BSDF samples never hit delta lights, and infinite
-        // lights are reachable from every caster.
+        // Only lights with a position and an extent emit photons: the BSDF samples that photons guide never hit delta
+        // lights, and they reach infinite lights from every caster.
         let p_light = sample.p_light.filter(|_| !sample.is_delta)?;
         let photon = Photon {
             sampler,
@@ -172,7 +172,8 @@ impl<'a> PhotonPass<'a> {
 }
 
 impl Photon {
-    /// Scatters the photon at a caster. At other surfaces, a photon that has met a caster is deposited.
+    /// Scatters the photon at a candidate, and returns its next ray. At any other surface, the photon ends, and is
+    /// deposited if a candidate has scattered it.
     fn bounce(
         &mut self,
         pass: &PhotonPass,
@@ -275,7 +276,7 @@ mod tests {
         Settings { integrator, max_depth: Some(max_depth), ..Settings::default() }
     }
 
-    /// Target of the ball's map for a world point: centre and radius.
+    /// Target of the ball's caustic map for a world point: centre and radius.
     fn thrown_on(world: &PreparedWorld, at: DVec3) -> (DVec3, f64) {
         let guiding = LearnedGuiding::default();
         guiding.learn(&world.geometry, &world.lighting().lights, &settings(Integrator::Path, 6));

@@ -141,7 +141,7 @@ mod tests {
         PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
     }
 
-    /// Rays down to points of the floor, starting with index `first`.
+    /// Surface interactions of rays that hit the floor from above; the points start with index `first`.
     fn places<const N: usize>(world: &PreparedWorld, first: usize) -> SurfaceInteractions<N> {
         let mut places = SurfaceInteractions::<N>::default();
         let corners = places.clear();

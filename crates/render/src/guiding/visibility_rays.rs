@@ -13,11 +13,12 @@ use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
 use crate::settings::{Integrator, Settings};
 
-/// Numbers of points in a cube from which shadow rays start. In most lit cubes, the first few rays are sufficient. Lab
-/// note: "32 shadow rays", 11-26.
+/// Points of a cube from which shadow rays start, given by their numbers: first a few points, then the others, because
+/// the first rays are sufficient in most lit cubes. Lab note: "32 shadow rays", 11-26.
 const POINTS: [std::ops::Range<u32>; 2] = [0..4, 4..32];
 
-/// True if rare light sampling may be faster: see [`crate::guiding::light_visibility::LightVisibility`].
+/// True if sampling lights less often at dark places may be faster: see
+/// [`crate::guiding::light_visibility::LightVisibility`].
 pub(crate) fn needs_light_visibility(lights: &Lights, settings: &Settings) -> bool {
     // With infinite lights, the test is not useful, because they are visible from everywhere except closed rooms. With
     // a single light, no light is selected at random.
@@ -26,7 +27,7 @@ pub(crate) fn needs_light_visibility(lights: &Lights, settings: &Settings) -> bo
         && lights.needs_choice(LightSampling::Importance)
 }
 
-/// True if a shadow ray from any point of a scene-local cube finds light.
+/// True if a shadow ray from any tested point of a scene-local cube finds light.
 pub(crate) fn sees_light(geometry: &Geometry, lights: &Lights, [lower, upper]: [DVec3; 2]) -> bool {
     let sampler = Sampler::for_pixel(0, 0, [0, 0]);
     let mut queue = ShadowRayQueue::default();

@@ -15,7 +15,7 @@ use crate::prepare::world::PreparedWorld;
 /// A path, and the ray along which most of the path's light arrived.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BrightPath {
-    /// Largest component of the radiance of the sample.
+    /// Largest colour component of the sample's radiance.
     pub radiance: f32,
     /// Instances that the path met, starting at the camera; the light of the ray arrives at the last instance.
     pub instances: Vec<u32>,
@@ -25,7 +25,7 @@ pub struct BrightPath {
     pub direction: Vec3,
     /// Distance to the light; infinite for suns and skies.
     pub distance: f64,
-    /// Largest component of the radiance that arrived along this ray.
+    /// Largest colour component of the radiance that arrived along this ray.
     light: f32,
 }
 
@@ -52,7 +52,7 @@ struct Recorder<'a, 'b> {
     batch: &'a CameraRayBatch<'b>,
     /// Brightest ray so far, for each camera ray.
     bright: Vec<BrightPath>,
-    /// Surfaces met so far, for each path.
+    /// For each path: the surfaces met so far.
     records: Vec<PathRecord>,
 }
 

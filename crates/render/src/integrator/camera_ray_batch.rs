@@ -6,15 +6,15 @@ use raycam_bvh::{Hit, INVALID_ID, Scene};
 use crate::interaction::ray_cone::RayCone;
 use crate::sampling::sampler::Sampler;
 
-/// Camera rays and their hits, entry by entry.
+/// Camera rays and their hits, in arrays with one entry per ray.
 pub(crate) struct CameraRayBatch<'a> {
-    /// The scene in which all rays after the camera rays are traced.
+    /// Scene in which shadow rays and scattered rays are traced.
     pub scene: &'a Scene,
-    /// Scene-local origins.
+    /// Scene-local origins of the rays.
     pub origins: &'a [DVec3],
-    /// Cones of the pixels.
+    /// Ray cones of the rays' pixels.
     pub ray_cones: &'a [RayCone],
-    /// Unit directions.
+    /// Unit directions of the rays.
     pub directions: &'a [Vec3],
     pub hits: &'a [Hit],
     pub samplers: &'a [Sampler],

@@ -25,7 +25,7 @@ fn diffuse_share<B: BsdfModel>(point: &ShadingPoint<B>, wi: Vec3, value: Vec3) -
     Vec3::select(value.cmpgt(Vec3::ZERO), diffuse / value, Vec3::ZERO).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// [`diffuse_share`] of a direction that the BSDF has sampled.
+/// [`diffuse_share`] for a direction that the BSDF has sampled.
 pub(super) fn sampled_diffuse_share<B: BsdfModel>(point: &ShadingPoint<B>, wi: Vec3) -> Vec3 {
     diffuse_share(point, wi, point.bsdf.eval(&point.frame, wi).value)
 }
@@ -121,7 +121,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Records the ambient term of a path's hit for the passes.
+    /// Records the ambient term of a path's hit in the passes.
     fn record_ambient<B: BsdfModel>(&self, path: &PathState, point: &ShadingPoint<B>, ambient: Vec3) {
         if let Some(passes) = self.settings.passes
             && let Some(tag) = self.tag(path, LightSource::Ambient, || ambient_scattering(point))
@@ -130,9 +130,9 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Emits the light samples of a point with their indices. The densities include two probabilities: that the light
-    /// is selected, and that the point has samples at all. `choice` is the random number for both decisions; `random`
-    /// returns the random numbers for a position on a light.
+    /// Calls `emit` with the index, the sample and the light of each light sample at a point. The densities include two
+    /// probabilities: that the light is selected, and that the point has samples at all. `choice` is the random number
+    /// for both decisions; `random` returns the random numbers for a position on a light.
     #[inline(always)]
     pub fn for_each_light_sample(
         &self,

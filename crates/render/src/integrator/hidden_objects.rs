@@ -13,7 +13,7 @@ use crate::integrator::path_state::{LightSearch, PathState};
 use crate::integrator::path_tracer::PathTracer;
 
 impl PathTracer<'_> {
-    /// True if the ray of a path does not find an object.
+    /// True if an object is hidden from the ray of a path that hits it.
     pub fn is_hidden(&self, path: &PathState, hit: &Hit) -> bool {
         let rays = self.geometry.ray_visibility(hit.instance);
         if path.is_camera_ray { !rays.camera } else { !rays.reflection }

@@ -55,7 +55,7 @@ pub(crate) enum FirstScattering {
     Medium,
 }
 
-/// Way of light to the camera.
+/// Way of light to the camera: the number of scatterings, and the kind of the scattering that is nearest to the camera.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightWay {
     scatterings: Scatterings,
@@ -66,7 +66,7 @@ pub(crate) struct LightWay {
 impl LightWay {
     const STRAIGHT: Self = Self { scatterings: Scatterings::None, first: None };
 
-    /// The way with one more scattering; `first` is used if the light has not been scattered yet.
+    /// The way with one more scattering, of the kind `first` if the light has not been scattered yet.
     pub fn scattered(self, first: impl FnOnce() -> FirstScattering) -> Self {
         match self.scatterings {
             Scatterings::None => Self { scatterings: Scatterings::One, first: Some(first()) },
@@ -74,7 +74,7 @@ impl LightWay {
         }
     }
 
-    /// True if additional scattering does not change the way.
+    /// True if a further scattering does not change the way.
     pub fn is_final(&self) -> bool {
         self.scatterings == Scatterings::Several
     }
@@ -129,7 +129,7 @@ impl LightSource {
     }
 }
 
-/// Contribution that a shadow ray adds if nothing occludes it.
+/// Way and source of a contribution's light, which determine the passes to which it is added.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PassTag {
     pub way: LightWay,
@@ -140,14 +140,14 @@ pub(crate) struct PassTag {
 #[derive(Debug)]
 pub(crate) struct PassRecorder {
     passes: Vec<Pass>,
-    /// Values of each camera ray, pass by pass.
+    /// For each camera ray: the values of all passes.
     values: Vec<Vec3>,
-    /// Ways of the paths; way 0 has no scattering.
+    /// Ways to which paths refer by their indices; way 0 has no scattering.
     ways: Vec<LightWay>,
 }
 
 impl PassRecorder {
-    /// Recorder of a batch of camera rays, in a buffer.
+    /// Creates a recorder for a batch of camera rays; reuses the buffer `values`.
     pub fn new(passes: &[Pass], ray_count: usize, mut values: Vec<Vec3>) -> RefCell<Self> {
         values.clear();
         values.resize(ray_count * passes.len(), Vec3::ZERO);
@@ -159,7 +159,7 @@ impl PassRecorder {
     }
 }
 
-/// Recorder of a batch, and its lights.
+/// Recorder of a batch, and the lights of the world.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Passes<'a> {
     pub recorder: &'a RefCell<PassRecorder>,
@@ -213,7 +213,7 @@ impl Passes<'_> {
     }
 }
 
-/// Fraction of each colour of a contribution that one light has emitted.
+/// Fraction of each colour of a contribution that comes from one light.
 fn share_of_light(lights: &Lights, owner: LightOwner, source: LightSource) -> Vec3 {
     let is_own = |own: LightOwner| Vec3::splat(f32::from(u8::from(own == owner)));
     match source {

@@ -31,7 +31,8 @@ pub(crate) struct PathScratch {
     pub(super) active: Vec<u32>,
     next_active: Vec<u32>,
     pub(super) hits: Vec<Hit>,
-    /// Radiance and density of the environment for the escaped rays of a bounce.
+    /// For the escaped rays of a bounce: the environment's radiance, and the density with which light sampling selects
+    /// this direction.
     escaped: Vec<(Vec3, f32)>,
     /// Distances at which the rays begin, in worlds with fog.
     ray_begins: RayBegins,
@@ -41,7 +42,7 @@ pub(crate) struct PathScratch {
     kind_sort: KindSort,
     hit_batch: HitBatch,
     pub(super) queues: WavefrontQueues,
-    /// Passes of the batch, ray by ray.
+    /// Values of the passes, ray by ray.
     pub passes: Vec<Vec3>,
 }
 

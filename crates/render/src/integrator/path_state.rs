@@ -25,7 +25,7 @@ pub(crate) enum LightSearch {
     Scattered,
 }
 
-/// Path in progress.
+/// A path in progress.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathState {
     /// Index of the path's camera ray in the batch.
@@ -38,9 +38,9 @@ pub(crate) struct PathState {
     pub direction: Vec3,
     /// Point that scattered the path last; initially the camera.
     pub prev_context: LightSampleContext,
-    /// Distance from that point to the last thin wall that the path passed.
+    /// Distance from the point that scattered the path last to the last thin wall that the path passed.
     pub passed_distance: f32,
-    /// Density with which the BSDF at that point sampled `direction`.
+    /// Density with which the BSDF at the point that scattered the path last sampled `direction`.
     pub bsdf_pdf: f32,
     /// True if light sampling could not have found `direction`: from the camera, or after a specular bounce.
     pub specular_bounce: bool,
@@ -56,11 +56,11 @@ pub(crate) struct PathState {
     pub depth: u16,
     /// Media that the path is in.
     pub interior_list: InteriorList,
-    /// The only colour channel that a path transports after dispersion.
+    /// The only colour channel that the path transports after dispersion; `None` before.
     pub wavelength_channel: Option<ColorChannel>,
     /// Product of the squared relative indices by which refraction has divided the throughput.
     pub eta_scale: f32,
-    /// Width and spread of the path; used until a rough surface scatters it.
+    /// Width and spread of the path; used until a rough surface scatters the path.
     pub ray_cone: RayCone,
 }
 
@@ -98,7 +98,7 @@ impl PathState {
 // At most two cache lines, because the compiler copies larger structs by a function call.
 const _: () = assert!(size_of::<PathState>() <= 128);
 
-/// Rays that one bounce of all paths queues.
+/// Queues of the rays that one bounce of all paths produces.
 #[derive(Default)]
 pub(crate) struct WavefrontQueues {
     /// One queue for each light sample of a point, because neighbouring rays to the same light are coherent.
@@ -124,14 +124,14 @@ impl WavefrontQueues {
     }
 }
 
-/// One hit of a path and its random numbers.
+/// One hit of a path, with its random numbers and samples.
 pub(crate) struct HitView<'a> {
     pub hit: &'a Hit,
     pub material: &'a PreparedMaterial,
     pub interaction: SurfaceInteraction,
-    /// The sampled direction of a diffuse BSDF.
+    /// Sampled direction, used if the BSDF is diffuse.
     pub diffuse_direction: Vec3,
-    /// Random numbers for all other BSDFs.
+    /// Random numbers used to sample any other BSDF.
     pub bsdf_random: [f32; 2],
     /// Random numbers of the first light sample.
     pub light_random: LightRandom,

@@ -61,16 +61,16 @@ pub(crate) struct PathSettings<'a> {
     pub media: Option<MediaMap<'a>>,
     /// True if camera rays meet a white Lambertian surface in place of any material.
     pub meets_white: bool,
-    /// Recorder of the parts of the radiance, if any is requested.
+    /// Recorder of the passes, if any pass is requested.
     pub passes: Option<Passes<'a>>,
 }
 
-/// Choice that light sampling makes at a point.
+/// Method by which light sampling selects a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum LightChoice<'a> {
     /// No light can be sampled.
     None,
-    /// One kind of light, so that no random number is used. `Some` for a single finite light.
+    /// All samples belong to one kind of light, so that no random number is used. `Some` for a single finite light.
     Single(Option<&'a PreparedLight>),
     /// A random number selects the light.
     Choose,
@@ -80,7 +80,8 @@ pub(crate) enum LightChoice<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathModes<'a> {
     pub light_choice: LightChoice<'a>,
-    /// True if BSDF samples may hit sampled lights, so that multiple importance sampling weights both.
+    /// True if BSDF samples may hit sampled lights, so that multiple importance sampling must weight both kinds of
+    /// samples.
     pub mis_with_bsdf: bool,
     /// True if direct lighting is evaluated for a batch of points at once.
     pub batch_direct_lighting: bool,
@@ -162,11 +163,11 @@ pub(crate) struct PathTracer<'a> {
     pub settings: &'a PathSettings<'a>,
     pub samplers: &'a [Sampler],
     pub modes: PathModes<'a>,
-    /// Guide of diffuse samples; `None` if these are not guided.
+    /// Guide of diffuse samples; `None` if diffuse samples are not guided.
     pub guide: Option<Box<dyn DirectionGuide + 'a>>,
-    /// Path guiding, if it makes light sampling rare in some places.
+    /// Path guiding, if it reduces light sampling at some places.
     rare_light_sampling: Option<&'a dyn PathGuiding>,
-    /// Number of surfaces that the paths have met; it selects the samplers' dimensions.
+    /// Index of the bounce: the number of surfaces that the paths have met. It selects the samplers' dimensions.
     pub bounce: u32,
 }
 
@@ -214,7 +215,8 @@ impl PathTracer<'_> {
         path.depth == 1 && path.specular_bounce && !front && !material.double_sided
     }
 
-    /// True if the background replaces the instance hit by a camera ray; in that case, adds the lights in front of it.
+    /// True if the background replaces the instance hit by a camera ray; in that case, adds the lights in front of the
+    /// instance.
     #[inline]
     pub fn ends_before(&self, path: &PathState, hit: &Hit, position: DVec3, out: &mut Vec3) -> bool {
         let is_left_out = path.is_camera_ray && self.geometry.is_left_out(self.settings.catchers, hit.instance);
@@ -235,7 +237,7 @@ impl PathTracer<'_> {
         random >= self.geometry.opacity(hit)
     }
 
-    /// Fraction of the hits at a point that sample lights.
+    /// Fraction of the hits near a position at which lights are sampled.
     #[inline]
     pub fn light_sampling_rate(&self, sampling: LightSampling, position: DVec3) -> f32 {
         match self.rare_light_sampling {
@@ -273,8 +275,8 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Adds lights without a mesh that the ray crosses before `distance`, except lights in front of a thin wall that
-    /// the path has passed.
+    /// Adds lights without a mesh that the ray of a path crosses before `distance`, except lights in front of a thin
+    /// wall that the path has passed.
     #[inline]
     pub fn add_intersected_lights(&self, path: &PathState, distance: f64, out: &mut Vec3) {
         if path.is_camera_ray && self.settings.catchers == Catchers::Only {
@@ -300,7 +302,7 @@ impl PathTracer<'_> {
         );
     }
 
-    /// Lights that the ray of a path finds.
+    /// Lights that the ray of a path can find, and the kind of the ray.
     #[inline]
     pub fn lights_of(&self, path: &PathState) -> (&Lights, LightView) {
         let view = match (path.specular_bounce, path.is_camera_ray) {
@@ -325,7 +327,7 @@ impl PathTracer<'_> {
         path.throughput * radiance * self.mis_weight(path, pdf)
     }
 
-    /// Source of the environment's light along the ray of a path.
+    /// Source of the light that the environment sends along the ray of a path.
     pub fn environment_source(&self, path: &PathState) -> LightSource {
         let has_ambient = path.specular_bounce || self.settings.ambient_term.is_none();
         LightSource::Infinite { direction: path.direction, has_ambient, view: self.lights_of(path).1 }
@@ -363,7 +365,7 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Dims a path by the medium that it crossed; `distance` is measured from the point that scattered it last.
+    /// Dims a path by the medium that it crossed; `distance` is measured from the point that scattered the path last.
     #[inline]
     pub fn apply_absorption(&self, path: &mut PathState, distance: f64) {
         let absorption = path.interior_list.absorption(self.geometry);

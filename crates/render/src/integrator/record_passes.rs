@@ -17,8 +17,8 @@ impl PathTracer<'_> {
         }
     }
 
-    /// Tag of a shadow ray at a path's hit; `None` unless passes are recorded. `first` is the kind of the first
-    /// scattering.
+    /// Way and source of the light of a shadow ray at a path's hit; `None` unless passes are recorded. `first` returns
+    /// the kind of the first scattering.
     #[inline]
     pub fn tag(
         &self,
@@ -30,13 +30,14 @@ impl PathTracer<'_> {
         Some(PassTag { way: passes.way(path.way).scattered(first), source })
     }
 
-    /// Tag of a shadow ray in place of a path's last segment.
+    /// Way and source of the light of a shadow ray that replaces a path's last segment; `None` unless passes are
+    /// recorded.
     pub fn tag_of_last_segment(&self, path: &PathState, source: LightSource) -> Option<PassTag> {
         let passes = self.settings.passes?;
         Some(PassTag { way: passes.way(path.way), source })
     }
 
-    /// Records that something scatters a path.
+    /// Records in the path's way that a surface or a medium scatters the path.
     #[inline]
     pub fn record_scattering(&self, path: &mut PathState, first: impl FnOnce() -> FirstScattering) {
         if let Some(passes) = self.settings.passes {

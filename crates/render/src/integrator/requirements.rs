@@ -13,7 +13,7 @@ pub(crate) fn effective_lights(integrator: Integrator, world: &PreparedWorld) ->
     }
 }
 
-/// True if rays continue from the first hit.
+/// True if the integrator traces further rays from the first hit.
 pub(crate) fn traces_secondary_rays(integrator: Integrator) -> bool {
     integrator != Integrator::Flat
 }

@@ -18,7 +18,7 @@ use crate::prepare::geometry::Geometry;
 pub(crate) struct ShadowRayQueue {
     rays: Vec<Ray>,
     occluded: Vec<bool>,
-    /// Index of the camera ray, and the light that the shadow ray adds to its radiance.
+    /// Index of the camera ray, and the light that the shadow ray adds to the camera ray's radiance.
     contribution: Vec<(usize, Vec3)>,
     /// True in a world with media, where every ray has its media in `interiors`.
     pub tracks_media: bool,
@@ -26,12 +26,12 @@ pub(crate) struct ShadowRayQueue {
     /// Rays that are dimmed, with their indices, and the borders of media that they cross.
     media_rays: Vec<(usize, MediumRay)>,
     borders: Borders,
-    /// Passes of every ray, if passes are recorded; otherwise empty.
+    /// Way and source of the light of every ray, if passes are recorded; otherwise empty.
     tags: Vec<PassTag>,
 }
 
 impl ShadowRayQueue {
-    /// Adds a ray that starts in no media, or in a world without media.
+    /// Adds a ray that starts outside of all media, or in a world without media.
     pub fn push(&mut self, ray: Ray, index: usize, light: Vec3) {
         self.push_within(ray, index, light, InteriorList::default());
     }
@@ -46,13 +46,13 @@ impl ShadowRayQueue {
         self.contribution.push((index, light));
     }
 
-    /// Adds a ray that starts in no media, with its passes.
+    /// Adds a ray that starts outside of all media, with the way and source of its light.
     pub fn push_tagged(&mut self, ray: Ray, index: usize, light: Vec3, tag: Option<PassTag>) {
         self.push(ray, index, light);
         self.tag_last(tag);
     }
 
-    /// Sets the passes of the last ray.
+    /// Sets the way and source of the light of the last ray.
     pub fn tag_last(&mut self, tag: Option<PassTag>) {
         self.tags.extend(tag);
     }

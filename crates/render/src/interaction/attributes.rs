@@ -148,7 +148,7 @@ impl Geometry {
         Vec3::from(material.emission.value) * texel.map_or(Vec3::ONE, |t| Vec3::from_slice(&t))
     }
 
-    /// Footprint of a cone at a hit; a point in a world without textures.
+    /// Footprint of a ray cone at a hit; a point in a world without textures.
     pub(crate) fn footprint(&self, hit: &Hit, direction: Vec3, cone: &RayCone) -> Footprint {
         if self.textures.is_empty() || cone.width <= 0.0 {
             return Footprint::default();
@@ -163,12 +163,12 @@ impl Geometry {
         Some(self.textures[slot.texture].lookup(slot.coordinates(uv), TexelWeight::Uniform))
     }
 
-    /// Mean texture value over a ray's footprint.
+    /// Mean linear texture value over a ray's footprint; `None` if the mesh lacks the texture coordinates.
     pub(crate) fn filtered_texel(&self, slot: &TextureSlot, hit: &Hit, footprint: &Footprint) -> Option<[f32; 4]> {
         self.weighted_texel(slot, hit, footprint, TexelWeight::Uniform)
     }
 
-    /// Mean texture value over a ray's footprint, with weighted texels.
+    /// Mean linear texture value over a ray's footprint, with these weights of the texels.
     fn weighted_texel(
         &self,
         slot: &TextureSlot,
@@ -217,7 +217,7 @@ impl Geometry {
         Some(Self::interpolate_uv(&corners, weights))
     }
 
-    /// Texture coordinates of a triangle's vertices.
+    /// Texture coordinates of a triangle's vertices; `None` if the mesh does not have this set.
     pub(crate) fn uv_corners(&self, instance: u32, triangle: u32, set: usize) -> Option<[[f64; 2]; 3]> {
         let mesh = &*self.instances[instance as usize].mesh.mesh;
         let uvs = mesh.uv_set(set)?;
@@ -232,7 +232,7 @@ impl Geometry {
     }
 }
 
-/// Value of three vertices interpolated at a hit.
+/// Interpolates the values of three vertices at a hit.
 fn interpolate([a, b, c]: [Vec3; 3], hit: &Hit) -> Vec3 {
     a + (b - a) * hit.u + (c - a) * hit.v
 }

@@ -14,14 +14,14 @@ use crate::soa::{TriangleXN, Vec3xN, get_lane, get_triangle, lane_dvec3, set_lan
 /// Rays, hit triangles and the resulting interactions. A lane's result does not depend on the other lanes.
 #[derive(Debug)]
 pub(crate) struct SurfaceInteractions<const N: usize> {
-    /// World-space vertices, which the kernel converts to scene-local.
+    /// World-space vertices of the hit triangles, which the kernel converts to scene-local coordinates.
     corners: TriangleXN<N>,
     scene_origin: DVec3,
     /// World-space vertex normals of arbitrary length, if the mesh has them.
     vertex_normals: [Vec3xN<f64, N>; 3],
     /// For each lane, true if it has vertex normals.
     has_normals: [bool; N],
-    /// True for lanes of curved surfaces that only reflect.
+    /// For each lane, true if the surface is curved and only reflects.
     side_is_smooth: [bool; N],
     any_has_normals: bool,
     /// Weights of the second and third vertex.
@@ -31,7 +31,8 @@ pub(crate) struct SurfaceInteractions<const N: usize> {
     /// Error bounds of the lanes' instances, in the form of [`ErrorBounds::columns`].
     error_bounds: [Vec3xN<f64, N>; 4],
     footprint: [Footprint; N],
-    /// Geometric normal: first on the counter-clockwise side, then on the viewer's side.
+    /// Unit geometric normal: on the counter-clockwise side until the kernel has computed the positions, then on the
+    /// viewer's side.
     unoriented_normal: Vec3xN<f64, N>,
     /// Fields of [`SurfaceInteraction`], one value per lane.
     position: Vec3xN<f64, N>,
@@ -119,7 +120,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         }
     }
 
-    /// Scene-local positions.
+    /// Scene-local positions of the lanes' hits.
     pub fn positions(&self) -> &Vec3xN<f64, N> {
         &self.position
     }
@@ -130,7 +131,7 @@ impl<const N: usize> SurfaceInteractions<N> {
         get_lane(&self.side_normal, lane).into()
     }
 
-    /// Side normals on the viewer's side.
+    /// [`SurfaceInteraction::side_normal`] of every lane.
     pub fn side_normals(&self) -> &Vec3xN<f32, N> {
         &self.side_normal
     }
@@ -175,12 +176,12 @@ impl<const N: usize> SurfaceInteractions<N> {
         ShadingFrame::new(self.side_normal(lane), self.shading_normal(lane), -direction)
     }
 
-    /// Ray directions.
+    /// Ray directions of the lanes.
     pub fn directions(&self) -> &Vec3xN<f32, N> {
         &self.direction
     }
 
-    /// Shading normals.
+    /// Shading normals of the lanes.
     pub fn shading_normals(&self) -> &Vec3xN<f32, N> {
         &self.shading_normal
     }

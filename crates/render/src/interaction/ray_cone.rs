@@ -7,12 +7,12 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use raycam_scene::Camera;
 use raycam_scene::camera::Pinhole;
 
-/// Width of a ray along its length.
+/// Cone around a ray: the ray's width along its length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct RayCone {
     /// Width at the origin, in metres.
     pub width: f32,
-    /// Growth in metres per metre.
+    /// Growth of the width along the ray, in metres per metre.
     pub spread: f32,
     pub stretch: Stretch,
 }
@@ -59,7 +59,7 @@ pub(crate) struct Footprint {
     axes: [Vec2; 2],
 }
 
-/// Cones of a camera's pixels.
+/// Ray cones of a camera's pixels.
 #[derive(Clone, Debug)]
 pub(crate) struct PixelCones<'a> {
     /// `None` for a world without textures, which needs no cones.
@@ -82,7 +82,7 @@ impl<'a> PixelCones<'a> {
         Self { camera, pinhole: camera.and_then(Camera::pinhole), share: sample_share(samples) }
     }
 
-    /// Sets the cones of the pixels; pixels with equal cones are consecutive.
+    /// Sets `cones` to the ray cones of the pixels. Consecutive pixels that share a cone are computed once.
     pub fn of_pixels(&self, pixels: impl Iterator<Item = [u32; 2]>, cones: &mut Vec<RayCone>) {
         cones.clear();
         let Some(camera) = self.camera else {
@@ -132,7 +132,7 @@ impl<'a> PixelCones<'a> {
 struct PixelEllipse {
     /// Geometric mean of the ellipse's largest and smallest width.
     mean: f64,
-    /// See [`RayCone::stretch`].
+    /// Shape of the ellipse: see [`RayCone::stretch`].
     stretch: Stretch,
 }
 
@@ -155,7 +155,7 @@ impl PixelEllipse {
 }
 
 impl RayCone {
-    /// Cone after a distance.
+    /// Cone at a distance along the ray.
     pub fn propagate(&self, distance: f32) -> Self {
         Self { width: self.width + self.spread * distance, ..*self }
     }

@@ -1,4 +1,4 @@
-//! BSDFs of a chunk's lanes, for every batched kind.
+//! BSDFs of a chunk's lanes: one batch for each kind of BSDF that is evaluated in batches.
 
 use crate::bsdf::batch::diffuse::DiffuseModel;
 use crate::bsdf::batch::glossy::GlossyModel;
@@ -43,7 +43,7 @@ impl BatchBsdf {
         self.diffuse.is_active(lane) || self.glossy.is_active(lane) || self.rough_dielectric.is_active(lane)
     }
 
-    /// Normals of [`crate::light::LightSampleContext`].
+    /// The normal of [`crate::light::LightSampleContext`] for every lane.
     pub fn light_sample_normals(&self, context: LaneContext) -> Vec3xN<f32, LANES> {
         let mut normals = *context.interactions.side_normals();
         for lane in (0..LANES).filter(|&lane| self.rough_dielectric.is_active(lane)) {
@@ -52,7 +52,7 @@ impl BatchBsdf {
         normals
     }
 
-    /// Values and densities of world directions.
+    /// Values and densities for the world directions `wi`, one per lane.
     #[inline(always)]
     pub fn eval(&self, context: LaneContext, wi: &Vec3xN<f32, LANES>) -> BsdfEvals {
         let Self { diffuse, glossy, rough_dielectric, .. } = self;

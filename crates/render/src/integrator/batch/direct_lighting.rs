@@ -16,11 +16,11 @@ use crate::light::tree::importance::{ComputeNodeImportances, NodeImportances};
 use crate::media::nested_dielectrics::InteriorList;
 use crate::soa::{LANES, Vec3xN, get_lane, lane_dvec3, lane_vec3, set_lane};
 
-/// Random numbers of all hits of a bounce; light samples and shadow rays of one chunk.
+/// Random numbers of all hits of a bounce, and the light samples and shadow rays of one chunk.
 #[derive(Default)]
 pub(crate) struct DirectLightingBatch {
     pub randoms: LightRandoms,
-    /// Random numbers that select a lobe and a light.
+    /// For each hit: random numbers that select a lobe and a light.
     pub light_choices: Vec<[f32; 2]>,
     pub samples: [LightLiSamples<LANES>; MAX_SPLIT_SAMPLES],
     shadow_rays: [ShadowRayLanes; MAX_SPLIT_SAMPLES],
@@ -30,7 +30,7 @@ pub(crate) struct DirectLightingBatch {
     count: usize,
 }
 
-/// Random numbers of all hits of a bounce, by light sample.
+/// Random numbers of all hits of a bounce, in one list per light sample.
 #[derive(Default)]
 pub(crate) struct LightRandoms {
     pub numbers: [Vec<[f32; 2]>; MAX_SPLIT_SAMPLES],
@@ -56,7 +56,7 @@ impl LightRandoms {
         }
     }
 
-    /// Random numbers of a hit for a light sample.
+    /// Random numbers of one light sample at a hit.
     pub fn random_for(&self, sample: usize, hit: usize) -> LightRandom {
         let environment = self.environment_samples[sample].get(hit);
         LightRandom {
@@ -127,7 +127,7 @@ impl DirectLightingBatch {
         }
     }
 
-    /// Pushes the shadow rays of a lane whose path belongs to this camera ray.
+    /// Pushes the shadow rays of a lane to the queues; `ray_index` is the camera ray of the lane's path.
     #[inline(always)]
     pub fn push_shadow_rays(&self, lane: usize, ray_index: usize, queues: &mut [ShadowRayQueue]) {
         for (rays, queue) in self.shadow_rays[..self.count].iter().zip(queues) {
@@ -138,8 +138,8 @@ impl DirectLightingBatch {
         }
     }
 
-    /// Pushes the shadow rays of a lane through media. `transmittance` is a function of the direction and of the point
-    /// on the light.
+    /// Pushes the shadow rays of a lane through media, which multiply their light by `transmittance`, a function of the
+    /// direction and of the point on the light.
     #[inline]
     pub fn push_attenuated_shadow_rays(
         &self,
@@ -162,7 +162,7 @@ impl DirectLightingBatch {
     }
 }
 
-/// Pushes one shadow ray per lane, and the light that the ray adds if it is unoccluded.
+/// One shadow ray per lane, and the light that the ray adds if it is unoccluded.
 #[derive(Clone, Copy, Debug, Default)]
 struct ShadowRayLanes {
     is_active: [bool; LANES],

@@ -40,12 +40,12 @@ pub(crate) struct HitBatch {
     bsdf_randoms: Vec<[f32; 2]>,
     pub interactions: SurfaceInteractions<LANES>,
     pub path_lanes: PathLanes,
-    /// True if the ray passes the surface because of its opacity.
+    /// For each lane: true if the ray passes the surface because of the surface's opacity.
     pub alpha_rejected: [bool; LANES],
     pub bsdf: BatchBsdf,
-    /// Media behind the surfaces of transmissive batched BSDFs.
+    /// For each lane with a transmissive batched BSDF: the media behind the surface.
     pub far_sides: [InteriorList; LANES],
-    /// True if samples of a diffuse BSDF may be guided.
+    /// For each lane: true if the BSDF is diffuse and its samples may be guided.
     may_guide: [bool; LANES],
     pub direct_lighting: DirectLightingBatch,
 }
@@ -258,7 +258,7 @@ impl HitBatch {
         !self.alpha_rejected[lane] && !tracer.is_culled_back_face(path, material, self.interactions.is_front(lane))
     }
 
-    /// Hit of a lane, for shading only that lane.
+    /// Hit of a lane, in the form in which single hits are shaded.
     #[inline]
     pub fn view<'a>(&self, tracer: &PathTracer<'a>, chunk: Chunk<'a>, lane: usize) -> HitView<'a> {
         let index = chunk.index * LANES + lane;

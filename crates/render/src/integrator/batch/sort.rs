@@ -8,7 +8,7 @@ use raycam_bvh::Hit;
 use crate::lobes::classify::BatchKind;
 use crate::prepare::geometry::Geometry;
 
-/// Number of [`BatchKind`]s.
+/// Number of variants of [`BatchKind`].
 const KINDS: usize = 5;
 
 /// Buffers of a sort, reused for every bounce.
