@@ -263,7 +263,7 @@ fn split_corners(obj: &mut Obj, runs: &mut [RunRange]) {
     obj.positions = positions;
 }
 
-/// Index of the first equal row, for each row.
+/// For each row: the index of the first equal row.
 fn unique_rows<const N: usize>(rows: impl ExactSizeIterator<Item = [u32; N]>) -> Vec<u32> {
     let mut first = HashMap::with_capacity(rows.len());
     rows.enumerate().map(|(number, row)| *first.entry(row).or_insert(number as u32)).collect()

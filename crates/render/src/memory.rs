@@ -7,7 +7,7 @@ use crate::error::RenderError;
 /// # Errors
 /// [`RenderError::OutOfMemory`].
 pub fn check_memory(what: impl FnOnce() -> String, bytes: u64) -> Result<(), RenderError> {
-    /// Allocations of fewer bytes are not checked.
+    /// Size in bytes below which allocations are not checked.
     const SMALL: u64 = 1 << 20;
     let given =
         bytes < SMALL || usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());

@@ -41,7 +41,7 @@ pub(crate) trait PathGuiding: Debug + Send + Sync {
     /// True if [`PathGuiding::light_sampling_rate`] may be below 1.
     fn has_rare_light_sampling(&self) -> bool;
 
-    /// Probability of sampling a light at a scene-local position. Depends only on the world.
+    /// Probability that lights are sampled at a scene-local position. Depends only on the world.
     fn light_sampling_rate(&self, geometry: &Geometry, lights: &Lights, position: DVec3) -> f32;
 }
 

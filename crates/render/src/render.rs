@@ -269,7 +269,7 @@ impl RenderRequest<'_> {
         })
     }
 
-    /// Renderer of a frame with these settings.
+    /// Creates the renderer of a frame with these settings.
     fn renderer<'s>(&'s self, camera: &'s Camera, settings: &'s Settings) -> TileRenderer<'s> {
         if RenderNeeds::new(settings, camera, &self.world.geometry).color {
             install_guiding(self.world);

@@ -21,11 +21,11 @@ pub struct PictureSeries<'a> {
     pub world: &'a World,
     /// The same world, prepared.
     pub prepared: &'a PreparedWorld,
-    /// Family whose prepared parts the images' worlds share.
+    /// Family of prepared worlds; the images' worlds share its parts.
     pub family: &'a Arc<PreparedFamily>,
     /// Cameras of equal size: one camera for all images, or one camera per image.
     pub cameras: &'a [Camera],
-    /// Objects that move, and their world_from_mesh: one matrix for all images, or one matrix per image.
+    /// For each moving object: its index, and `world_from_mesh`: one matrix for all images, or one matrix per image.
     pub poses: &'a [(usize, Vec<DAffine3>)],
 }
 
@@ -97,7 +97,7 @@ impl PictureSeries<'_> {
         request.render(alone, &part, planes.into_iter())
     }
 
-    /// World of an image, if it differs from the common world.
+    /// World of an image with the image's poses; `None` if no object moves between images.
     fn posed(
         &self,
         picture: usize,

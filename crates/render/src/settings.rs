@@ -83,7 +83,7 @@ pub struct Settings {
     /// Maximum number of path segments in `path`: 1 shows emitters, 2 adds direct lighting, and so on. `None`: no
     /// limit.
     pub max_depth: Option<u32>,
-    /// Maximum value of a sample; a limit darkens the image. `None`: no limit.
+    /// Upper limit of a sample's radiance, which darkens the image. `None`: no limit.
     pub clamp: Option<f32>,
     /// Distance in metres within which surfaces occlude the ambient light (infinity: any distance). `None`: no
     /// occlusion.
@@ -141,7 +141,8 @@ impl Settings {
         })
     }
 
-    /// Validates the remaining settings. Returns the region to render of an image of this size.
+    /// Validates the settings that [`RenderOptions`] does not contain. Returns the region to render of an image of this
+    /// size.
     pub(crate) fn check(&self, [width, height]: [u32; 2]) -> Result<[u32; 4], RenderError> {
         let fail = |message: String| Err(RenderError::settings(message));
         if self.channels.is_empty() {

@@ -114,7 +114,7 @@ impl Workers {
         Ok(Self::Pool(pool(threads)?, threads.min(worth as usize)))
     }
 
-    /// Number of threads.
+    /// Number of threads on which a call runs.
     pub fn count(&self) -> usize {
         match self {
             Self::Here => 1,

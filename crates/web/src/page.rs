@@ -15,7 +15,7 @@ use wasm_bindgen::prelude::*;
 use crate::failure::{failure, format_failure, internal_failure};
 use crate::request;
 
-/// Converts a panic to an exception with its text. The instance cannot be used afterwards.
+/// Converts a panic to an exception with the panic's text. The instance cannot be used afterwards.
 #[wasm_bindgen(start)]
 pub fn start() {
     std::panic::set_hook(Box::new(|info| {
@@ -141,13 +141,13 @@ impl World {
         triangles::corners(&self.world, None).into_flattened().into_flattened()
     }
 
-    /// Returns object and triangle of each of these triangles.
+    /// Returns the object and the triangle index of each visible triangle, in the order of the corners.
     #[wasm_bindgen(js_name = triangleIds)]
     pub fn triangle_ids(&self) -> Vec<i32> {
         triangles::ids(&self.world).into_flattened()
     }
 
-    /// Returns the linear colour of each of these triangles.
+    /// Returns the linear colour of each visible triangle, in the order of the corners.
     #[wasm_bindgen(js_name = triangleColors)]
     pub fn triangle_colors(&self) -> Vec<f32> {
         triangles::colors(&self.world).into_flattened()
@@ -199,7 +199,7 @@ impl Camera {
         self.inner.r().transpose().to_cols_array().into()
     }
 
-    /// Centre C.
+    /// Centre C in world coordinates.
     #[wasm_bindgen(getter, js_name = C)]
     pub fn c(&self) -> Vec<f64> {
         self.inner.c().to_array().into()
@@ -211,7 +211,7 @@ impl Camera {
         self.inner.p().as_flattened().into()
     }
 
-    /// Width and height of its image.
+    /// Width and height of the camera's image, in pixels.
     #[wasm_bindgen(getter)]
     pub fn size(&self) -> Vec<u32> {
         self.inner.size().into()

@@ -13,7 +13,7 @@ use crate::camera::rig::Rig;
 use crate::error::{IntoPyErr, OrRaise, camera_error, catch_panic, detached};
 use crate::notice::Notices;
 
-/// Rotation and centre.
+/// Rotation and centre of a camera.
 type RotationCenter = ([[f64; 3]; 3], [f64; 3]);
 
 /// Camera with the exact values of its file, so that it is written back bit for bit.

@@ -44,7 +44,7 @@ pub(crate) fn flow<'py>(
     Ok(dict)
 }
 
-/// (object, (x, y, width, height), mask [height, width]) of each object that covers any pixel.
+/// For each object that covers any pixel: (object, (x, y, width, height), mask [height, width]).
 type Silhouettes<'py> = Vec<(usize, (i32, i32, i32, i32), NewArray<'py, bool>)>;
 
 /// Returns amodal masks: the pixels of an image with a margin that each object would cover alone.

@@ -56,9 +56,9 @@ impl LayerSamples<'_> {
     }
 }
 
-/// EXR channel names of a layer. `color` is R, G, B, A without a prefix, so that every viewer shows it. Others have a
-/// prefix: `albedo.R`, `depth.Z`, `distance.Z`; ids `instance.id`; other single values `coverage.V`. Two components are
-/// U and V, more are X, Y, Z, W.
+/// EXR channel names of a layer. `color` is R, G, B, A without a prefix, so that every viewer shows it. Other layers
+/// have a prefix: `albedo.R`, `depth.Z`, `distance.Z`; ids `instance.id`; other single values `coverage.V`. Two
+/// components are U and V, more are X, Y, Z, W.
 pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
     let name = layer.name;
     let letters: &[&str] = match (name, layer.components, &layer.samples) {

@@ -1,7 +1,7 @@
 //! LZF compression, as in compressed PCD files.
 //!
-//! A byte below 32 is followed by one literal byte more than its value. Other bytes start a copy of earlier output: the
-//! upper three bits are its length minus 2 (7: the next byte is added), the lower five bits and the next byte are its
+//! A byte n below 32 is followed by n + 1 literal bytes. Other bytes start a copy of earlier output: the upper three
+//! bits are the copy's length minus 2 (7: the next byte is added), the lower five bits and the next byte are the copy's
 //! distance minus 1. Source: LibLZF (M. Lehmann), `lzf.h`.
 
 /// Bits of the hash of three bytes.
@@ -40,7 +40,7 @@ pub fn compress(data: &[u8]) -> Vec<u8> {
     out
 }
 
-/// Distance and length of earlier bytes that equal the bytes at `at`, if any; stores `at` in `places`.
+/// Distance and length of the earlier bytes that equal the bytes at `at`, if there are any; stores `at` in `places`.
 fn find_copy(data: &[u8], at: usize, places: &mut [usize]) -> Option<(usize, usize)> {
     let &[a, b, c] = data.get(at..at + MIN_COPY)? else { return None };
     let hash = (u32::from_le_bytes([a, b, c, 0]).wrapping_mul(2_654_435_761) >> (32 - HASH_BITS)) as usize;

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::reflex_kd_tree::{ReflexKdTree, signed_area2};
 
-/// The limit on steps is reached.
+/// Error: the limit on steps is reached.
 #[derive(Debug)]
 pub(crate) struct WorkLimitExceeded;
 
@@ -50,7 +50,7 @@ fn strictly_convex(flat: &[DVec2]) -> bool {
         && (1..flat.len() - 1).all(|i| signed_area2(flat[0], flat[i], flat[i + 1]) > 0.0)
 }
 
-/// Index of the next corner that marks a corner as clipped.
+/// Marks a corner as clipped, in place of the index of its next corner.
 const REMOVED: u32 = u32::MAX;
 
 /// Remaining polygon: a ring of corners.

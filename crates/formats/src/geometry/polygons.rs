@@ -18,12 +18,12 @@ const MAX_CORNERS: usize = 1 << 20;
 #[derive(Debug, Default)]
 pub(crate) struct DegenerateFaces {
     count: usize,
-    /// Position of the first such face in the file.
+    /// Position in the file of the first face with fewer than 3 corners.
     first: Option<String>,
 }
 
 impl DegenerateFaces {
-    /// Counts a face.
+    /// Counts a face with fewer than 3 corners.
     pub(crate) fn add(&mut self, place: impl FnOnce() -> String) {
         self.count += 1;
         self.first.get_or_insert_with(place);
@@ -35,7 +35,7 @@ impl DegenerateFaces {
         self.first = self.first.take().or(later.first);
     }
 
-    /// Notice about these faces; `None` if there are none.
+    /// Notice about faces with fewer than 3 corners; `None` if there are none.
     pub(crate) fn notice(&self, path: &Path) -> Option<Notice> {
         let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
         let message = format!("{path}: {count} faces with fewer than 3 corners are skipped, the first in {first}");
@@ -50,7 +50,7 @@ pub(crate) struct Polygons {
     positions: Vec<u32>,
     /// Texture coordinates and normal of each corner; empty if no corner has any.
     attributes: Vec<[u32; 2]>,
-    /// Number of triangles before the first polygon with more corners.
+    /// Number of triangles before the first polygon with more than 3 corners.
     triangles: usize,
     /// End offsets in `positions` of the polygons after these triangles.
     ends: Vec<usize>,

@@ -19,7 +19,7 @@ impl Corner {
     }
 }
 
-/// Value for a missing attribute.
+/// Index that marks a missing attribute.
 pub(crate) const NO_INDEX: u32 = u32::MAX;
 /// Index of texture coordinates and of a normal in a reserved vertex that no corner has used yet.
 const UNUSED: u32 = u32::MAX - 1;

@@ -89,7 +89,7 @@ impl<P: WeldKey> VertexWelder<P> {
         Self { points: Vec::with_capacity(capacity), table: vec![0; length], seed }
     }
 
-    /// Index of a point.
+    /// Returns the index of a point among the distinct points; a new point is appended.
     pub(crate) fn insert(&mut self, point: P) -> u32 {
         self.insert_hashed(point, point.hash(self.seed))
     }

@@ -18,7 +18,7 @@ pub(super) fn latitude_longitude(faces: &[[f32; 4]], side: usize) -> ([usize; 2]
     (size, texels.map(|(x, y)| texel(faces, side, direction(x, y))).collect())
 }
 
-/// Value in a direction.
+/// Value of the cube map in a direction.
 fn texel(faces: &[[f32; 4]], side: usize, [x, y, z]: [f32; 3]) -> [f32; 4] {
     let [ax, ay, az] = [x.abs(), y.abs(), z.abs()];
     // Column and row, each in -1..=1, from left to right and from top to bottom.

@@ -137,7 +137,7 @@ pub(crate) struct RunRange {
     pub(crate) polygons: Range<usize>,
 }
 
-/// Names of indices in messages.
+/// Names of the kinds of indices, for messages.
 pub(crate) const INDEX_NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 impl Chunk {

@@ -66,7 +66,7 @@ fn every_corpus_file_is_read_or_refused() {
 }
 
 /// Runs the test above in a separate process with at most 640 MiB of address space: a file of a kilobyte that allocates
-/// gigabytes would end it.
+/// gigabytes would end that process.
 #[test]
 #[cfg(target_os = "linux")]
 fn no_corpus_file_allocates_much_memory() {

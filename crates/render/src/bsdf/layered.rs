@@ -163,8 +163,8 @@ impl<'a> LayeredBsdf<'a> {
         };
         let (mut beyond, mut within) = (0.0, 0.0);
         for (point, weight) in GAUSS_LEGENDRE {
-            // The quadrature runs over the cosine instead of its square, because the transmittance is a polynomial in
-            // the cosine or, within the critical angle, in the cosine of the refracted ray.
+            // The quadrature runs over the cosine instead of its square, because Schlick's transmittance is a
+            // polynomial in the cosine or, within the critical angle, in the cosine of the refracted ray.
             let (square, weight) = (point * point, 2.0 * weight * point);
             within += weight * at(critical_cos2 + (1.0 - critical_cos2) * square);
             if critical_cos2 > 0.0 {

@@ -39,8 +39,8 @@ const BALL_CELLS: usize = 24;
 const MAX_BALL_CELLS: usize = 40;
 /// Number of photon segments with which balls are evaluated.
 const JUDGES: u32 = 4096;
-/// Maximum number of times that one segment counts among the [`JUDGES`] segments, because few photons are no evidence.
-/// Lab note: "none of which has a weight above 1 %", 11-27.
+/// Maximum number of times that one segment counts among the [`JUDGES`] segments, because a few photons are not
+/// sufficient evidence. Lab note: "none of which has a weight above 1 %", 11-27.
 const MAX_SAME_JUDGES: u32 = JUDGES / 100;
 /// Minimum number of photon segments in each half; with fewer, no gap is searched for.
 const MIN_SEGMENTS: usize = 10_000;

@@ -82,7 +82,7 @@ impl<'a> PixelCones<'a> {
         Self { camera, pinhole: camera.and_then(Camera::pinhole), share: sample_share(samples) }
     }
 
-    /// Sets `cones` to the ray cones of the pixels. Consecutive pixels that share a cone are computed once.
+    /// Sets `cones` to the ray cones of the pixels. A cone that consecutive pixels share is computed only once.
     pub fn of_pixels(&self, pixels: impl Iterator<Item = [u32; 2]>, cones: &mut Vec<RayCone>) {
         cones.clear();
         let Some(camera) = self.camera else {

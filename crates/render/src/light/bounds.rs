@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 /// Box, normal cone and power of a group of lights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightBounds {
-    /// Scene-local box.
+    /// Scene-local bounding box of the lights.
     pub lower: Vec3,
     pub upper: Vec3,
     /// Axis of the cone of normals, and the cosine of its half angle.
@@ -44,7 +44,7 @@ impl LightBounds {
         }
     }
 
-    /// Bounds of a light that emits from a plane.
+    /// Bounds of a light that emits from a plane surface with these corners.
     pub fn planar(corners: &[DVec3], normal: DVec3, intensity: Vec3, two_sided: bool) -> Self {
         let lower = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let upper = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
@@ -123,7 +123,7 @@ pub(crate) struct PreparedLightBounds {
 
 /// Maximum radius of a group of lights with similar effects at a point, as a fraction of the distance to the group.
 const FAR_RADIUS: f32 = 0.2;
-/// Minimum cosine of the half angle of the cone of normals of such a group.
+/// Minimum cosine of the half angle of the cone of normals, for a group of lights with similar effects at a point.
 const FAR_COS_THETA_O: f32 = 0.8;
 
 impl PreparedLightBounds {
@@ -184,14 +184,14 @@ impl Angle {
         Self { sin, cos }
     }
 
-    /// Computes a cosine from the sine of an angle of at most 90 degrees.
+    /// Creates an angle of at most 90 degrees from its sine.
     #[inline(always)]
     fn from_sin(sin: f32) -> Self {
         let cos = (1.0 - sin * sin).max(0.0).sqrt();
         Self { sin, cos }
     }
 
-    /// Difference of two angles, but at least 0.
+    /// Difference of two angles; 0 if `other` is larger.
     #[inline(always)]
     fn saturating_sub(self, other: Self) -> Self {
         let sin = self.sin * other.cos - self.cos * other.sin;
@@ -201,7 +201,7 @@ impl Angle {
     }
 }
 
-/// Smallest cone that contains two cones, as axis and cosine of the half angle.
+/// Smallest cone that contains two cones; cones are given by their axis and the cosine of their half angle.
 fn cone_union(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
     let between = a.0.dot(b.0).clamp(-1.0, 1.0);
     // In most cases one cone contains the other, and no angle needs to be computed.

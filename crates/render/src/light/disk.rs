@@ -32,7 +32,7 @@ impl DiskLight {
         LightBounds::planar(&corners, self.normal, intensity.as_vec3(), self.two_sided)
     }
 
-    /// Samples a point uniformly by area.
+    /// Samples a point on the disk uniformly by area.
     pub fn sample(&self, point: DVec3, [x, y]: [f32; 2]) -> Option<LightLiSample> {
         if !self.faces(point) {
             return None;
@@ -51,7 +51,8 @@ impl DiskLight {
         distance2 / (PI * self.radius * self.radius * self.normal.dot(direction).abs())
     }
 
-    /// Distance at which a ray hits the disk, the radiance there, and the density of [`DiskLight::sample`].
+    /// Distance at which a ray hits the disk, the radiance there, and the density of [`DiskLight::sample`]; `None` for
+    /// a miss.
     pub fn intersect(&self, point: DVec3, direction: Vec3) -> Option<(f64, Vec3, f64)> {
         let direction = direction.as_dvec3();
         let distance = (self.center - point).dot(self.normal) / direction.dot(self.normal);

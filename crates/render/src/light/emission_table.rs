@@ -12,7 +12,7 @@ use glam::Vec3;
 #[derive(Debug)]
 pub(crate) struct EmissionTable {
     size: usize,
-    /// Running sums over the rows, from 0 to 1.
+    /// Cumulative distribution over the rows: running sums from 0 to 1.
     marginal: Vec<f32>,
     /// Running sums over the cells of each row, from 0 to 1, row after row; each row is one cell shorter than the
     /// previous row.
@@ -144,18 +144,19 @@ impl EmissionTable {
         Some([pair(row), pair(row + 1)])
     }
 
-    /// Running sums over the cells of a row.
+    /// Cumulative distribution over the cells of a row.
     fn row(&self, row: usize) -> &[f32] {
         &self.conditional[self.first_of_row(row)..][..self.size - row + 1]
     }
 
-    /// Index of a row's first value; a row has one more value than cells.
+    /// Index of a row's first running sum; a row has one more running sum than cells.
     fn first_of_row(&self, row: usize) -> usize {
         row * (self.size + 1) - row * row.saturating_sub(1) / 2
     }
 }
 
-/// Appends the running sums of `values`, normalised to 1; returns the total. Uniform if the total is 0.
+/// Appends the running sums of `values`, normalised to 1; returns the total. The distribution is uniform if the total
+/// is 0.
 fn push_running_sums(values: &[f64], into: &mut Vec<f32>) -> f64 {
     let total: f64 = values.iter().sum();
     let mut sum = 0.0;
@@ -187,19 +188,19 @@ fn sample_linear(x: f32, a: f32, b: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// A triangle whose texture has one bright texel and a gradient.
+    /// Brightness on a triangle with one bright texel and a gradient.
     fn brightness([u, v]: [f32; 2]) -> f32 {
         let is_spot = (0.25..0.375).contains(&u) && (0.5..0.625).contains(&v);
         0.1 + u + if is_spot { 50.0 } else { 0.0 }
     }
 
-    /// A triangle with a peak, bilinear between the corners of eighths.
+    /// Brightness on a triangle with a peak, bilinear between corners that are 1/8 apart.
     fn peak([u, v]: [f32; 2]) -> f32 {
         let tent = |x: f32, at: f32| (1.0 - 8.0 * (x - at).abs()).max(0.0);
         80.0 * tent(u, 0.375) * tent(v, 0.25)
     }
 
-    /// Estimates the mean with a table; returns the mean and the largest weight of a sample.
+    /// Estimates the mean brightness by sampling a table; returns the mean and the largest weight of a sample.
     fn estimate(table: &EmissionTable, light: impl Fn([f32; 2]) -> f32) -> (f64, f64) {
         let count = 1 << 10;
         let (mut sum, mut largest, mut inside) = (0.0, 0.0f64, 0);

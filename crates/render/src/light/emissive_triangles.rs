@@ -23,9 +23,9 @@ use crate::prepare::texture::PreparedTexture;
 /// All emissive triangles of the scene.
 #[derive(Debug, Default)]
 pub(crate) struct EmissiveTriangles {
-    /// Instance and triangle.
+    /// For each light: the indices of its instance and its triangle.
     triangles: Vec<[u32; 2]>,
-    /// Light index of every triangle of an emissive instance.
+    /// For each emissive instance: the light index of every triangle.
     light_of_triangle: Vec<Vec<u32>>,
     /// Distribution of the points on each triangle; `None` if the emission is uniform.
     distributions: Vec<Option<PointDistribution>>,
@@ -94,7 +94,7 @@ impl Geometry {
     }
 }
 
-/// Distribution of points on a triangle.
+/// Distribution of points on a triangle with an emission texture.
 #[derive(Debug)]
 struct PointDistribution {
     grid: CellGrid,
@@ -154,12 +154,12 @@ impl EmissiveTriangles {
         &self.tree
     }
 
-    /// Importance of all triangles together at a point.
+    /// Importance of all emissive triangles together at a point.
     pub fn importance(&self, from: &LightSampleContext) -> f64 {
         self.tree.importance(from)
     }
 
-    /// Samples a triangle by the light tree, and a point on the triangle by its brightness.
+    /// Samples a triangle by the light tree, and a point on this triangle by its brightness.
     pub fn sample(
         &self,
         world: &Geometry,
@@ -216,11 +216,11 @@ fn solid_angle_pdf(area: DVec3, direction: DVec3, distance: f64) -> f64 {
     distance * distance / area.dot(direction).abs()
 }
 
-/// Largest number of cells along an edge of a table, and of values in all tables.
+/// Maximum number of cells along an edge of a table, and maximum number of values in all tables together.
 const MAX_CELLS: usize = 4096;
 const MAX_TABLE_VALUES: usize = 1 << 25;
 
-/// Largest number of cells along an edge for which all tables together have at most [`MAX_TABLE_VALUES`] values.
+/// Maximum number of cells along an edge for which all tables together have at most [`MAX_TABLE_VALUES`] values.
 fn limit_cells(world: &Geometry) -> usize {
     let shining = world.shining_instances().flat_map(|(instance, object)| {
         let triangles = 0..object.mesh.mesh.triangles.len() as u32;
@@ -238,7 +238,7 @@ fn limit_cells(world: &Geometry) -> usize {
 /// Grid of cells on a triangle with an emission texture.
 #[derive(Clone, Copy, Debug)]
 struct CellGrid {
-    /// Number of cells along an edge.
+    /// Number of cells along an edge of the triangle.
     size: usize,
     content: CellContent,
     /// Vertex from which both edges of the grid start.
@@ -246,9 +246,9 @@ struct CellGrid {
 }
 
 impl CellGrid {
-    /// A single cell.
+    /// Grid of a single cell, for a uniform emission.
     const UNIFORM: Self = Self { size: 1, content: CellContent::Constant, base: 0 };
-    /// Rounding of texture coordinates, in cells.
+    /// Tolerance for the rounding of texture coordinates, in cells.
     const ROUNDING: f32 = 1e-2;
 
     /// The grid of a triangle. An image without interpolation is constant within a texel; any other image is bilinear
@@ -267,7 +267,7 @@ impl CellGrid {
         grid().unwrap_or(Self::UNIFORM)
     }
 
-    /// The grid for vertices in cells of the image.
+    /// The grid of a triangle whose texture coordinates are given in units of the image's cells.
     fn on_corners(corners: [Vec2; 3], is_interpolated: bool) -> Self {
         let edges = |base: usize| [1, 2].map(|next| corners[(base + next) % 3] - corners[base]);
         // The grid starts at the vertex whose edges are most parallel to the image's axes.

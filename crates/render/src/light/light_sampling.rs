@@ -25,7 +25,7 @@ pub(crate) enum LightSampling {
     Split,
 }
 
-/// Light to which a sample belongs.
+/// Light to which a light sample belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SampledLight {
     /// Index among the infinite lights. The radiance of overlapping infinite lights is included.
@@ -65,7 +65,7 @@ impl<'a> LightSampleContexts<'a> {
 
 /// Selection probabilities by kind of light. Their sum is 1, unless every kind is sampled.
 pub(crate) struct KindProbabilities {
-    /// Infinite lights that can be selected.
+    /// Number of infinite lights that can be selected.
     pub infinite_count: usize,
     /// Probability of each infinite light.
     pub infinite: f64,
@@ -132,7 +132,7 @@ impl Lights {
             || (index == surfaces && self.has_emissive_triangles())
     }
 
-    /// Selects a finite light by a number in 0..1; returns it and its probability.
+    /// Selects a finite light by a number in 0..1; returns the light's index and probability.
     pub(crate) fn choose_finite(
         &self,
         from: &LightTreeContext,
@@ -147,7 +147,8 @@ impl Lights {
         self.tree.sample(from, number)
     }
 
-    /// Selection probability of a finite light among the finite lights, or its expected count.
+    /// Probability of selecting a finite light among the finite lights, or its expected count if several lights are
+    /// selected.
     pub(crate) fn finite_pmf(&self, from: &LightSampleContext, choice: LightSampling, light: usize) -> f64 {
         match choice {
             LightSampling::Importance => self.tree.pmf(&from.into(), light),
@@ -156,7 +157,7 @@ impl Lights {
         }
     }
 
-    /// Selection probabilities by kind.
+    /// Selection probabilities of each kind of light at a point.
     pub(crate) fn kind_probabilities(&self, from: &LightSampleContext, choice: LightSampling) -> KindProbabilities {
         let (near, has_emissive) = (!self.tree.is_empty(), self.has_emissive_triangles());
         match choice {
@@ -249,7 +250,7 @@ impl Lights {
         }
     }
 
-    /// Selects a finite light without a mesh for a ray near to a point; returns it and its probability.
+    /// Selects a finite light without a mesh for a ray near to a point; returns the light's index and probability.
     pub fn choose_finite_at(&self, chooser: &LightSampleContext, number: f32) -> Option<(usize, f64)> {
         self.tree.sample(&chooser.into(), f64::from(number))
     }
@@ -345,7 +346,7 @@ impl Lights {
         sample.with_selection_pdf(probability)
     }
 
-    /// Samples an emissive triangle; the kind was selected with this probability.
+    /// Samples an emissive triangle; `probability` is the probability of selecting this kind of light.
     fn sample_emissive_triangles(
         &self,
         world: &Geometry,
@@ -389,7 +390,7 @@ impl Lights {
         (radiance, pdf)
     }
 
-    /// Density with which [`Lights::sample`] yields this hit, `distance` away.
+    /// Density with which [`Lights::sample`] yields this hit at this distance.
     pub fn emission_pdf(
         &self,
         from: &LightSampleContext,

@@ -11,14 +11,14 @@ use crate::light::emissive_triangles::{EmissiveKey, EmissiveTriangles};
 use crate::light::lights::Lights;
 use crate::prepare::geometry::Geometry;
 
-/// Maximum number of lightings kept for later worlds: if two lightings alternate, both are kept.
+/// Maximum number of lightings that are kept for later worlds, so that two alternating lightings are both kept.
 const MAX_RECENT: usize = 2;
 
 /// Lights of a prepared world.
 #[derive(Debug)]
 pub(crate) struct Lighting {
     pub lights: Lights,
-    /// Default lights of a world without lights.
+    /// Default lights, if the world has no lights.
     pub default_lights: Option<Lights>,
 }
 
@@ -106,7 +106,7 @@ impl LightingCell {
         same && self.lights.len() == world.lights.len()
     }
 
-    /// True if the lights are prepared.
+    /// True if the lights have been prepared.
     pub fn is_made(&self) -> bool {
         self.made.get().is_some()
     }

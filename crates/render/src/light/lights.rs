@@ -43,7 +43,7 @@ pub(crate) enum LightView {
 pub(crate) struct Lights {
     /// Lights without a mesh that illuminate, in the order of the world.
     pub(super) lights: Vec<PreparedLight>,
-    /// For each of these lights, the index in the world.
+    /// For each light without a mesh that illuminates: its index in the world.
     pub(super) owners: Vec<usize>,
     /// Names of all lights of the world.
     pub(super) names: Vec<String>,
@@ -69,7 +69,7 @@ pub(crate) struct Lights {
     pub(super) air_light_parts: OnceLock<Vec<(usize, AirLight)>>,
 }
 
-/// Quotient for each colour; 0 for a colour without light.
+/// Quotient of two colours, component by component; 0 for a component without light.
 fn divide_or_zero(part: Vec3, total: Vec3) -> Vec3 {
     Vec3::select(total.cmpgt(Vec3::ZERO), part / total, Vec3::ZERO)
 }
@@ -169,7 +169,7 @@ impl Lights {
         self.tree.phi() + self.emissive_triangles.tree().phi()
     }
 
-    /// True if any light has an extent without surrounding the scene.
+    /// True if any light may cast caustics: an emissive triangle, or a light with an extent other than a gradient sky.
     pub fn can_cast_caustics(&self) -> bool {
         self.has_emissive_triangles() || self.lights.iter().any(PreparedLight::can_cast_caustics)
     }
@@ -226,7 +226,7 @@ impl Lights {
         self.views.is_some()
     }
 
-    /// Light with a name.
+    /// The light with this name.
     ///
     /// # Errors
     /// A message with all names.
@@ -240,7 +240,7 @@ impl Lights {
         })
     }
 
-    /// The world's light to which a finite light belongs.
+    /// Light of the world to which a finite light belongs.
     pub fn owner_of_finite(&self, index: usize) -> LightOwner {
         LightOwner::World(self.owners[self.finite[index]])
     }

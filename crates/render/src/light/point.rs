@@ -71,7 +71,7 @@ impl PointLight {
         (self.intensity.as_dvec3() / (PI * self.radius.powi(2))).as_vec3()
     }
 
-    /// Subtended cone; `None` inside the sphere and for a point.
+    /// Cone that the sphere subtends at a point; `None` inside the sphere and for a point light.
     fn cone(&self, point: DVec3) -> Option<DirectionCone> {
         let offset = self.center - point;
         let distance = offset.length();

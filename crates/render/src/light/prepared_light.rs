@@ -122,7 +122,7 @@ impl PreparedLight {
         }
     }
 
-    /// Radiance of a sky that is the same in every direction.
+    /// Radiance of a sky that is the same in every direction; `None` for other lights.
     pub fn constant_radiance(&self) -> Option<Vec3> {
         match self {
             Self::GradientSky(sky) if sky.is_constant() => Some(sky.horizon),
@@ -188,7 +188,7 @@ impl PreparedLight {
         }
     }
 
-    /// True if the light has an extent without surrounding the scene.
+    /// True if the light may cast caustics: it has an extent and is not a gradient sky.
     pub fn can_cast_caustics(&self) -> bool {
         match self {
             Self::GradientSky(_) => false,
@@ -196,7 +196,7 @@ impl PreparedLight {
         }
     }
 
-    /// Light bounds; default for infinite lights.
+    /// Bounds of the light for the light tree; default values for infinite lights.
     pub fn bounds(&self) -> LightBounds {
         match self {
             Self::Point(bulb) => bulb.bounds(),

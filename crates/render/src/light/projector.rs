@@ -10,7 +10,7 @@ use crate::light::samples::LightLiSample;
 
 /// Number of cells of the table of solid angles, along the longer side of the image.
 const TABLE_CELLS: usize = 128;
-/// Half of the step, in pixels, with which directions are differentiated numerically.
+/// Half of the step, in pixels, with which ray directions are differentiated numerically.
 const HALF_STEP: f64 = 0.25;
 /// Margin of the light's bounds: an angle in radians.
 const BOUNDS_MARGIN: f64 = 0.02;
@@ -23,7 +23,7 @@ pub(crate) struct ProjectorLight {
     /// Scene-local position of the projector.
     position: DVec3,
     image: Arc<Image>,
-    /// Power of a white pixel of the camera, in W.
+    /// Power of a white pixel of the camera in W, for each colour.
     pixel_power: Vec3,
     table: SolidAngles,
     bounds: LightBounds,
@@ -33,7 +33,7 @@ pub(crate) struct ProjectorLight {
 #[derive(Debug)]
 struct SolidAngles {
     cells: [usize; 2],
-    /// (columns + 1) x (rows + 1) corners of cells.
+    /// Values at the (columns + 1) x (rows + 1) corners of the cells.
     corners: Vec<f64>,
 }
 

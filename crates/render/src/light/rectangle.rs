@@ -182,7 +182,7 @@ struct SphericalRectangle {
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
-    /// z of the plane normals of the first and the third side.
+    /// z components of the plane normals of the first and the third side.
     b: [f64; 2],
     k: f64,
     /// Solid angle of the rectangle, in steradians.

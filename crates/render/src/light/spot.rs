@@ -58,7 +58,7 @@ impl SpotLight {
         self.radius == 0.0
     }
 
-    /// Sphere that shines equally in every direction.
+    /// The spot light without its cone: a sphere that shines equally in every direction.
     fn sphere(&self) -> PointLight {
         PointLight::new(self.position, self.intensity, self.radius)
     }

@@ -84,7 +84,7 @@ impl AnisotropicAlbedo {
         (self.interpolate(|block| of(&block.all)), self.interpolate(|block| of(&block.f0)))
     }
 
-    /// Cosine-weighted means over the hemisphere.
+    /// Cosine-weighted means over the hemisphere of both values of [`AnisotropicAlbedo::albedo_at`].
     pub fn mean_albedo(&self) -> (f32, f32) {
         (self.interpolate(|block| block.all_mean), self.interpolate(|block| block.f0_mean))
     }

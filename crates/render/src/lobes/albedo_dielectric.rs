@@ -34,7 +34,7 @@ pub(crate) struct DielectricAlbedo {
     ior: f32,
     fresnel_model: FresnelModel,
     rows: [OnceLock<Box<DielectricAlbedoRow>>; ROUGHNESS_ROWS],
-    /// Transmittance from the denser side.
+    /// Transmittance of the interface for light from the denser side.
     internal_transmittance: InternalTransmittanceTable,
 }
 
@@ -42,7 +42,8 @@ pub(crate) struct DielectricAlbedo {
 #[derive(Debug)]
 struct DielectricAlbedoRow([SideAlbedo; 2]);
 
-/// Coefficients of 1, f0 and f90: every albedo is linear in f0 and f90.
+/// Albedos and mean loss for light from one side: coefficients of 1, f0 and f90, because every albedo is linear in f0
+/// and f90.
 #[derive(Debug)]
 struct SideAlbedo {
     /// For each cosine: albedo of a single reflection and of a single refraction.
@@ -60,13 +61,13 @@ pub(crate) struct EnergyLoss<'a> {
 }
 
 impl DielectricAlbedo {
-    /// `ior` is the index of the inside relative to the outside.
+    /// Creates empty tables. `ior` is the index of refraction of the inside relative to the outside.
     pub fn new(ior: f32, curve: FresnelModel) -> Self {
         let internal_transmittance = InternalTransmittanceTable::new(ior.min(1.0 / ior));
         Self { ior, fresnel_model: curve, rows: [const { OnceLock::new() }; ROUGHNESS_ROWS], internal_transmittance }
     }
 
-    /// True if this table belongs to an interface with this relative index.
+    /// True if this table belongs to an interface with this relative index of refraction.
     pub fn matches_eta(&self, eta: f32) -> bool {
         eta == self.ior || eta == 1.0 / self.ior
     }
@@ -77,7 +78,7 @@ impl DielectricAlbedo {
         EnergyLoss { rows: [row(low), row(low + 1)], fraction: between, fresnel_model: self.fresnel_model }
     }
 
-    /// The transmittance from the denser side.
+    /// Transmittance of the interface at one roughness, for light from the denser side.
     pub(crate) fn internal_transmittance(&self, ggx: &Ggx) -> InternalTransmittance<'_> {
         self.internal_transmittance.at_roughness(ggx)
     }
@@ -96,7 +97,7 @@ impl DielectricAlbedo {
         }))
     }
 
-    /// The albedo of a single reflection and of a single refraction.
+    /// Albedos of a single reflection and of a single refraction at a cosine, as coefficients of 1, f0 and f90.
     fn side_albedo(&self, ggx: &Ggx, eta: f32, cosine: f32) -> [[f32; 3]; 2] {
         if ggx.effectively_smooth() {
             return self.facet_albedo(cosine, eta, 1.0, 1.0);
@@ -148,7 +149,7 @@ impl EnergyLoss<'_> {
         [of(0), of(1)]
     }
 
-    /// The cosine-weighted mean of the fraction that single scattering loses.
+    /// The cosine-weighted mean of the fraction of light from one side that single scattering loses.
     #[inline(always)]
     pub fn mean_loss(&self, inside: bool, ends: (Vec3, Vec3)) -> Vec3 {
         self.interpolate(ends, |row, term| row.0[usize::from(inside)].mean_loss[term])

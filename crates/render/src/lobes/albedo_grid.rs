@@ -14,7 +14,7 @@ pub(crate) const ROUGHNESS_ROWS: usize = 64;
 /// Width `alpha` of the narrowest distribution in the anisotropic tables.
 pub(crate) const MIN_TABLE_ALPHA: f32 = 1e-3;
 
-/// The value of a row at a cosine.
+/// Interpolated value of a table row at a cosine.
 pub(crate) fn interpolate<const N: usize>(row: &[f32; N], cosine: f32) -> f32 {
     let (first, part) = table_position::<N>(cosine);
     row[first] + (row[first + 1] - row[first]) * part
@@ -35,12 +35,12 @@ pub(crate) fn roughness_row(ggx: &Ggx) -> (usize, f32) {
     table_position::<ROUGHNESS_ROWS>(ggx.roughness())
 }
 
-/// The microfacet distribution of a row.
+/// Microfacet distribution that belongs to a table row.
 pub(crate) fn ggx_of_row(row: usize) -> Ggx {
     Ggx::isotropic((row as f32 / (ROUGHNESS_ROWS - 1) as f32).powi(2))
 }
 
-/// The cosine of a column.
+/// Cosine that belongs to a table column.
 pub(crate) fn cosine_of_column(column: usize) -> f32 {
     let root = column as f32 / (COSINE_STEPS - 1) as f32;
     (root * root).max(1e-4)

@@ -25,7 +25,7 @@ const TRANSITION_WIDTH: f32 = 0.7;
 /// Table by roughness and angle: the fraction of a perfect mirror's single-scatter albedo that a dielectric transmits.
 #[derive(Debug)]
 pub(crate) struct InternalTransmittanceTable {
-    /// Index of the far side relative to the near side, below 1.
+    /// Index of refraction of the far side relative to the near side, below 1.
     eta: f32,
     rows: [OnceLock<Box<Row>>; ROUGHNESS_ROWS],
 }
@@ -66,7 +66,7 @@ impl AngleGrid {
         (((cosine.clamp(0.0, 1.0).acos() - self.critical) / self.width).asinh() - first) / (last - first)
     }
 
-    /// The angle at a position, and its derivative.
+    /// Angle of incidence at a position, and its derivative with respect to the position.
     fn angle(&self, position: f64) -> (f64, f64) {
         let [first, last] = self.ends.map(f64::from);
         let (at, width) = (first + (last - first) * position, f64::from(self.width));
@@ -75,7 +75,7 @@ impl AngleGrid {
 }
 
 impl InternalTransmittanceTable {
-    /// `eta` is the index of the far side relative to the near side.
+    /// Creates an empty table. `eta` is the index of refraction of the far side relative to the near side.
     pub fn new(eta: f32) -> Self {
         Self { eta, rows: [const { OnceLock::new() }; ROUGHNESS_ROWS] }
     }

@@ -70,7 +70,7 @@ impl AlbedoRow {
         Self { row: row as u32, fraction }
     }
 
-    /// The pair of table values at a cosine.
+    /// The pair of table values, interpolated at a cosine.
     #[inline(always)]
     pub fn albedo_at(self, tables: &AlbedoTables, cosine: f32) -> [f32; 2] {
         let (step, part) = table_position::<COSINE_STEPS>(cosine);
@@ -81,7 +81,7 @@ impl AlbedoRow {
         lerp_pair(low, high, self.fraction)
     }
 
-    /// The cosine-weighted mean of the pair over the hemisphere.
+    /// The cosine-weighted mean of the pair of table values over the hemisphere.
     #[inline(always)]
     pub fn mean_albedo(self, tables: &AlbedoTables) -> [f32; 2] {
         let row = self.row as usize;
@@ -113,7 +113,7 @@ impl DirectionalAlbedo {
         }
     }
 
-    /// The cosine-weighted mean of the pair over the hemisphere.
+    /// The cosine-weighted mean of the pair of table values over the hemisphere.
     fn mean_albedo(&self) -> [f32; 2] {
         match self {
             Self::Isotropic(row) => row.mean_albedo(&ALBEDO_TABLES),
@@ -131,12 +131,12 @@ impl DirectionalAlbedo {
         1.0 - self.mean_albedo()[0]
     }
 
-    /// [`multi_scatter_color`] at this roughness.
+    /// [`multi_scatter_color`] of an interface of this roughness with these reflectances.
     pub fn multi_scatter_color(&self, f0_f90: (Vec3, Vec3)) -> Vec3 {
         multi_scatter_color(f0_f90, self.mean_albedo()[0])
     }
 
-    /// The albedo in a local direction.
+    /// The albedo in a local direction, for these reflectances.
     pub fn albedo(&self, f0_f90: (Vec3, Vec3), direction: Vec3) -> Albedo {
         Albedo::new(f0_f90, self.albedo_at(direction), self.mean_albedo()[0])
     }
@@ -166,7 +166,7 @@ pub(crate) fn multi_scatter_lobe(color: Vec3, losses: [f32; 2], mean: f32, cosin
 }
 
 impl Albedo {
-    /// Computed from a pair of table values and the mean of the pair's first value.
+    /// Computes the albedo from a pair of table values and the mean of the pair's first value.
     #[inline(always)]
     pub fn new((f0, f90): (Vec3, Vec3), [all, of_f0]: [f32; 2], mean_albedo: f32) -> Self {
         Self {

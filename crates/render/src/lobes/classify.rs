@@ -11,7 +11,7 @@ use crate::lobes::ggx::Ggx;
 pub(crate) enum BatchKind {
     /// Only Lambertian reflection; the albedo is this factor times the base colour.
     Diffuse(f32),
-    /// A smooth conductor, or a clear dielectric of one index for all colours.
+    /// A smooth conductor, or a clear dielectric that has the same index of refraction for all colours.
     Specular,
     /// A rough isotropic interface over a diffuse base, perhaps under a clear coat and a sheen.
     Glossy,
@@ -82,7 +82,8 @@ pub(crate) fn has_interior(p: &Principled) -> bool {
 
 /// True if a material refracts light like smooth glass with an interior.
 pub(crate) fn is_solid_glass(material: &Material) -> bool {
-    /// Maximum perceptual roughness; behind rougher surfaces, light samples find the light.
+    /// Maximum perceptual roughness of glass that counts as smooth; behind rougher surfaces, light samples find the
+    /// light.
     const MAX_ROUGHNESS: f32 = 0.05;
     match &material.model {
         MaterialModel::Glass(glass) => !glass.thin && glass.roughness < MAX_ROUGHNESS,
@@ -113,7 +114,7 @@ pub(crate) fn reflects_only(material: &Material) -> bool {
     }
 }
 
-/// True if a material refracts colours differently.
+/// True if a material refracts each colour by a different angle.
 pub(crate) fn is_dispersive(material: &Material) -> bool {
     match &material.model {
         MaterialModel::Principled(p) => p.dispersion > 0.0 && has_interior(p),
@@ -122,7 +123,7 @@ pub(crate) fn is_dispersive(material: &Material) -> bool {
     }
 }
 
-/// Albedo tables of a material that refracts: one for each colour if their indices differ.
+/// Albedo tables of a material that refracts: one for each colour if the colours' indices of refraction differ.
 pub(crate) fn dielectric_tables(material: &Material) -> Vec<DielectricAlbedo> {
     let (index, dispersion, fresnel_model) = match &material.model {
         MaterialModel::Glass(glass) if !glass.thin => (glass.ior, glass.dispersion, FresnelModel::Exact),

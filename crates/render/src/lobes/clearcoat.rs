@@ -1,4 +1,4 @@
-//! A clear coat of index 1.5 on top of the other layers (`KHR_materials_clearcoat`).
+//! A clear coat with an index of refraction of 1.5 on top of the other layers (`KHR_materials_clearcoat`).
 
 use glam::Vec3;
 
@@ -27,17 +27,17 @@ pub(crate) struct ClearcoatSample {
     pub weight: f32,
 }
 
-/// Reflectance of index 1.5 at normal and at grazing incidence.
+/// Reflectance at normal and at grazing incidence, for an index of refraction of 1.5.
 const F0_F90: (Vec3, Vec3) = (Vec3::splat(0.04), Vec3::ONE);
 
 impl Clearcoat {
-    /// The direction towards the viewer, local to the coat.
+    /// Direction towards the viewer in the coat's local frame.
     #[inline(always)]
     pub fn wo(&self) -> Vec3 {
         self.frame.to_local(self.frame.wo)
     }
 
-    /// The directional albedo at a cosine.
+    /// Directional albedo of the coat at a cosine.
     #[inline(always)]
     pub fn albedo(&self, tables: &AlbedoTables, cosine: f32) -> f32 {
         let row = AlbedoRow::new(&self.ggx);
@@ -53,7 +53,7 @@ impl Clearcoat {
     }
 
     /// Reflectance times the cosine of the world direction `wi`, equal in all colours, and the density of sampling
-    /// `wi`. `wo` is local to the coat.
+    /// `wi`. `wo` is in the coat's local frame.
     #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> (f32, f32) {
         let wi = self.frame.to_local(wi);
@@ -64,7 +64,7 @@ impl Clearcoat {
         if is_lit { (value, facets.pdf) } else { (0.0, 0.0) }
     }
 
-    /// Samples a direction. The coat is sampled with `probability`; `wo` is local to the coat.
+    /// Samples a direction. The coat is sampled with `probability`; `wo` is in the coat's local frame.
     #[inline(always)]
     pub fn sample(&self, wo: Vec3, random: [f32; 2], probability: f32) -> ClearcoatSample {
         let is_specular = self.ggx.effectively_smooth();

@@ -17,7 +17,7 @@ pub(crate) const MAX_CONES: usize = 108;
 /// Smallest cone that is sampled: 1 - cosine of the half angle.
 const MIN_CONE: f32 = 1e-6;
 
-/// The directions to a sphere.
+/// Cone of the directions to a sphere.
 pub(crate) struct TargetCone {
     pub axis: Vec3,
     pub one_minus_cos: f32,
@@ -43,7 +43,7 @@ impl TargetCone {
     }
 }
 
-/// The cones of every lane.
+/// The cones of every lane, and the fractions of samples that are distributed in them.
 #[derive(Clone, Debug)]
 pub(crate) struct ConeMixture<const N: usize> {
     pub(crate) count: usize,
@@ -79,7 +79,7 @@ impl<const N: usize> ConeMixture<N> {
         self.count > 0
     }
 
-    /// The density of a direction in a lane, by its cosine to the normal.
+    /// Density of a direction in a lane; `cosine` is the cosine between the direction and the normal.
     #[inline(always)]
     pub fn pdf(&self, lane: usize, direction: Vec3, cosine: f32) -> f32 {
         let mut density = cosine_hemisphere_pdf(cosine);

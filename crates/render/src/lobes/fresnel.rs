@@ -12,14 +12,15 @@ pub(crate) enum Fresnel {
         /// Reflectance at normal and at grazing incidence.
         f0: Vec3,
         f90: Vec3,
-        /// Index of the far side relative to the near side, if the far side has the lower index.
+        /// Index of refraction of the far side relative to the near side, if the far side has the lower index.
         eta: Option<f32>,
     },
     /// Schlick's approximation, with a thin film on a fraction `weight` of the surface.
     ThinFilm { thin_film: ThinFilm, f0: Vec3, f90: Vec3, weight: f32 },
-    /// Fresnel's equations for unpolarised light, given the index of the far side relative to the near side.
+    /// Fresnel's equations for unpolarised light, given the index of refraction of the far side relative to the near
+    /// side.
     Dielectric(f32),
-    /// A pane of two parallel interfaces with all reflections between them, from the pane's index.
+    /// A pane of two parallel interfaces with all reflections between them, given the pane's index of refraction.
     ThinDielectric(f32),
     /// Fresnel's equations for conductors, times a colour.
     Conductor { ior: Vec3, extinction: Vec3, tint: Vec3 },
@@ -61,7 +62,7 @@ pub(crate) fn schlick(f0: Vec3, f90: Vec3, cosine: f32) -> Vec3 {
     f0 + (f90 - f0) * (x2 * x2 * x)
 }
 
-/// Schlick's approximation from either side, given the index of the far side relative to the near side.
+/// Schlick's approximation from either side, given the index of refraction of the far side relative to the near side.
 #[inline(always)]
 pub(crate) fn schlick_two_sided(f0: Vec3, f90: Vec3, cosine: f32, eta: f32) -> Vec3 {
     let (cosine, is_total) = thinner_side_cosine(cosine, eta);
@@ -69,8 +70,8 @@ pub(crate) fn schlick_two_sided(f0: Vec3, f90: Vec3, cosine: f32, eta: f32) -> V
     if is_total { Vec3::ONE } else { reflectance }
 }
 
-/// Cosine on the side with the lower index, from which both sides compute the same value; and true for total internal
-/// reflection.
+/// Cosine on the side with the lower index of refraction, from which both sides compute the same value; and true for
+/// total internal reflection.
 #[inline(always)]
 pub(crate) fn thinner_side_cosine(cosine: f32, eta: f32) -> (f32, bool) {
     let sin2 = (1.0 - cosine * cosine).max(0.0) / (eta * eta);
@@ -79,7 +80,7 @@ pub(crate) fn thinner_side_cosine(cosine: f32, eta: f32) -> (f32, bool) {
     (if is_inside { transmitted } else { cosine }, is_inside & (sin2 >= 1.0))
 }
 
-/// Factor that Schlick's approximation applies to f0; the rest applies to f90.
+/// Weight of f0 in Schlick's approximation; the weight of f90 is 1 minus this value.
 pub(crate) fn schlick_weight(cosine: f32) -> f32 {
     1.0 - (1.0 - cosine).powi(5)
 }
@@ -102,7 +103,7 @@ pub(crate) fn dielectric(cosine: f32, eta: f32) -> f32 {
     (parallel * parallel + perpendicular * perpendicular) / 2.0
 }
 
-/// Reflectance of [`Fresnel::ThinDielectric`], from the reflectance of each of its two interfaces.
+/// Reflectance of [`Fresnel::ThinDielectric`], from the reflectance of a single interface.
 #[inline(always)]
 pub(crate) fn thin_dielectric(once: f32) -> f32 {
     2.0 * once / (1.0 + once)
@@ -141,7 +142,7 @@ pub(crate) fn reflect(wo: Vec3, wm: Vec3) -> Option<Vec3> {
 }
 
 /// Refracted direction of `wo` at a microfacet; `None` for total reflection, or if the direction is above the surface.
-/// `eta` is the index of the far side relative to the near side.
+/// `eta` is the index of refraction of the far side relative to the near side.
 #[inline(always)]
 pub(crate) fn refract(wo: Vec3, wm: Vec3, eta: f32) -> Option<Vec3> {
     let (wi, is_valid) = refract_unchecked(wo, wm, eta);

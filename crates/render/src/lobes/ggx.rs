@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use crate::lobes::shading_frame::sincos_turns;
 
-/// Widths of the distribution along the tangent and the bitangent.
+/// GGX distribution, given by its widths along the tangent and the bitangent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ggx {
     pub alpha_x: f32,
@@ -58,7 +58,7 @@ impl Ggx {
         1.0 / (PI * self.alpha_x * self.alpha_y * s * s)
     }
 
-    /// Smith's function: masked area per visible area.
+    /// Smith's function: masked area divided by visible area.
     #[inline(always)]
     fn lambda(&self, w: Vec3) -> f32 {
         let (x, y) = (self.alpha_x * w.x, self.alpha_y * w.y);

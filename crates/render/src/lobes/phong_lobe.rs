@@ -23,7 +23,7 @@ pub(crate) struct PhongLobe {
 const ALBEDO_STEPS: usize = 32;
 
 impl PhongLobe {
-    /// Exponent of a model with a specular lobe.
+    /// Exponent of a material model with a specular Phong lobe; `None` for other models.
     pub fn shininess(reflectance: &MaterialModel) -> Option<f32> {
         match *reflectance {
             MaterialModel::Phong { specular, shininess, .. } if specular != [0.0; 3] => Some(shininess),
@@ -36,7 +36,7 @@ impl PhongLobe {
         Self { shininess, albedo }
     }
 
-    /// The exponent.
+    /// The exponent of the lobe.
     pub fn exponent(&self) -> f32 {
         self.shininess
     }

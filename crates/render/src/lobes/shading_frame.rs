@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::Vec3;
 
-/// Orthonormal directions at a surface point, in the world.
+/// Orthonormal frame at a surface point, in world coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShadingFrame {
     /// Geometric normal of the triangle, on the viewer's side.
@@ -18,14 +18,14 @@ pub(crate) struct ShadingFrame {
 }
 
 impl ShadingFrame {
-    /// A frame with an arbitrary tangent.
+    /// Creates a frame with an arbitrary tangent.
     #[inline]
     pub fn new(geometric: Vec3, normal: Vec3, wo: Vec3) -> Self {
         let (tangent, bitangent) = normal.any_orthonormal_pair();
         Self { geometric, normal, tangent, bitangent, wo }
     }
 
-    /// A world direction in local coordinates.
+    /// Converts a world direction to local coordinates.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(self.tangent.dot(v), self.bitangent.dot(v), self.normal.dot(v))
@@ -99,7 +99,7 @@ impl ShadingFrame {
         Self { normal, tangent, bitangent: normal.cross(tangent), ..*self }
     }
 
-    /// A local direction in world coordinates.
+    /// Converts a local direction to world coordinates.
     #[inline]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.tangent * v.x + self.bitangent * v.y + self.normal * v.z
@@ -146,7 +146,7 @@ pub(crate) fn atan2_turns(y: f32, x: f32) -> f32 {
     if y < 0.0 { 1.0 - turns } else { turns }
 }
 
-/// A local direction above the surface with density cosine / pi (Malley's method).
+/// Samples a local direction above the surface with the density cosine / pi (Malley's method).
 #[inline(always)]
 pub(crate) fn sample_cosine_hemisphere([x, y]: [f32; 2]) -> Vec3 {
     let (sin, cos) = sincos_turns(y);

@@ -28,7 +28,7 @@ static ALBEDO_TABLE: LazyLock<[[f32; TABLE_STEPS]; TABLE_STEPS]> = LazyLock::new
 });
 
 impl Sheen {
-    /// The reflectance times the cosine of `wi`.
+    /// The sheen's reflectance times the cosine of `wi`.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         // Near the horizon, the albedo of the model exceeds 1. The value is divided by the larger albedo of both
         // directions.
@@ -55,7 +55,8 @@ impl Sheen {
     }
 }
 
-/// Width of the distribution; thinner fibres would be visible only at the horizon.
+/// Width of the distribution for a perceptual roughness. It has a minimum, because thinner fibres would be visible only
+/// at the horizon.
 fn charlie_alpha(roughness: f32) -> f32 {
     (roughness * roughness).max(0.01)
 }
@@ -68,7 +69,7 @@ fn charlie_brdf(alpha: f32, v: Vec3, l: Vec3) -> f32 {
     density / (4.0 * shadowing * v.z * l.z)
 }
 
-/// The paper's fit of the shadowing term.
+/// Function that the paper fits to the shadowing term.
 fn lambda(alpha: f32, cosine: f32) -> f32 {
     let t = (1.0 - alpha) * (1.0 - alpha);
     let mix = |soft: f32, sharp: f32| soft + (sharp - soft) * t;

@@ -9,7 +9,7 @@ use glam::Vec3;
 /// Distribution of distances in a medium.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FreeFlight {
-    /// Probability of each colour.
+    /// Probability of drawing each colour.
     probabilities: Vec3,
     /// Extinction of each colour, per metre.
     extinction: Vec3,
@@ -43,7 +43,7 @@ impl FreeFlight {
         (0..3).map(|i| self.each(i, distance) * f64::from(self.extinction[i])).sum()
     }
 
-    /// Probability of a flight longer than a distance.
+    /// Probability that a flight is longer than a distance.
     pub fn passing(&self, distance: f64) -> f64 {
         (0..3).map(|i| self.each(i, distance)).sum()
     }

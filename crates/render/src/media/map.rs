@@ -30,7 +30,7 @@ pub(crate) struct MediumRay {
     pub is_camera_ray: bool,
 }
 
-/// The media of a world, for one integrator.
+/// The media of a world, in the form that an integrator requires.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MediaMap<'a> {
     geometry: &'a Geometry,
@@ -88,7 +88,7 @@ impl<'a> MediaMap<'a> {
         borders.hits
     }
 
-    /// The media behind a border.
+    /// The media that contain a path behind a border.
     fn beyond(&self, interior: InteriorList, direction: DVec3, hit: &ExactHit) -> InteriorList {
         let geometry = self.geometry;
         let [a, b, c] = geometry.corners(hit.instance, hit.triangle);

@@ -30,7 +30,7 @@ impl Default for InteriorList {
 /// Media on both sides of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InterfaceTransition {
-    /// Medium on the side that the ray comes from, and medium behind the surface.
+    /// Media on the side that the ray comes from, and media behind the surface.
     pub near_side: InteriorList,
     pub far_side: InteriorList,
     /// True if a material of higher priority fills both sides, so that the surface does not affect light.
@@ -40,7 +40,7 @@ pub(crate) struct InterfaceTransition {
 }
 
 impl InterfaceTransition {
-    /// Transition at a hit.
+    /// Media on both sides of the surface at a hit.
     #[inline]
     pub fn at_hit(geometry: &Geometry, media: InteriorList, hit: &Hit, is_front: bool, channel: Option<usize>) -> Self {
         let index = geometry.material_index(hit.instance, hit.triangle);
@@ -119,7 +119,8 @@ impl InteriorList {
         }
     }
 
-    /// Absorption per metre.
+    /// Absorption per metre of the material that fills the space; 0 in worlds with media, because
+    /// [`MediaMap`](crate::media::map::MediaMap) then computes the absorption.
     pub fn absorption(&self, geometry: &Geometry) -> Vec3 {
         if geometry.has_media() {
             return Vec3::ZERO;

@@ -26,9 +26,10 @@ const MAX_SLICES: usize = 1024;
 const MAX_SLICES_OF_MANY: usize = 256;
 /// Maximum number of objects in a world that gets up to [`MAX_SLICES`] slices.
 const FINE_MAX_OBJECTS: usize = 128;
-/// Memory limit of the worlds of all rows of an image.
+/// Maximum memory of the worlds of all rows of an image, in bytes.
 const ROW_WORLDS_MAX_BYTES: usize = 2 << 30;
-/// Approximate memory of an object in a row's world, and of a deforming mesh's vertices, its triangles and their BVH.
+/// Approximate memory in bytes of an object in a row's world, and of a deforming mesh's vertices, its triangles and
+/// their BVH.
 const OBJECT_BYTES: usize = 1024;
 const VERTEX_BYTES: usize = 128;
 const TRIANGLE_BYTES: usize = 128;
@@ -88,7 +89,7 @@ impl<'a> ShutterSlices<'a> {
         self.readout > 0.0
     }
 
-    /// Slice that a pixel shows at a fraction of its exposure.
+    /// Index of the slice that a pixel shows at a fraction of its exposure.
     pub fn slice_index(&self, camera: &Camera, pixel: DVec2, part: f64) -> usize {
         let time = camera.shutter_offset(pixel, part) / self.duration + 0.5;
         let slices = self.slices.len();
@@ -178,7 +179,7 @@ impl<'a> ShutterSlices<'a> {
             .collect()
     }
 
-    /// Approximate memory of the meshes that a row's world does not share with others.
+    /// Approximate memory in bytes of the meshes that a row's world does not share with other worlds.
     fn deforming_bytes(&self, then: &PreparedWorld) -> usize {
         let objects = then.geometry.instances.iter().zip(&self.reference.geometry.instances);
         let deforming: HashMap<_, _> = objects

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use raycam_scene::{Camera, Mesh, World};
 
-/// Minimum number of slices; it is sufficient for motion of this number of pixels.
+/// Minimum number of slices, which is sufficient for motion by as many pixels.
 const MIN_SLICES: usize = 64;
 /// Largest motion per slice, in pixels, that is not visible, and smallest motion per slice that a notice reports.
 const SMOOTH_STEP: f64 = 1.0;
@@ -24,13 +24,14 @@ pub(crate) struct SliceCount {
 }
 
 impl SliceCount {
-    /// The count for a motion in pixels: a power of two within the limits.
+    /// The number of slices for a motion in pixels: a power of two within the limits.
     pub fn for_motion(motion: f64, [min, max]: [usize; 2]) -> Self {
         let wanted = (motion / SMOOTH_STEP).ceil().min(max as f64) as usize;
         Self { slices: wanted.next_power_of_two().clamp(min, max), motion }
     }
 
-    /// The count for the motion during an exposure. `at` returns the world at a fraction of the exposure, from 0 to 1.
+    /// The number of slices for the motion during an exposure. `at` returns the world at a fraction of the exposure,
+    /// from 0 to 1.
     pub fn of_exposure(world: &World, camera: &Camera, max: usize, at: impl Fn(f64) -> Option<World>) -> Self {
         let probes = if world.node_tree.is_some() { DEFORMING_PROBES } else { PROBES };
         let mut way = Ways::default();
@@ -42,7 +43,7 @@ impl SliceCount {
         Self::for_motion(way.longest(), [MIN_SLICES.min(max), max])
     }
 
-    /// Motion per slice, in pixels; `None` if it is too small to be visible as separate images.
+    /// Motion per slice in pixels, if the slices are visible as separate images; otherwise `None`.
     pub fn coarse_step(&self) -> Option<f64> {
         let step = self.motion / self.slices as f64;
         (step > COARSE_STEP).then_some(step)
@@ -52,13 +53,13 @@ impl SliceCount {
 /// The paths of the corners of all objects' boxes in the image.
 #[derive(Default)]
 struct Ways {
-    /// For each corner: its last position in the image, and the length of its path so far, in pixels.
+    /// For each corner: its last position in the image, and the length of the corner's path so far, in pixels.
     corners: Vec<(Option<DVec2>, f64)>,
-    /// Boxes of meshes by their address.
+    /// Boxes of meshes by the address of the mesh.
     boxes: HashMap<*const Mesh, MeshBox>,
 }
 
-/// The corners of a mesh's box; none for an empty mesh.
+/// Box of a mesh; without bounds if the mesh is empty.
 struct MeshBox {
     bounds: Option<(DVec3, DVec3)>,
     /// The mesh is kept, so that its address is not reused.

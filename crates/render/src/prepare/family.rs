@@ -15,7 +15,7 @@ pub(crate) trait BuiltPart {
     fn input(&self) -> &Arc<Self::Input>;
 }
 
-/// Built parts by the address of their inputs.
+/// Built parts by the addresses of their inputs.
 #[derive(Debug)]
 pub(crate) struct SharedParts<P> {
     /// The lock is held only for look-ups. No part is built or freed while it is held, and a fork finds it free.

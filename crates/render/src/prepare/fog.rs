@@ -81,7 +81,7 @@ mod tests {
         PreparedFog { extinction: Vec3::new(0.1, 0.0, 2.0), albedo: Vec3::ONE, g: 0.0, up: DVec3::Z, top }
     }
 
-    /// The metres of a ray's first `length` metres that are inside.
+    /// Length in metres of the part of a ray's first `length` metres that is inside the fog.
     fn length_inside(fog: &PreparedFog, origin: DVec3, direction: DVec3, length: f64) -> f64 {
         let [begin, end] = fog.interval(origin, direction, length);
         if end > begin { end - begin } else { 0.0 }

@@ -46,7 +46,7 @@ pub(crate) struct Geometry {
     pub boundaries: Option<Arc<Scene>>,
     /// True if light is absorbed or scattered between surfaces, other than inside of clear bodies.
     has_media: bool,
-    /// The instances with an interior and their boxes, sorted from large to small.
+    /// Indices of the instances that have an interior, and their world-space boxes, sorted from large to small.
     pub bodies: Vec<(usize, [DVec3; 2])>,
     /// True if shadow rays may pass some surface, because a material is not opaque or an object casts no shadow.
     pub has_transparency: bool,
@@ -66,9 +66,9 @@ pub(crate) struct OnDemandScenes {
     pub flattened: OnceLock<Option<Scene>>,
     /// Two-level scene with re-braided leaves. `None` if the scene cannot be built.
     pub rebraided: OnceLock<Option<Scene>>,
-    /// Rays and points traced without the re-braided scene.
+    /// Number of rays and points that were traced without the re-braided scene.
     pub two_level_rays: AtomicU64,
-    /// Exact rays traced without the flattened scene.
+    /// Number of exact rays that were traced without the flattened scene.
     pub exact_rays: AtomicU64,
     /// True if the world was created from another world by moving objects.
     pub is_of_moved: bool,
@@ -183,7 +183,7 @@ impl Geometry {
         self.has_media
     }
 
-    /// The kinds of rays that can hit an instance.
+    /// Kinds of rays that can hit an instance.
     #[inline]
     pub fn ray_visibility(&self, instance: u32) -> RayVisibility {
         self.instances[instance as usize].ray_visibility
@@ -291,7 +291,7 @@ fn place_instances(
     objects.map(place).collect()
 }
 
-/// True if both scenes contain the same meshes with the same transforms.
+/// True if both lists contain the same meshes with the same transforms and visibility.
 fn has_same_places(instances: &[PreparedInstance], others: &[PreparedInstance]) -> bool {
     let place = |object: &PreparedInstance| (Arc::as_ptr(&object.mesh), object.world_from_mesh, object.is_visible);
     instances.iter().map(place).eq(others.iter().map(place))
@@ -327,7 +327,7 @@ fn has_media(instances: &[PreparedInstance], materials: &[PreparedMaterial]) -> 
     seen.flat_map(|object| &object.materials).any(|&material| materials[material].material.medium.is_some())
 }
 
-/// The instances with an interior and their boxes, the largest first.
+/// Indices of the instances that have an interior, and their world-space boxes, the largest first.
 fn bodies(instances: &[PreparedInstance], materials: &[PreparedMaterial]) -> Vec<(usize, [DVec3; 2])> {
     let has_interior = |object: &PreparedInstance| {
         let is_there = object.is_visible || object.is_boundary;

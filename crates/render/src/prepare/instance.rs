@@ -17,7 +17,7 @@ const MAX_BOXES: usize = 256;
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedInstance {
     pub mesh: Arc<PreparedMesh>,
-    /// BVH to trace instead of the mesh's own.
+    /// BVH that is traced instead of the mesh's own BVH.
     pub stretched: Option<StretchedBvh>,
     pub world_from_mesh: DAffine3,
     /// Scale and shear of the object, without its rotation.
@@ -28,7 +28,7 @@ pub(crate) struct PreparedInstance {
     pub normal_from_mesh: DMat3,
     /// True if the transform mirrors: counter-clockwise triangles become clockwise.
     pub flips_orientation: bool,
-    /// Material index of every slot.
+    /// For each material slot: the index of the material.
     pub materials: Vec<usize>,
     /// Index of the category in the world's categories, or -1.
     pub category: i32,

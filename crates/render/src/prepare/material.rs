@@ -17,9 +17,9 @@ pub(crate) struct PreparedMaterial {
     pub material: Material,
     /// The specular lobe, if present.
     pub phong_lobe: Option<Arc<PhongLobe>>,
-    /// Batched BSDF of its hits.
+    /// Kind of the batched BSDF that evaluates the material's hits.
     pub kind: BatchKind,
-    /// True if light passes straight through its surface: a smooth wall without an interior.
+    /// True if light passes straight through the material's surface: a smooth wall without an interior.
     pub is_straight: bool,
     /// True if the material transmits no light: light passes its surface only where the opacity is below 1.
     pub reflects_only: bool,
@@ -37,7 +37,7 @@ impl PreparedMaterial {
         matches!(self.kind, BatchKind::Diffuse(_))
     }
 
-    /// True if shadow rays may pass its surface.
+    /// True if shadow rays may pass the material's surface.
     pub fn is_transparent(&self) -> bool {
         self.material.alpha != Alpha::Opaque || self.is_straight
     }

@@ -36,7 +36,7 @@ pub(crate) struct PreparedMesh {
     built_cost: f64,
 }
 
-/// Memory per triangle while its BVH is built, including a margin.
+/// Memory per triangle while a BVH is built, in bytes, including a margin.
 const BUILD_BYTES: u64 = 200;
 /// Maximum SAH cost of a refitted BVH relative to its cost when it was built; above this ratio, the BVH is rebuilt.
 const MAX_REFIT_COST_RATIO: f64 = 1.5;
@@ -67,7 +67,7 @@ impl MeshList {
         Self { known, missing }
     }
 
-    /// True if nothing needs to be built.
+    /// True if no mesh needs to be built.
     pub fn is_complete(&self) -> bool {
         self.missing.is_empty()
     }
@@ -187,7 +187,7 @@ impl PreparedMesh {
         self.point_triangles.get_or_init(|| found)
     }
 
-    /// Same triangles with moved vertices; `None` if a rebuild is required.
+    /// The same mesh with moved vertices and a refitted BVH; `None` if a rebuild is required.
     fn refit(&self, mesh: &Arc<Mesh>) -> Option<Self> {
         let before = &*self.mesh;
         let same = before.vertices.len() == mesh.vertices.len()

@@ -15,14 +15,15 @@ use crate::prepare::geometry::{Geometry, OnDemandScenes, build_scene};
 use crate::prepare::instance::PreparedInstance;
 use crate::thread_pool::in_pool;
 
-/// Samples per triangle that justify the build if instances are close together, including a margin.
+/// Samples per triangle that justify building the flattened scene if instances are close together, including a margin.
 const SAMPLES_TO_PAY: u64 = 4;
-/// Samples per triangle that justify the build if instances are far apart, so that few rays enter several.
+/// Samples per triangle that justify building the flattened scene if instances are far apart, so that few rays enter
+/// several instances.
 const SAMPLES_TO_PAY_SPARSE: u64 = 24;
-/// Exact rays per triangle that justify the build; exact rays are fewer and coherent.
+/// Exact rays per triangle that justify building the flattened scene; exact rays are fewer and coherent.
 const EXACT_RAYS_TO_PAY: u64 = 8;
-/// Exact rays per triangle that justify the build for a world that was created from another world by moving objects.
-/// Such a world will probably be moved again.
+/// Exact rays per triangle that justify building the flattened scene for a world that was created from another world by
+/// moving objects. Such a world will probably be moved again.
 const EXACT_RAYS_TO_PAY_MOVED: u64 = 256;
 /// Rays per triangle that justify re-braiding, which creates one reference per 64 triangles.
 const RAYS_TO_PAY_REBRAIDING: u64 = 1;
@@ -31,14 +32,14 @@ const RAYS_TO_PAY_REBRAIDING: u64 = 1;
 const RAYS_TO_PAY_REBRAIDING_MOVED: u64 = 4;
 /// Minimum number of rays that justify re-braiding, even for few triangles.
 const MIN_RAYS_TO_PAY_REBRAIDING: u64 = 1 << 15;
-/// Maximum number of triangles; the build requires about 200 bytes per triangle.
+/// Maximum number of triangles in a flattened scene; the build requires about 200 bytes per triangle.
 const MAX_TRIANGLES: usize = 1 << 22;
 /// Smallest extent of an instance's mean triangle, in float32 steps of the scene's radius: coarser coordinates would
 /// deform small objects.
 const MIN_F32_STEPS: f64 = 64.0;
 
 impl Geometry {
-    /// Two-level scene, re-braided if enough rays were traced.
+    /// Two-level scene; its leaves are re-braided if enough rays were traced.
     pub(crate) fn two_level(&self) -> &Scene {
         self.on_demand.rebraided.get().and_then(Option::as_ref).unwrap_or(&self.scene)
     }
@@ -69,7 +70,7 @@ impl Geometry {
         })
     }
 
-    /// True if a frame of this many samples justifies the flattened scene.
+    /// True if a frame of this many samples justifies building the flattened scene.
     pub(crate) fn flattening_pays(&self, samples: u64) -> bool {
         let enough = |each| samples / each >= self.triangle_count() as u64;
         enough(SAMPLES_TO_PAY_SPARSE) || (enough(SAMPLES_TO_PAY) && self.instances_are_close())
@@ -100,7 +101,7 @@ impl Geometry {
         }
     }
 
-    /// Scene for exact hits.
+    /// Scene in which exact hits are found: the flattened scene if it has been built, otherwise the two-level scene.
     pub(crate) fn exact_scene(&self) -> &Scene {
         let flattened = self.on_demand.flattened.get().and_then(Option::as_ref);
         flattened.unwrap_or_else(|| self.two_level())
@@ -119,7 +120,7 @@ impl Geometry {
         corners().any(|own| Some(own) == all)
     }
 
-    /// Centres and half diagonals of the boxes of all instances.
+    /// Centre and half diagonal of the box of every instance.
     fn instance_boxes(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
         self.instances.iter().filter(|object| object.is_visible).map(|object: &PreparedInstance| {
             let (mesh, place) = (&object.mesh, object.world_from_mesh);
@@ -143,13 +144,13 @@ impl Geometry {
         boxes.len() > MAX_COMPARED || boxes.iter().enumerate().any(near)
     }
 
-    /// Triangles of all instances; shared meshes count once per instance.
+    /// Number of triangles of all instances; shared meshes count once per instance.
     fn triangle_count(&self) -> usize {
         let count = |object| self.instance_triangles(object).len();
         (0..self.instances.len()).map(count).sum()
     }
 
-    /// Triangles of an instance if rays can hit it.
+    /// Triangles of an instance; empty if rays cannot hit the instance.
     fn instance_triangles(&self, object: usize) -> &[[u32; 3]] {
         let object = &self.instances[object];
         if object.is_visible { &object.mesh.mesh.triangles } else { &[] }

@@ -1,8 +1,8 @@
-//! The filter of queries about a single placed object.
+//! Filter of queries about a single placed object.
 
 use raycam_bvh::{ExactHit, HitFilter};
 
-/// Ray hits on a single instance.
+/// Filter that accepts only hits on a single instance.
 pub(crate) struct OneInstance(pub u32);
 
 impl HitFilter for OneInstance {

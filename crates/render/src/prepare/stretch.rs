@@ -89,7 +89,7 @@ fn stretch_of(linear: DMat3) -> Option<DMat3> {
     is_good(linear * stretch.inverse()).then_some(stretch)
 }
 
-/// Condition number in the infinity norm; NaN or infinite for a map that flattens.
+/// Condition number of a linear map in the infinity norm; NaN or infinite for a map that flattens.
 fn condition(linear: DMat3) -> f64 {
     let norm = |m: DMat3| (m.abs() * DVec3::ONE).max_element();
     norm(linear) * norm(linear.inverse())

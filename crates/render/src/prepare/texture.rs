@@ -45,7 +45,7 @@ pub(crate) struct PreparedTexture {
     levels_by_alpha: OnceLock<Option<Vec<Texture>>>,
 }
 
-/// Lookups that cover a footprint.
+/// Lookups whose mean covers a footprint.
 struct Lookups {
     /// Long axis of the footprint, along which the lookups are spread.
     long: Vec2,
@@ -118,7 +118,7 @@ impl PreparedTexture {
         Self { texture, image, levels: OnceLock::new(), levels_by_alpha: OnceLock::new() }
     }
 
-    /// Columns and rows.
+    /// Number of columns and rows of the image.
     pub fn size(&self) -> [u32; 2] {
         self.texture.image.size
     }

@@ -43,7 +43,7 @@ fn vertex_key(vertex: DVec3) -> u64 {
     splitmix64(splitmix64(splitmix64(x) ^ y) ^ z)
 }
 
-/// Hash of a directed edge: the negative of the reversed edge's hash.
+/// Hash of a directed edge; the reversed edge has the negative of this hash.
 fn edge_key(from: u64, to: u64) -> u64 {
     let between = splitmix64(splitmix64(from.min(to)) ^ from.max(to));
     match from.cmp(&to) {

@@ -27,7 +27,7 @@ const LAST_PART: f64 = 1e-12;
 pub struct SurfacePoints<'a> {
     /// Positions of the points.
     pub positions: &'a [[f64; 3]],
-    /// Unit normals, one per position.
+    /// Unit normals, one per point.
     pub normals: &'a [[f64; 3]],
     /// If true, the camera also shows the points from behind.
     pub both_sides: bool,
@@ -38,11 +38,11 @@ pub struct SurfacePoints<'a> {
 /// The points that a camera shows, in ascending order of their indices.
 #[derive(Clone, Debug, Default)]
 pub struct CameraSight {
-    /// Indices of the points.
+    /// Indices of the shown points.
     pub index: Vec<i64>,
-    /// Pixel coordinates.
+    /// Pixel coordinates of the shown points.
     pub pixels: Vec<[f64; 2]>,
-    /// Cosines of the angles of incidence.
+    /// Cosines of the shown points' angles of incidence.
     pub cosines: Vec<f64>,
     /// Origins of the pixels' rays. With a rolling shutter, an origin is the camera's position while the pixel's line
     /// is exposed.
@@ -195,7 +195,7 @@ fn rounding_error(coordinates: &[f64]) -> f64 {
     8.0 * f64::EPSILON * coordinates.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()))
 }
 
-/// False if either number is NaN.
+/// True if the cosine is greater than the limit; false if either number is NaN.
 fn is_above(cosine: f64, limit: f64) -> bool {
     cosine > limit
 }

@@ -19,13 +19,13 @@ use crate::queries::tasks::{self, NS_PER_ALL_HITS_RAY, in_tasks};
 pub struct Crossings {
     /// Crossings of ray i are `offsets[i]..offsets[i + 1]`.
     pub offsets: Vec<i64>,
-    /// For each crossing, its ray.
+    /// For each crossing: the index of its ray.
     pub rays: Vec<i64>,
-    /// Fields of the crossings.
+    /// Requested fields of the crossings.
     pub columns: Columns,
 }
 
-/// Crossings of each ray, at most `max_hits` per ray.
+/// Returns the crossings of each ray, at most `max_hits` per ray.
 ///
 /// # Errors
 /// Same as [`crate::queries::rays::cast_rays`].

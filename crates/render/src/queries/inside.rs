@@ -17,18 +17,18 @@ use crate::queries::winding::{chosen_objects, half_line, residual_edges, winding
 /// its position.
 const BOX_ERROR: f64 = 32.0 * f64::EPSILON;
 
-/// Method of deciding by an object's crossings whether a point is inside.
+/// Rule that decides from an object's crossings whether a point is inside.
 #[derive(Clone, Copy, PartialEq)]
 enum Rule {
-    /// Closed and oriented: the signed crossings are not 0.
+    /// For closed, oriented meshes: a point is inside if its signed crossings are not 0.
     Signed,
-    /// Closed with mixed windings: the number of crossings is odd.
+    /// For closed meshes with mixed windings: a point is inside if its number of crossings is odd.
     Parity,
-    /// For open meshes: the absolute winding number is at least 1/2.
+    /// For open meshes: a point is inside if its absolute winding number is at least 1/2.
     Winding,
 }
 
-/// Selected object, with the data for its test.
+/// Selected object, with the data for testing points.
 struct Body {
     instance: usize,
     rule: Rule,
@@ -37,7 +37,7 @@ struct Body {
     edges: Vec<([DVec3; 2], f64)>,
 }
 
-/// Classifies points by selected objects.
+/// Selected objects, for testing whether points are inside.
 pub(super) struct Bodies<'a> {
     geometry: &'a Geometry,
     bodies: Vec<Body>,
@@ -68,7 +68,7 @@ impl<'a> Bodies<'a> {
         if sums { f64::INFINITY } else { NS_PER_ALL_HITS_RAY * self.bodies.len() as f64 }
     }
 
-    /// True for each point inside any of the objects.
+    /// For each point, true if it is inside any of the objects.
     pub fn contain(&self, points: &[[f64; 3]]) -> Vec<bool> {
         let mut inside = vec![false; points.len()];
         for body in &self.bodies {

@@ -26,7 +26,7 @@ use crate::thread_pool::with_pool;
 const BATCH_RAYS: usize = 4096;
 /// Maximum number of samples of a point in a batch.
 const SAMPLES_PER_BATCH: u32 = 64;
-/// Number of bytes per point, for the point and its light.
+/// Memory in bytes per point, for the point and its light.
 const POINT_BYTES: u64 = 96;
 /// Distance of the rays' starts from the points, relative to the largest coordinate.
 const RELATIVE_LIFT: f64 = 1e-9;
@@ -44,7 +44,7 @@ pub struct SurfacePoints<'a> {
     pub barycentrics: &'a [[f64; 3]],
     /// Unit normals in world coordinates, pointing to the side whose light is measured.
     pub normals: &'a [[f64; 3]],
-    /// Pixels of an image, which select the random numbers.
+    /// For each point: the pixel of an image whose random numbers are used.
     pub pixels: &'a [[i32; 2]],
 }
 
@@ -81,7 +81,7 @@ pub struct LightRays<'a> {
     pub origins: &'a [[f64; 3]],
     /// Unit directions of the rays, opposite to the direction of the light.
     pub directions: &'a [[f64; 3]],
-    /// Pixels of an image, which select the random numbers.
+    /// For each ray: the pixel of an image whose random numbers are used.
     pub pixels: &'a [[i32; 2]],
 }
 
@@ -112,12 +112,12 @@ pub enum Quantity {
     Radiance,
 }
 
-/// Light at points.
+/// Light at points or along rays.
 #[derive(Clone, Debug, Default)]
 pub struct PointLight {
-    /// Linear red, green and blue.
+    /// Linear red, green and blue of the light, one colour per point.
     pub light: Vec<[f32; 3]>,
-    /// Estimated standard errors of the luminance; infinite for one sample.
+    /// Estimated standard errors of the luminance, one per point; infinite for one sample.
     pub error: Vec<f32>,
 }
 
@@ -219,7 +219,7 @@ struct LightTracer<'a> {
     control: &'a Control,
 }
 
-/// Ray and its hit.
+/// A ray and its hit.
 struct Arrival {
     /// Scene-local origin of the ray.
     origin: DVec3,

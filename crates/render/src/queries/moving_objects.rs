@@ -30,11 +30,11 @@ pub(super) struct MovingObjects<'a> {
     geometry: &'a Geometry,
     /// The world's own time, to which the rays' times are added.
     time: f64,
-    /// For each object: its motion, if it moves, and how its box is found.
+    /// For each object: its motion, if it moves, and its box.
     objects: Vec<(Option<ObjectMotion<'a>>, Place)>,
 }
 
-/// Box of an object.
+/// Box that contains an object at any time.
 enum Place {
     /// Box of a static object.
     Static(Bounds),
@@ -122,7 +122,7 @@ impl ReachableObjects<'_> {
         self.moving.is_empty()
     }
 
-    /// Index in the world of an instance's object; -1 for -1.
+    /// Index in the world of an instance's object; -1 (a miss) stays -1.
     pub fn id(&self, instance: i32) -> i32 {
         usize::try_from(instance).map_or(-1, |at| self.ids[at] as i32)
     }
@@ -158,7 +158,7 @@ impl ReachableObjects<'_> {
     }
 }
 
-/// Instance of an object at its transform.
+/// Creates the instance of an object at the object's transform.
 fn placed(
     world: &World,
     object: &Object,

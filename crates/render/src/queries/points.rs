@@ -53,7 +53,7 @@ impl PointArrays<'_> {
     }
 }
 
-/// Filter that accepts the selected objects.
+/// Filter that accepts only the selected objects.
 struct ChosenObjects<'a>(&'a [bool]);
 
 impl HitFilter for ChosenObjects<'_> {
@@ -139,7 +139,7 @@ pub fn distance(
     Ok(search(world, query, threads, control)?.into_iter().map(|found| found.distance).collect())
 }
 
-/// Closest points in the order of the points.
+/// Finds the closest points, in the order of the query's points.
 pub(super) fn search(
     world: &PreparedWorld,
     query: &PointArrays,

@@ -16,7 +16,7 @@ const MIN_WIDTH_RATIO: f32 = 2.0;
 /// Bits per coordinate of a direction in the Morton code.
 const BITS: u32 = 10;
 
-/// Numbers of the rays in an order in which packets are narrow; `None` if the given order is as good, or if the rays do
+/// Indices of the rays in an order in which packets are narrow; `None` if the given order is as good, or if the rays do
 /// not start close together in a scene of this radius.
 pub(super) fn narrow_order(rays: &[ExactRay], radius: f64) -> Option<Vec<usize>> {
     if rays.len() < MIN_RAYS || !have_common_origin(rays, MAX_ORIGIN_DISTANCE * radius) {
@@ -45,7 +45,7 @@ fn have_common_origin(rays: &[ExactRay], distance: f64) -> bool {
     rays.iter().all(is_near)
 }
 
-/// Direction as a point of the square from -1 to 1: its projection to an octahedron, unfolded.
+/// Direction as a point of the square from -1 to 1: the direction's projection to an octahedron, unfolded.
 fn octahedral([x, y, z]: [f64; 3]) -> [f32; 2] {
     let sum = x.abs() + y.abs() + z.abs();
     let (u, v) = (x / sum, y / sum);

@@ -72,7 +72,7 @@ impl RayArrays<'_> {
         self.selection.check(world.geometry.instances.len(), o)
     }
 
-    /// Rays of a range.
+    /// Rays of a range, as exact rays.
     pub(super) fn slice(&self, range: Range<usize>) -> Vec<ExactRay> {
         range.map(|i| self.ray(i)).collect()
     }

@@ -76,14 +76,14 @@ impl Selection<'_> {
     }
 }
 
-/// Selection for a slice of rays.
+/// Filter that applies the selection to a slice of the query's rays.
 pub(super) struct SelectionFilter<'a> {
     selection: &'a Selection<'a>,
     geometry: &'a Geometry,
     rays: &'a [ExactRay],
-    /// Index of the first ray in the query.
+    /// Index in the query of the first ray of the slice.
     first: usize,
-    /// Indices of the rays relative to the first ray, if the rays are in another order than in the query.
+    /// For each ray: its index relative to the first ray, if the rays are in another order than in the query.
     order: Option<&'a [usize]>,
 }
 

@@ -15,7 +15,7 @@ use crate::queries::points::{PointArrays, search};
 use crate::queries::winding::winding_number;
 use crate::thread_pool::with_pool;
 
-/// Rule that determines the sign.
+/// Rule that determines the sign of a distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sign {
     /// Negative if [`inside`] is true.

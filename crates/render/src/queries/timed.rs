@@ -268,7 +268,7 @@ impl SelectedRays {
     }
 }
 
-/// Arrays of a query, sorted by the rays' times.
+/// Arrays of a query, in the order of the rays' times.
 struct SortedRays {
     origins: Vec<[f64; 3]>,
     directions: Vec<[f64; 3]>,

@@ -19,7 +19,7 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Points of triangles, which move with the triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct MovingPoints<'a> {
-    /// The object of each point; -1 for none.
+    /// The object of each point; -1 for a point without an object.
     pub instances: &'a [i32],
     /// The triangle of each point in the object's mesh.
     pub triangles: &'a [i32],

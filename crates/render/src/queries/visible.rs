@@ -82,7 +82,7 @@ fn segment([a, b]: [[f64; 3]; 2]) -> ExactRay {
     ExactRay { origin: a, direction: std::array::from_fn(|k| b[k] - a[k]), t_min: 0.0, t_max: 1.0 }
 }
 
-/// Ignores triangles that contain an end point.
+/// Filter that accepts selected triangles that are farther than the margin from both end points.
 struct SightFilter<'a> {
     geometry: &'a Geometry,
     ends: &'a [[[f64; 3]; 2]],

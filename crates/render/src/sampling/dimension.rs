@@ -15,11 +15,11 @@ pub(crate) enum Dimension {
     Time,
     /// Choice of the lobe that scatters and of the light that is sampled, at a path vertex counted from 0.
     LobeAndLight(u32),
-    /// Direction of the BSDF sample.
+    /// Direction of the BSDF sample, at a path vertex counted from 0.
     Bsdf(u32),
-    /// Opacity test and Russian roulette.
+    /// Opacity test and Russian roulette, at a path vertex counted from 0.
     OpacityAndRoulette(u32),
-    /// Position on each of the lights sampled at a vertex.
+    /// Position on a light that is sampled at a path vertex, for each light sample of the vertex.
     Light(u32, usize),
     /// Colour and distance of a free flight through the first medium of a ray.
     FreeFlight(u32),

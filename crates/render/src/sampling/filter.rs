@@ -10,10 +10,10 @@ const WINDOW_WIDTH: f64 = 3.0;
 /// Number of intervals of the tabulated cumulative distribution.
 const TABLE_INTERVALS: usize = 512;
 
-/// Sampler of filter offsets.
+/// Sampler of a sample's offset from the pixel centre, according to a pixel filter.
 pub(crate) enum FilterSampler {
     Box,
-    /// Cumulative distribution from 0 to 1 over the window's width.
+    /// Cumulative distribution of one coordinate, from 0 to 1 over the window's width.
     Tabulated(Vec<f32>),
 }
 

@@ -11,14 +11,14 @@ use raycam_bvh::prefetch;
 pub(crate) struct PiecewiseConstant2D {
     columns: usize,
     rows: usize,
-    /// Conditional distribution of each row, columns + 1 values from 0 to 1.
+    /// Cumulative conditional distribution of each row: columns + 1 values from 0 to 1.
     conditional_cdf: Vec<f32>,
-    /// Marginal distribution, from 0 to 1.
+    /// Cumulative marginal distribution of the rows: rows + 1 values from 0 to 1.
     marginal_cdf: Vec<f32>,
     /// Guide tables of the conditional distributions, row by row, and of the marginal distribution.
     conditional_guide: Vec<u16>,
     marginal_guide: Vec<u16>,
-    /// Cosines of the zenith angles between rows.
+    /// Cosines of the zenith angles of the rows' borders.
     row_edges: Vec<f64>,
     /// For each row: the density by solid angle if all columns were equally likely, times the number of columns.
     density: Vec<f32>,
@@ -93,7 +93,7 @@ impl PiecewiseConstant2D {
         (sums[column + 1] - sums[column]) * self.density[row]
     }
 
-    /// Prefetches what [`PiecewiseConstant2D::pdf`] reads.
+    /// Prefetches the data that [`PiecewiseConstant2D::pdf`] reads.
     pub fn prefetch(&self, [u, v]: [f32; 2]) {
         let [column, row] = self.cell([u, v]);
         prefetch(&raw const self.row(row)[column]);
@@ -116,7 +116,8 @@ impl PiecewiseConstant2D {
     }
 }
 
-/// Appends the running sums of `values`, normalised to 1; returns the total. Uniform if the total is 0.
+/// Appends the running sums of `values`, normalised to 1; returns the total. The distribution is uniform if the total
+/// is 0.
 fn running_sum(values: impl ExactSizeIterator<Item = f64>, into: &mut Vec<f32>) -> f64 {
     let count = values.len();
     let mut sums = Vec::with_capacity(count + 1);

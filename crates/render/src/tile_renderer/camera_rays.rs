@@ -153,7 +153,7 @@ impl TileRenderer<'_> {
         Sampler::for_pixel(seed, frame, pixel)
     }
 
-    /// Sampler of a pixel's sample with this index.
+    /// Sampler of the sample with this index in a pixel.
     pub(crate) fn sampler_for(&self, of_pixel: Sampler, sample: u32) -> Sampler {
         if self.needs.error { of_pixel.with_replication(sample, REPLICATIONS) } else { of_pixel.with_sample(sample) }
     }

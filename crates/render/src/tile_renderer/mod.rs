@@ -54,7 +54,7 @@ use crate::tile_renderer::stats::RenderStats;
 /// Renderer of the tiles of one frame.
 pub(crate) struct TileRenderer<'a> {
     world: &'a PreparedWorld,
-    /// Scene against which sample rays are traced.
+    /// Scene in which sample rays are traced.
     scene: &'a Scene,
     /// World states while the shutter is open, if the world moves.
     shutter: Option<&'a ShutterSlices<'a>>,
@@ -64,9 +64,9 @@ pub(crate) struct TileRenderer<'a> {
     /// Requested parts of the colour, in the order of the channels.
     pub passes: Vec<Pass>,
     filter: FilterSampler,
-    /// Ray cones of the pixels.
+    /// Ray cones of the image's pixels.
     cones: PixelCones<'a>,
-    /// Index of a pixel's first late sample of path guiding.
+    /// Index of a pixel's first sample that is a late sample of path guiding.
     first_late_sample: u32,
     pub stats: RenderStats,
     /// Number of samples of every pixel; `None` if all pixels have the same number.
@@ -106,7 +106,7 @@ struct RayBatchBuffers {
     directions: Vec<Vec3>,
     cones: Vec<RayCone>,
     samplers: Vec<Sampler>,
-    /// Random numbers of the positions in the pixels.
+    /// Random numbers that select positions in the pixels.
     offsets: Vec<[f32; 2]>,
     paths: PathScratch,
     radiance: Vec<Vec3>,
@@ -122,11 +122,11 @@ struct GroundTruthBuffers {
     row_worlds: RowWorlds,
 }
 
-/// Maximum number of segments for which a sample is counted in a closed room.
+/// Maximum number of path segments that are counted for each sample in a closed room.
 const MAX_SEGMENTS: u32 = 8;
 
-/// Work of a frame: the number of its samples, in a closed room times the number of path segments, because no path
-/// leaves the room. With more work, a flattened scene is justified sooner.
+/// Work of a frame: the number of its samples. In a closed room, this number is multiplied by the number of path
+/// segments, because no path leaves the room. With more work, a flattened scene is justified sooner.
 pub(crate) fn traced_samples(world: &PreparedWorld, camera: &Camera, settings: &Settings, samples: u32) -> u64 {
     let is_dark = || effective_lights(settings.integrator, world).constant_environment() == Some(Vec3::ZERO);
     let is_closed = settings.integrator == Integrator::Path && world.geometry.is_room() && is_dark();
@@ -182,7 +182,7 @@ impl<'a> TileRenderer<'a> {
         renderer
     }
 
-    /// Renderer with a number of samples for every pixel.
+    /// Returns the renderer with a number of samples for every pixel.
     pub fn with_plan(self, plan: Option<&'a SamplePlan>) -> Self {
         Self { plan, ..self }
     }
@@ -195,7 +195,7 @@ impl<'a> TileRenderer<'a> {
         self.stats.coplanar_notice(notices);
     }
 
-    /// True if a frame of this many samples has the same texture filter and scene.
+    /// True if a frame of this many samples has the same texture filter and scene as this renderer.
     pub fn is_frame_of(&self, samples: u32) -> bool {
         let planned = self.settings.samples;
         let traced = |samples| traced_samples(self.world, self.camera, self.settings, samples);
@@ -225,7 +225,7 @@ impl<'a> TileRenderer<'a> {
         }
     }
 
-    /// Batches of rays per tile.
+    /// Number of batches of rays per tile.
     pub fn batches_per_tile(&self) -> usize {
         usize::from(self.needs.center_rays) + if self.needs.samples { self.settings.samples as usize } else { 0 }
     }
@@ -362,7 +362,7 @@ impl<'a> TileRenderer<'a> {
         Ok(())
     }
 
-    /// Counts the samples of the batch, and the samples that hit the same instance as their pixel's centre ray.
+    /// Counts the samples of the batch, and the samples that hit the same instance as the centre ray of their pixel.
     fn count_samples(&self, world: &PreparedWorld, scratch: &mut ThreadScratch) {
         let RayBatchBuffers { hits, origins, directions, .. } = &scratch.rays;
         let RenderNeeds { samples, coverage, skip_transparent, .. } = self.needs;

@@ -9,23 +9,23 @@ use crate::settings::{Settings, TruthSurface};
 /// Stages of a tile that a frame requires.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RenderNeeds {
-    /// Exact rays through the pixel centres.
+    /// True if exact rays through the pixel centres are traced.
     pub center_rays: bool,
-    /// True if exact rays are required for more than the coverage.
+    /// True if exact rays are required for channels other than the coverage.
     pub truth: bool,
     /// True if filtered samples are traced in addition to the centre rays.
     pub samples: bool,
-    /// Shading of camera ray hits, for channels other than ground truth.
+    /// True if the hits of camera rays are shaded, for channels other than ground truth.
     pub shading: bool,
-    /// The channel coverage: fraction of samples that hit the same instance as the centre ray.
+    /// True for the channel coverage: the fraction of samples that hit the same instance as the centre ray.
     pub coverage: bool,
-    /// Radiance of the samples.
+    /// True if the radiance of the samples is required.
     pub color: bool,
     /// True if the ground truth describes surfaces behind transparent surfaces.
     pub skip_transparent: bool,
-    /// Random positions on the lens and times in the exposure.
+    /// True if the samples have random positions on the lens or random times in the exposure.
     pub lens_or_time: bool,
-    /// The channel error: standard error of the colour.
+    /// True if the standard error of the colour is required.
     pub error: bool,
 }
 

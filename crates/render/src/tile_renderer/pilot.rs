@@ -9,7 +9,7 @@ use crate::tile_renderer::sample_plan::{SamplePlan, StageVariances};
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
 impl TileRenderer<'_> {
-    /// Variances of a stage's samples, for the selected pixels of a tile.
+    /// Traces a stage's samples of the selected pixels in a tile; returns the pixels' variances.
     pub fn trace_pilot(
         &self,
         tile: &Tile,

@@ -28,7 +28,7 @@ pub(crate) enum TileTask {
 }
 
 impl TileRenderer<'_> {
-    /// Writes a tile's pixels to the film, and adds its counts.
+    /// Writes a tile's pixels to the film, and adds the tile's counts to the statistics.
     pub fn resolve(&self, tile: &Tile, scratch: &mut ThreadScratch, film: &Film) {
         self.stats.take_counts(&mut scratch.estimator);
         let estimator = &scratch.estimator;
@@ -123,7 +123,7 @@ impl TileRenderer<'_> {
         Ok(())
     }
 
-    /// The background pixel, if all background pixels of the image are equal.
+    /// Channel values of a background pixel, if all background pixels of the image are equal.
     pub(crate) fn background(&self) -> Option<Vec<(Channel, ImagePlane)>> {
         let Settings { time_limit, clamp, .. } = self.settings;
         let has_transmittance = self.settings.channels.contains(&Channel::Transmittance);

@@ -54,22 +54,22 @@ pub(crate) fn pilot_region([x, y, width, height]: [u32; 4], size: [u32; 2]) -> [
 /// Variances measured by a pilot.
 pub(crate) struct Pilot {
     region: [u32; 4],
-    /// Variance of the mean, times the number of samples.
+    /// For each pixel: variance of the mean luminance, times the number of samples.
     variances: Vec<f32>,
-    /// Number of samples of each pixel.
+    /// For each pixel: number of samples that the pilot traced.
     counts: Vec<u32>,
     threshold: f64,
     max_samples: u32,
 }
 
-/// Variance of the samples of pixels.
+/// Pixels, each with the variance of its samples in a stage.
 pub(crate) type StageVariances = Vec<([u32; 2], f32)>;
 
 /// Number of samples of every pixel of a region.
 pub(crate) struct SamplePlan {
     region: [u32; 4],
     counts: Vec<u32>,
-    /// Mean number of samples per pixel that the pilot took.
+    /// Mean number of samples per pixel that the pilot traced.
     pub pilot_samples: u64,
 }
 
@@ -121,7 +121,7 @@ impl Pilot {
         count == taken && needed > MAX_EXTRAPOLATION * f64::from(count)
     }
 
-    /// Number of samples that every pixel needs.
+    /// Number of samples that every pixel needs to reach the noise threshold.
     fn needed(&self) -> Vec<f64> {
         let [_, _, width, height] = self.region;
         let mut needed = Vec::with_capacity(self.counts.len());

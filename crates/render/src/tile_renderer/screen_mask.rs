@@ -25,7 +25,7 @@ const MIN_DEPTH_RATIO: f64 = 1e-6;
 pub(crate) struct ScreenMask {
     /// Column and row of the region's first pixel.
     first_pixel: [u32; 2],
-    /// Number of blocks per row.
+    /// Number of blocks in a row of the region.
     blocks_per_row: usize,
     covered: Vec<bool>,
 }

@@ -57,7 +57,7 @@ impl Layout {
 }
 
 impl<'a> Document<'a> {
-    /// Elements of an accessor that `from` refers to.
+    /// Elements of an accessor; `from` is the position in the document that refers to the accessor.
     pub(crate) fn elements(&'a self, index: usize, from: &str) -> Result<AccessorView<'a>> {
         let Some(accessor) = self.root.accessors.get(index) else {
             return Err(self.unresolved(from, "accessors", index, self.root.accessors.len()));

@@ -99,7 +99,7 @@ impl AccessorView<'_> {
         if finite { Ok(made) } else { Err(self.non_finite_error::<N>()) }
     }
 
-    /// Same as `map_floats`, but also accepts floats that are not finite; the flag is true if all floats are finite.
+    /// Same as `map_floats`, but also accepts floats that are not finite; also returns true if all floats are finite.
     pub(crate) fn map_any_floats<const N: usize, T: Copy + Default + Send>(
         &self,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
@@ -155,8 +155,8 @@ impl AccessorView<'_> {
         )
     }
 
-    /// Results of `make` for every element, whose numbers `read` decodes. The flag is always true, because all bytes
-    /// are valid.
+    /// Results of `make` for every element, whose numbers `read` decodes. Also returns true, because all bytes are
+    /// valid.
     fn decode<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
@@ -165,7 +165,7 @@ impl AccessorView<'_> {
         self.decode_checked::<S, N, V, T>(read, |_| true, make)
     }
 
-    /// Same as `decode`, but the flag is true if `valid` returns true for the bytes of all elements. The function runs
+    /// Same as `decode`, but returns true only if `valid` returns true for the bytes of all elements. The function runs
     /// on several threads.
     fn decode_checked<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,

@@ -30,7 +30,7 @@ pub(crate) struct Document<'a> {
     pub(crate) allowance: MemoryAllowance,
 }
 
-/// Text for an index that does not exist in the list `part`.
+/// Text of an error about an index that does not exist in the list `part`.
 pub(crate) fn describe_missing(part: &str, index: usize, count: usize) -> String {
     format!("{part}[{index}] does not exist; the length of {part} is {count} (UNRESOLVED_REFERENCE)")
 }
@@ -51,18 +51,18 @@ impl Document<'_> {
         buffers::read_error(self.path, error)
     }
 
-    /// Error for an index, written at `place`, that does not exist in the list `part`.
+    /// Error about an index at the position `place` that does not exist in the list `part`.
     pub(crate) fn unresolved(&self, place: &str, part: &str, index: usize, count: usize) -> FormatError {
         let message = format!("{place}: {}", describe_missing(part, index, count));
         self.fault(ErrorCode::IndexOutOfRange, message)
     }
 
-    /// Item of the list `part` with an index that is written at `place`.
+    /// Item of the list `part`; `place` is the position in the document at which its index is written.
     pub(crate) fn get<'b, T>(&self, all: &'b [T], index: usize, place: &str, part: &str) -> Result<&'b T> {
         all.get(index).ok_or_else(|| self.unresolved(place, part, index, all.len()))
     }
 
-    /// Element with an index that is written at `place`; `part` is the name of the list.
+    /// Valid element of the list `part`; `place` is the position in the document at which its index is written.
     pub(crate) fn get_valid<'b, T>(
         &self,
         all: &'b [Lenient<T>],

@@ -100,7 +100,7 @@ pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
     sources
 }
 
-/// Value of the source vertex of each vertex.
+/// Appends, for each new vertex, the value of its source vertex.
 pub(crate) fn resample<T: Copy>(values: &mut Vec<T>, sources: &[u32]) {
     let before = values.len();
     for &source in sources.iter().skip(before) {

@@ -122,7 +122,7 @@ pub(crate) fn image_size(aspect: f64) -> [u32; 2] {
     [width, width / aspect].map(|side| side.round().clamp(1.0, 8192.0) as u32)
 }
 
-/// From the axes of glTF's cameras (right, up, back) to raycam's (right, down, forward), and vice versa.
+/// Converts the axes of glTF's cameras (right, up, back) to raycam's (right, down, forward), and vice versa.
 pub(crate) fn flip_yz() -> DMat3 {
     DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0))
 }

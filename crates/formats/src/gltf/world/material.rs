@@ -10,7 +10,7 @@ use crate::gltf::json::texture_info::TextureInfo;
 use crate::gltf::world::builder::Builder;
 use raycam_scene::ColorUse::{self, Color, Data};
 
-/// Range of any non-negative number.
+/// Range of all non-negative numbers.
 pub(crate) const NON_NEGATIVE: [f64; 2] = [0.0, f32::MAX as f64];
 const UNIT_INTERVAL: [f64; 2] = [0.0, 1.0];
 

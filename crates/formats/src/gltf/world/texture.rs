@@ -74,7 +74,8 @@ impl Builder<'_, '_> {
         Ok(Some(added))
     }
 
-    /// Item of the list `part` with an index that is written at `place`; `None`, with a notice, if the item does not exist.
+    /// Item of the list `part`; `place` is the position in the document at which its index is written. `None`, with a
+    /// notice, if the item does not exist.
     fn item_or_notice<'b, T>(&mut self, all: &'b [T], index: usize, place: &str, part: &str) -> Option<&'b T> {
         let found = all.get(index);
         if found.is_none() {

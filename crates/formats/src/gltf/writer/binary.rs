@@ -56,7 +56,8 @@ impl BinaryChunk {
         self.views.len() - 1
     }
 
-    /// Returns an accessor of float32 elements; positions and times have `bounds`.
+    /// Returns an accessor of float32 elements. With `bounds`, it contains the minimum and maximum, which glTF requires
+    /// for positions and times.
     pub(super) fn floats<const N: usize>(&mut self, values: &[[f32; N]], target: BufferTarget, bounds: bool) -> usize {
         let bytes: Vec<u8> = values.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
         let mut more = Map::new();

@@ -53,7 +53,7 @@ struct SegmentState {
     frame: Option<u8>,
     size: [usize; 2],
     components: Vec<FrameComponent>,
-    /// Tables of DC, then of AC.
+    /// Huffman tables of DC coefficients, then of AC coefficients.
     tables: [[Option<HuffmanTable>; 4]; 2],
     interval: usize,
     scans: usize,

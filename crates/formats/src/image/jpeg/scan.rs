@@ -7,7 +7,7 @@ pub(super) struct FrameComponent {
     pub id: u8,
     /// Number of the component's blocks, across and down, in a unit of a scan with several components.
     factors: [usize; 2],
-    /// Indices of the tables of DC and AC in the scan.
+    /// Indices of the component's Huffman tables of DC and AC coefficients in the scan.
     pub tables: [usize; 2],
     /// Lowest bit of each coefficient that a scan has contained; `None` if no scan has contained the coefficient.
     pub bits: [Option<u8>; 64],

@@ -21,7 +21,7 @@ struct Presented {
     size: [u32; 2],
     chunk: [u32; 2],
     bits: usize,
-    /// Number of samples per pixel; the samples of all planes count.
+    /// Number of samples per pixel, summed over all planes.
     samples: usize,
     format: SampleFormat,
 }

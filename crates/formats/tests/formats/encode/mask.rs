@@ -5,7 +5,7 @@ fn mask(rows: &[&str]) -> (Vec<bool>, usize, usize) {
     (pixels.collect(), rows[0].len(), rows.len())
 }
 
-/// Even-odd filling at pixel centres.
+/// Fills polygons by the even-odd rule, at pixel centres.
 fn fill(polygons: &[Vec<[u32; 2]>], width: usize, height: usize) -> Vec<u32> {
     let mut count = vec![0; width * height];
     for corners in polygons {

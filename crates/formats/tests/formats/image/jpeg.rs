@@ -38,7 +38,7 @@ fn bytes_missing_in_the_middle_are_detected() {
                 }
             }
         }
-        // In the first half of the data, all but four bytes are removed.
+        // All bytes in the first half of the data, except the first four, are removed.
         let middle = start + 4..(start + case.file.len()) / 2;
         let cut = [&case.file[..middle.start], &case.file[middle.end..]].concat();
         let error = read(&case.name, &cut, ColorUse::Color).unwrap_err();

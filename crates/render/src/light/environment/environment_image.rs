@@ -31,7 +31,7 @@ impl<const N: usize> BilinearTaps<N> {
 }
 
 impl EnvironmentImage {
-    /// Texels around image coordinates.
+    /// Texels around image coordinates, with their interpolation weights.
     pub fn taps<const N: usize>(&self, places: [[f32; N]; 2]) -> BilinearTaps<N> {
         let mut taps = BilinearTaps { uv: places, columns: [[0; N]; 2], rows: [[0; N]; 2], fraction: [[0.0; N]; 2] };
         dispatch_simd(ComputeTaps { size: self.image.size, taps: &mut taps });
@@ -50,7 +50,7 @@ impl EnvironmentImage {
         }
     }
 
-    /// Radiance of a lane.
+    /// Interpolated radiance of a lane.
     #[inline]
     pub fn radiance<const N: usize>(&self, taps: &BilinearTaps<N>, lane: usize) -> Vec3 {
         let texel = |index: usize| match &self.image.texels {

@@ -11,14 +11,14 @@ use crate::soa::{Vec3xN, get_lane, set_lane};
 /// Orientation of an equirectangular image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EquirectFrame {
-    /// The rows are the directions of the image centre, of 90 degrees to its left, and up.
+    /// Matrix whose rows are the world directions of the image centre, of 90 degrees to its left, and of up.
     panorama_from_world: DMat3,
     /// The same matrix in float32, for computations per ray.
     rounded: Mat3,
 }
 
 impl EquirectFrame {
-    /// `yaw` is in degrees, as for a camera.
+    /// Creates the orientation of an image that is rotated by `yaw`, in degrees as for a camera.
     pub fn new(up: Up, yaw: f64) -> Self {
         let vertical = up.axis();
         let ahead = match up {
@@ -55,7 +55,7 @@ impl EquirectFrame {
         self.rounded.transpose() * Vec3::new(-cos * radius, sin * radius, down as f32)
     }
 
-    /// World direction of a vector that is given along the axes centre, left and up.
+    /// World direction of a vector that is given along three axes: to the image centre, to its left, and up.
     pub fn to_world(&self, local: DVec3) -> DVec3 {
         self.panorama_from_world.transpose() * local
     }
@@ -67,7 +67,7 @@ impl EquirectFrame {
         get_lane(&directions, 0).into()
     }
 
-    /// Same as [`EquirectFrame::sample`], for many random numbers; there may be fewer numbers than lanes.
+    /// Same as [`EquirectFrame::sample`], for many random numbers; `random` may be shorter than the number of lanes.
     pub fn sample_many<const N: usize>(
         &self,
         distribution: &PiecewiseConstant2D,

@@ -20,7 +20,7 @@ impl GradientSky {
         self.zenith == self.horizon && self.horizon == self.ground
     }
 
-    /// Linear in the sine of the elevation.
+    /// Radiance from a direction: linear in the sine of the elevation above the horizon, constant below.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         let sine = self.up.dot(direction);
         if self.is_constant() {

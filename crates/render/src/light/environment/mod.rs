@@ -24,7 +24,7 @@ const MAX_CELLS: usize = 2048;
 /// Columns and rows of the sampling distribution of a Preetham sky.
 const SKY_CELLS: [usize; 2] = [256, 128];
 
-/// Directions per block of lookups: the data read fits the L1 cache.
+/// Number of directions per block of lookups, so that the data that a block reads fits the L1 cache.
 const LOOKUP_BLOCK: usize = 64;
 
 #[derive(Debug)]
@@ -34,7 +34,7 @@ pub(crate) struct EnvironmentLight {
     source: EnvironmentSource,
 }
 
-/// Radiance by direction.
+/// Source of the radiance by direction.
 #[derive(Debug)]
 enum EnvironmentSource {
     Image(EnvironmentImage),
@@ -215,8 +215,8 @@ fn image_distribution(image: &Image) -> Option<PiecewiseConstant2D> {
     })
 }
 
-/// Sampling distribution of a sky: the brightest of each cell's corners and centre, so that it includes the glow around
-/// the sun.
+/// Sampling distribution of a sky. The brightness of a cell is the maximum at its corners and its centre, so that the
+/// distribution includes the glow around the sun.
 fn sky_distribution(sky: &PreethamSky, frame: &EquirectFrame) -> Option<PiecewiseConstant2D> {
     let [columns, rows] = SKY_CELLS.map(|n| n as f64);
     PiecewiseConstant2D::new(SKY_CELLS, |column, row| {

@@ -19,7 +19,7 @@ const MAX_SAMPLED_LIGHTS: usize = 1 << 9;
 /// Number of lights above which children are built in parallel.
 const PARALLEL_THRESHOLD: usize = 1 << 12;
 
-/// Depth below which groups are halved by count, which bounds the depth by the number of lights.
+/// Depth from which on groups of lights are halved by count, which bounds the tree's depth by the number of lights.
 const MAX_SAH_DEPTH: u32 = 8;
 
 /// Builds the node of a group, which may be reordered, followed by its descendants; `depth` is the number of
@@ -64,7 +64,7 @@ pub(crate) fn build_node(lights: &[LightBounds], group: &mut [u32], depth: u32) 
     nodes
 }
 
-/// Bounds of several lights.
+/// Common bounds of several lights, given by their indices.
 pub(crate) fn union_of(lights: &[LightBounds], some: impl Iterator<Item = u32>) -> LightBounds {
     let bounds = some.map(|i| lights[i as usize]);
     bounds.reduce(|a, b| a.union(&b)).unwrap_or_default()

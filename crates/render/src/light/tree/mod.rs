@@ -31,7 +31,7 @@ pub(crate) struct LightTree {
     count: usize,
 }
 
-/// Number of lights that [`LightTree::sample_split`] selects.
+/// Maximum number of lights that [`LightTree::sample_split`] selects.
 pub(crate) const MAX_SPLIT_LIGHTS: usize = 4;
 
 impl LightTree {

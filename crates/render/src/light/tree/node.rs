@@ -35,7 +35,7 @@ pub(crate) struct ParentLink {
     pub child: u32,
 }
 
-/// Child of a node, by index.
+/// Child of a node, given by an index.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Child {
     Node(u32),
@@ -110,12 +110,12 @@ impl LightTreeNode {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ChildProbabilities {
     weights: [f32; LANES],
-    /// Running sums of the weights.
+    /// Running sums of the children's weights.
     sums: [f64; LANES],
 }
 
 impl ChildProbabilities {
-    /// Distribution in proportion to weights.
+    /// Creates the distribution in proportion to weights.
     pub fn new(weights: [f32; LANES]) -> Self {
         // The sums are divided into four independent running sums, because each addition waits for the previous one.
         let mut sums = [0.0; LANES];
@@ -139,7 +139,7 @@ impl ChildProbabilities {
         self.weights[child] > 0.0
     }
 
-    /// Probability of a child.
+    /// Probability with which a child is selected.
     pub fn probability(&self, child: usize) -> f64 {
         if self.is_possible(child) { f64::from(self.weights[child]) / self.sums[LANES - 1] } else { 0.0 }
     }

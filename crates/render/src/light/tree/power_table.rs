@@ -6,7 +6,7 @@ pub(crate) struct PowerTable {
     lights: Vec<u32>,
     /// Sum of the powers up to and including each light.
     sums: Vec<f64>,
-    /// Position of each light.
+    /// Position of each light in the table.
     places: Vec<u32>,
 }
 
@@ -43,7 +43,7 @@ impl PowerTable {
         (self.lights[place] as usize, (self.sums[place] - self.before(place)) / (high - low))
     }
 
-    /// Probability of a light of a range.
+    /// Probability with which [`PowerTable::sample`] selects a light of a range.
     pub fn share(&self, [start, end]: [u32; 2], light: usize) -> f64 {
         let place = self.places[light] as usize;
         let all = self.sums[end as usize - 1] - self.before(start as usize);
