@@ -56,7 +56,7 @@ pub enum FormatError {
         /// The amount that remains.
         left: u64,
     },
-    /// A valid file of a format, or with a feature, that raycam does not support.
+    /// The file is valid, but raycam does not support its format or one of its features.
     #[error("{}: {message}", path.display())]
     Unsupported {
         /// The file.
@@ -82,7 +82,7 @@ pub enum FormatError {
         /// The error of the file.
         source: Box<FormatError>,
     },
-    /// A well-formed description of an impossible value.
+    /// A description is well-formed, but its value is impossible.
     #[error("{}{source}", path.as_ref().map(|p| format!("{}: ", p.display())).unwrap_or_default())]
     Scene {
         /// The file to which the error belongs, if any.
@@ -90,7 +90,7 @@ pub enum FormatError {
         /// The error of the description.
         source: SceneError,
     },
-    /// Pixels that do not match the image to be encoded.
+    /// The pixels do not match the image to be encoded.
     #[error("{0}")]
     Encode(Message),
 }
@@ -130,12 +130,12 @@ fn prefix(key: &str) -> String {
 }
 
 impl FormatError {
-    /// The error of values that do not match the file to which they are written.
+    /// Creates the error of values that do not match the file to which they are written.
     pub fn encode(message: impl Into<Message>) -> Self {
         Self::Encode(message.into())
     }
 
-    /// The kind of error.
+    /// Returns the code of the error.
     pub fn code(&self) -> ErrorCode {
         match self {
             Self::Io { source, .. } => match source.kind() {
@@ -153,22 +153,22 @@ impl FormatError {
         }
     }
 
-    /// A syntax error in a line, counted from 1.
+    /// Creates a syntax error in a line, counted from 1.
     pub fn line(path: &Path, line: usize, message: impl Into<Message>) -> Self {
         Self::Syntax { path: path.into(), location: Location::Line(line), message: message.into() }
     }
 
-    /// A syntax error at a byte, counted from 0.
+    /// Creates a syntax error at a byte, counted from 0.
     pub fn byte(path: &Path, byte: usize, message: impl Into<Message>) -> Self {
         Self::Syntax { path: path.into(), location: Location::Byte(byte as u64), message: message.into() }
     }
 
-    /// A syntax error of the file as a whole.
+    /// Creates a syntax error of the file as a whole.
     pub fn whole(path: &Path, message: impl Into<Message>) -> Self {
         Self::Syntax { path: path.into(), location: Location::Whole, message: message.into() }
     }
 
-    /// The error of a valid file that raycam does not support.
+    /// Creates the error of a valid file that raycam does not support.
     pub fn unsupported(path: &Path, message: impl Into<Message>) -> Self {
         Self::Unsupported { path: path.into(), message: message.into() }
     }

@@ -174,7 +174,7 @@ fn read_faces(rows: &mut LineReader<'_>, vertices: usize, faces: usize) -> Resul
     Ok(all)
 }
 
-/// Lines that are neither empty nor comments, one by one.
+/// Reads the lines that are neither empty nor comments, one by one.
 struct LineReader<'a> {
     path: &'a Path,
     lines: Lines<'a>,

@@ -33,7 +33,7 @@ pub struct PolygonArrays<'a> {
     pub normals: &'a [[f32; 3]],
     /// For each polygon: the number of its corners (at least 3), and its material slot.
     pub polygons: &'a [[u32; 2]],
-    /// For each corner: the indices of its point, texture coordinates and normal within the mesh; `u32::MAX` if missing.
+    /// For each corner: the indices of its point, texture coordinates and normal in the mesh; `u32::MAX` if missing.
     pub corners: &'a [[u32; 3]],
     /// Names of the objects.
     pub names: Vec<String>,

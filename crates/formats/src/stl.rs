@@ -188,7 +188,7 @@ fn attribute(facet: &[u8; FACET_BYTES]) -> u16 {
     u16::from_le_bytes([facet[48], facet[49]])
 }
 
-/// Linear colour from five bits per channel, the lowest first.
+/// Linear colour from five bits per channel, beginning with the lowest bits.
 fn color_of_bits(bits: u16) -> Rgb {
     [0, 5, 10].map(|shift| linear_from_srgb(f32::from(bits >> shift & 31) / 31.0))
 }

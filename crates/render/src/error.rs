@@ -7,16 +7,16 @@ use raycam_scene::{ErrorCode, Message, SceneError};
 /// what was expected and what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RenderError {
-    /// Invalid settings, regions or arrays.
+    /// The settings, regions or arrays are invalid.
     #[error("{0}")]
     Settings(Message),
-    /// A world with inconsistent parts.
+    /// The parts of the world are inconsistent.
     #[error("{0}")]
     World(Message),
-    /// Texture tiles that cannot be read back from the texture memory's file.
+    /// Texture tiles cannot be read back from the texture memory's file.
     #[error(transparent)]
     Textures(SceneError),
-    /// Geometry for which no BVH can be built.
+    /// No BVH can be built for the geometry.
     #[error("mesh {mesh}: {source}")]
     Build {
         /// Index into the world's meshes.
@@ -59,17 +59,17 @@ pub enum RenderError {
 }
 
 impl RenderError {
-    /// The error of invalid settings, regions or arrays.
+    /// Creates the error of invalid settings, regions or arrays.
     pub fn settings(message: impl Into<Message>) -> Self {
         Self::Settings(message.into())
     }
 
-    /// The error of a world whose parts are inconsistent.
+    /// Creates the error of a world whose parts are inconsistent.
     pub fn world(message: impl Into<Message>) -> Self {
         Self::World(message.into())
     }
 
-    /// The kind of error.
+    /// Returns the code of the error.
     pub fn code(&self) -> ErrorCode {
         match self {
             Self::Settings(message) => message.code_or(ErrorCode::InvalidSettings),

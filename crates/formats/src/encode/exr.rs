@@ -81,8 +81,8 @@ pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
 /// Returns an EXR file of `size` (columns, rows): one part of scan lines, ZIP-compressed. Equal input gives equal
 /// bytes.
 ///
-/// The header always contains `raycam.version` and `raycam.conventions`, and every `(key, value)` of `notes` as strings.
-/// With a camera, it also contains:
+/// The header always contains `raycam.version` and `raycam.conventions`, and every `(key, value)` of `notes`, as
+/// strings. With a camera, it also contains:
 ///
 /// * `raycam.K` and `raycam.R` (m33d, row-major) and `raycam.C` (v3d),
 /// * `raycam.P` (m44d: the 3 x 4 matrix and a row 0 0 0 1),

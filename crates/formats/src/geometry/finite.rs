@@ -3,7 +3,7 @@
 use glam::DVec3;
 use raycam_scene::Mesh;
 
-/// Vertices and faces of a mesh that are not finite.
+/// Numbers of vertices that are not finite, and of triangles that use such vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct NonFinite {
     pub(crate) vertices: usize,
@@ -12,7 +12,7 @@ pub(crate) struct NonFinite {
 }
 
 impl NonFinite {
-    /// Text of a notice about these vertices; `None` if all are finite.
+    /// Text of a notice about vertices that are not finite; `None` if all vertices are finite.
     pub(crate) fn message(self) -> Option<String> {
         let Self { vertices, triangles } = self;
         match (vertices, triangles) {

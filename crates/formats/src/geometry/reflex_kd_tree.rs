@@ -11,7 +11,7 @@ pub(crate) struct ReflexKdTree {
     order: Vec<u32>,
     /// Index in `order` of each point.
     position: Vec<u32>,
-    /// Node; its two children are adjacent.
+    /// Nodes of the tree; the two children of a node are adjacent.
     nodes: Vec<KdNode>,
     marked: Vec<bool>,
 }

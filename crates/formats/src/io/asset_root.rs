@@ -25,7 +25,7 @@ pub struct AssetRoot {
     named: PathBuf,
     /// If the user named a link: the folder of the link's target, with links resolved.
     target: Option<PathBuf>,
-    /// Names in folders that have been searched.
+    /// Names of the files in each folder that has been searched.
     listings: HashMap<PathBuf, Vec<OsString>>,
     /// Number of files that have been searched for.
     searches: usize,
@@ -42,9 +42,9 @@ pub struct AssetRoot {
     pub(crate) uses_alpha_as_written: bool,
 }
 
-/// Name of a file that does not exist.
+/// Reason why a file cannot be read from the root.
 enum Fault {
-    /// Reason why the name is refused.
+    /// The name is refused, for this reason.
     Refused(String),
     Io(FormatError),
 }
@@ -53,7 +53,7 @@ enum Fault {
 const PARALLEL_READ_THRESHOLD: u64 = 4 << 20;
 /// Number of bytes that one thread reads at a time.
 const READ_CHUNK: usize = 1 << 20;
-/// Maximum number of files per world that are searched for under names that differ from the written name.
+/// Maximum number of files per world that are searched for under other names than the written name.
 const MAX_SEARCHES: usize = 1000;
 /// Maximum number of names in a folder that a search examines.
 const MAX_LISTED: usize = 10_000;

@@ -114,7 +114,7 @@ pub(crate) fn read_exact_at(file: &File, bytes: &mut [u8], start: u64) -> io::Re
     })
 }
 
-/// Never called without [`HAS_POSITIONED_READ`].
+/// Exists only for compilation: never called without [`HAS_POSITIONED_READ`].
 #[cfg(not(unix))]
 pub(crate) fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
@@ -130,7 +130,7 @@ pub(crate) fn file_changed_error() -> io::Error {
 mod tests {
     use super::*;
 
-    /// The same bytes in memory and on disk, in a file named after the test, because tests run in parallel.
+    /// Tests the same bytes in memory and on disk. The file is named after the test, because tests run in parallel.
     fn both(name: &str, test: impl Fn(&ByteSource<'_>, &[u8])) {
         let bytes: Vec<u8> = (0..70_000_u64).map(|i| ((i * i) >> 7) as u8).collect();
         let name = format!("raycam-{name}-{}", std::process::id());

@@ -53,7 +53,7 @@ fn group_parts(obj: &Obj, runs: Vec<RunRange>) -> Vec<(String, Vec<RunRange>)> {
     parts
 }
 
-/// Builds the part that has this name and these polygons.
+/// Builds the part with this name and these polygons.
 pub(crate) fn build_part(
     obj: &mut Obj,
     name: String,

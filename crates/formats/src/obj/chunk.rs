@@ -20,7 +20,7 @@ pub(crate) struct TextChunk<'a> {
     pub(crate) lines_before: usize,
 }
 
-/// Error with its line.
+/// Line number, and the error in this line.
 pub(crate) type LineError = (usize, Message);
 
 /// Statements of a piece of text. Lines are numbered as in the file; all indices start at 0 at the beginning of the
@@ -235,7 +235,7 @@ impl Chunk {
         }
     }
 
-    /// Number of a smoothing group; 0 means no smoothing group.
+    /// Reads the number of a smoothing group; 0 means no smoothing group.
     fn smoothing_group(&mut self, line: usize, rest: &[u8]) -> u32 {
         let word = Words(rest).next().unwrap_or_default();
         match word {
@@ -253,7 +253,7 @@ impl Chunk {
         }
     }
 
-    /// `#MRGB`: hexadecimal mask, red, green and blue of up to 64 vertices, as written by ZBrush.
+    /// Reads `#MRGB`: hexadecimal mask, red, green and blue of up to 64 vertices, as written by ZBrush.
     fn polypaint(&mut self, line: usize, rest: &[u8]) {
         let digits = lexer::trim(rest);
         let digit = |byte: u8| (byte as char).to_digit(16);
@@ -271,7 +271,7 @@ impl Chunk {
         }
     }
 
-    /// `v x y z`, `v x y z w`, `v x y z r g b` or `v x y z r g b a`.
+    /// Reads a vertex: `v x y z`, `v x y z w`, `v x y z r g b` or `v x y z r g b a`.
     fn vertex(&mut self, line: usize, rest: &[u8]) -> Result<(), LineError> {
         let mut values = [0.0; 7];
         let mut count = 0;
@@ -341,7 +341,7 @@ impl Chunk {
         Ok(())
     }
 
-    /// Index from 0; in the file indices count from 1, or backwards from -1.
+    /// Reads an index and converts it to count from 0; in the file, indices count from 1, or backwards from -1.
     fn index(&mut self, line: usize, kind: usize, word: &[u8]) -> Result<u32, LineError> {
         let value = lexer::integer(word).ok_or_else(|| {
             let message = format!("f: {} is not an index", lexer::for_message(word));

@@ -45,13 +45,13 @@ pub(crate) struct MtlMaterial {
 }
 
 impl MtlMaterial {
-    /// Material with only a (linear) colour and an opacity.
+    /// Creates a material with only a linear colour and an opacity.
     pub(crate) fn plain(name: &[u8], color: Rgb, opacity: f32) -> Self {
         let share = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
         Self { diffuse: Some(color.map(share)), opacity: share(opacity), ..Self::with_defaults(name) }
     }
 
-    /// Material with the values that apply if no statement sets them.
+    /// Creates a material with the values that apply if no statement sets them.
     fn with_defaults(name: &[u8]) -> Self {
         Self {
             name: name.into(),
@@ -168,7 +168,7 @@ impl MtlMaterial {
         }
     }
 
-    /// Values of the physically based keys; by default, the material is rough and not metallic.
+    /// Values of the physically based keys; initially, the material is rough and not metallic.
     fn principled_mut(&mut self) -> &mut Principled {
         self.principled.get_or_insert_with(|| Principled {
             metallic: 0.0.into(),

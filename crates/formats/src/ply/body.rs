@@ -98,7 +98,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Next value of the row. All types fit into a float64.
+    /// Reads the next value of the row. All types fit into a float64.
     pub(crate) fn value(&mut self, kind: ScalarType) -> Result<f64> {
         match &mut self.source {
             RowSource::Text { words, .. } => {
@@ -126,7 +126,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Next values of the row.
+    /// Reads the next values of the row.
     pub(crate) fn values(&mut self, kind: ScalarType, count: usize, values: &mut Vec<f64>) -> Result<()> {
         if let RowSource::Binary { bytes, at, big_endian } = &mut self.source {
             let size = kind.bytes();
@@ -144,7 +144,7 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// Next bytes of a binary file, if there are `count`, and true for big-endian numbers.
+    /// The next `count` bytes of a binary file, if the file has as many, and true for big-endian numbers.
     pub(crate) fn peek(&self, count: usize) -> Option<(ByteSource<'_>, bool)> {
         let RowSource::Binary { bytes, at, big_endian } = &self.source else { return None };
         let end = at.checked_add(count).filter(|&end| end <= bytes.len())?;
@@ -159,14 +159,14 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Skips bytes that were examined by [`ahead`](Self::ahead).
+    /// Skips bytes that were examined by [`peek`](Self::peek).
     pub(crate) fn skip(&mut self, count: usize) {
         if let RowSource::Binary { at, .. } = &mut self.source {
             *at += count;
         }
     }
 
-    /// Length of a list.
+    /// Reads the length of a list.
     pub(crate) fn length(&mut self, kind: ScalarType) -> Result<usize> {
         let length = self.value(kind)?;
         // The items are read one by one, so that a declared length alone takes no memory.

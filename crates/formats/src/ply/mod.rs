@@ -60,7 +60,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
 /// Number of bytes that must be in memory: the header of a binary file, if the file's length matches rows of vertices
 /// and triangles. If a row turns out to have another length, the rest of the file is also read.
 pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
-    /// Maximum length of such a header and row.
+    /// Maximum number of bytes in which the header must end, and maximum length of a row in bytes.
     const HEADER: u64 = 1 << 14;
     const ROW: usize = 256;
     let mut head = Vec::new();
@@ -88,14 +88,14 @@ struct Ply<'a> {
     declared: usize,
     mesh: Mesh,
     polygons: Polygons,
-    /// Replaces polygons if all faces are plain triangles.
+    /// Used instead of `polygons` if all faces are plain triangles.
     triangles: Vec<[u32; 3]>,
     face_colors: Option<Vec<Rgb>>,
     corner_uvs: Vec<[f32; 2]>,
-    /// Index in `corner_uvs`, by the bits of the coordinates.
+    /// Index in `corner_uvs` of each pair of texture coordinates, by the bits of the coordinates.
     known_uvs: HashMap<[u32; 2], u32>,
     translucent: bool,
-    /// Number of each polygon's image, if faces have images.
+    /// For each polygon: the number of its image, if faces have images.
     images: Option<Vec<i64>>,
     odd: Diagnostics,
     /// Ignored columns and elements.
@@ -222,7 +222,7 @@ impl<'a> Ply<'a> {
         Ok(())
     }
 
-    /// Triangle strips; -1 starts another strip.
+    /// Reads triangle strips; -1 starts another strip.
     fn strips(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         let columns = Columns::new(element);
         if self.has_faces() {

@@ -87,7 +87,7 @@ impl PathTracer<'_> {
     }
 }
 
-/// The fog in front of an unlit image: every object is as bright as its base colour, and media as their albedos.
+/// Adds the fog in front of an unlit image: every object is as bright as its base colour, and media as their albedos.
 pub(super) fn fade_unlit(
     media: &MediaMap,
     geometry: &Geometry,

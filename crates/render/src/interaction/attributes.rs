@@ -51,7 +51,7 @@ impl Geometry {
         self.base_color_with(self.material(hit), hit, footprint)
     }
 
-    /// [`Geometry::base_color`] with a known material.
+    /// Same as [`Geometry::base_color`], with a known material.
     #[inline]
     pub(crate) fn base_color_with(
         &self,

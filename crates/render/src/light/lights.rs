@@ -282,7 +282,7 @@ impl Lights {
         )
     }
 
-    /// For each ray, false only if it misses every light that rays can hit.
+    /// Sets `out` for each ray: false only if the ray misses every light that rays can hit.
     pub fn may_intersect_any<const N: usize>(
         &self,
         from: &Vec3xN<f64, N>,

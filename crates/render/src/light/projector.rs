@@ -133,7 +133,7 @@ impl ProjectorLight {
         self.bounds
     }
 
-    /// Scene-local position.
+    /// Scene-local position of the projector.
     pub fn position(&self) -> DVec3 {
         self.position
     }

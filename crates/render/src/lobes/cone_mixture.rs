@@ -109,9 +109,9 @@ impl<const N: usize> ConeMixture<N> {
         densities
     }
 
-    /// Sets cone `k` of every lane, and the weight that the cone would have alone, times `weight`. Returns each
-    /// [`TargetCone::max_fraction`]. The arrays are local until they are full, because loops that write into `self`
-    /// while reading the interactions are not vectorised.
+    /// Sets cone `k` of every lane. The weight of the cone is the weight that it would have as the only cone, times
+    /// `weight`. Returns each [`TargetCone::max_fraction`]. The arrays are local until they are full, because loops
+    /// that write into `self` while reading the interactions are not vectorised.
     #[inline(always)]
     pub fn set_cones(
         &mut self,

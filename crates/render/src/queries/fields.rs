@@ -145,7 +145,8 @@ enum ColumnPart<'a> {
 pub(super) struct ColumnsPart<'a>(Vec<(Field, ColumnPart<'a>)>);
 
 impl ColumnsPart<'_> {
-    /// Writes the fields of hits. The values of hit i are written to position `order[i]`, or to position `first + i`.
+    /// Writes the fields of hits. The values of hit i are written to position `order[i]` or, without an order, to
+    /// position `first + i`.
     pub(super) fn write<'h>(
         &mut self,
         geometry: &Geometry,

@@ -229,7 +229,7 @@ fn trace_moments<T: Send>(
     Ok(parts?.into_iter().flatten().collect())
 }
 
-/// Ranges of equal numbers; 0.0 equals -0.0.
+/// Ranges of consecutive times that are equal; 0.0 equals -0.0.
 fn equal_runs(times: &[f64]) -> Vec<Range<usize>> {
     let mut end = 0;
     let runs = times.chunk_by(|a, b| a == b).map(|run| {

@@ -57,8 +57,8 @@ impl PiecewiseConstant2D {
         })
     }
 
-    /// Samples points by random numbers, of which there may be fewer than lanes: returns the column coordinate u in
-    /// 0..=1 and the cosine of the zenith angle. The function runs stage by stage over all lanes, so that each stage
+    /// Samples points by random numbers, of which there may be fewer than lanes: sets the column coordinates `u`, from
+    /// 0 to 1, and the cosines of the zenith angle. The function runs stage by stage over all lanes, so that each stage
     /// prefetches the data that the next stage reads.
     #[inline(always)]
     pub fn sample_many<const N: usize>(&self, random: &[[f32; 2]], u: &mut [f64; N], cos_theta: &mut [f64; N]) {

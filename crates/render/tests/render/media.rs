@@ -18,7 +18,7 @@ fn clear(ior: f64, priority: i32) -> Material {
     matter(glass, priority)
 }
 
-/// A wide slab between two heights.
+/// Adds a wide slab between two heights.
 fn slab(world: &mut World, material: Material, low: f64, high: f64) {
     let mesh = primitive::box_([2e3, 2e3, high - low]).unwrap();
     let place = DAffine3::from_translation(DVec3::new(0.0, 0.0, (low + high) / 2.0));

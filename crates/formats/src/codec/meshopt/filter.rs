@@ -63,7 +63,7 @@ fn each<T: Copy, const N: usize>(
     Ok(())
 }
 
-/// 1.0 as a signed integer with this number of bits: all bits are set except the sign.
+/// True if all bits below the sign bit of some signed integer type are set, as in an encoded 1.0.
 fn is_one(value: i32) -> bool {
     value > 0 && (value + 1).count_ones() == 1
 }

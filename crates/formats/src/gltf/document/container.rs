@@ -19,7 +19,7 @@ const MAGIC: &[u8; 4] = b"glTF";
 const JSON: &[u8; 4] = b"JSON";
 const BIN: &[u8; 4] = b"BIN\0";
 
-/// Byte ranges of the parts of a file.
+/// Byte ranges of the document and of the binary chunk in a file.
 pub(crate) struct Container {
     pub(crate) json: Range<usize>,
     /// Bytes of the buffer that has no URI: the binary chunk of a GLB file.
@@ -44,7 +44,7 @@ pub(crate) fn head(mut file: &File, size: u64) -> Option<u64> {
 }
 
 impl Container {
-    /// True for a GLB file, by its magic number.
+    /// Opens a GLB file, which is recognised by its magic number, or a JSON file.
     pub(crate) fn open(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<Self> {
         let bytes = &source.bytes;
         if bytes.starts_with(MAGIC) {
@@ -65,7 +65,7 @@ impl Container {
         Ok(Self { json: start..bytes.len(), binary: None })
     }
 
-    /// Chunks of a GLB file of `length` bytes.
+    /// Finds the chunks of a GLB file of `length` bytes.
     fn from_chunks(source: &InputFile, length: usize, diagnostics: &mut Diagnostics) -> Result<Self> {
         let InputFile { path, bytes, .. } = source;
         let fault = |code: ErrorCode, at: usize, message: &str| Err(FormatError::byte(path, at, code.message(message)));
@@ -111,7 +111,7 @@ impl Container {
         }
     }
 
-    /// Document: JSON text of a supported glTF version.
+    /// Parses the document: JSON text of a supported glTF version.
     pub(crate) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root> {
         let text = std::str::from_utf8(&bytes[self.json.clone()]).map_err(|error| {
             let at = self.json.start + error.valid_up_to();
@@ -190,7 +190,7 @@ struct AnyVersion {
 
 #[derive(Deserialize)]
 struct AnyAsset {
-    /// A string in 2.0, a number in drafts of 1.0.
+    /// The version: a string in glTF 2.0, a number in drafts of glTF 1.0.
     version: serde_json::Value,
 }
 

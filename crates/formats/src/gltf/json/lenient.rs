@@ -24,7 +24,7 @@ impl<'de, T: DeserializeOwned> Deserialize<'de> for Lenient<T> {
     }
 }
 
-/// The JSON reader's text in the words of JSON instead of Rust's types.
+/// Replaces Rust's types by JSON's terms in a message of the JSON reader.
 pub(crate) fn json_words(text: &str) -> String {
     let (found, expected) = text.split_once(", expected ").unwrap_or((text, ""));
     let found = found

@@ -15,7 +15,7 @@ use crate::gltf::mesh::tangent;
 use crate::gltf::mesh::vertex_window::VertexWindow;
 use crate::io::{AssetRoot, Diagnostics, parallel};
 
-/// Primitive of triangles.
+/// Mesh of a primitive that consists of triangles.
 pub(crate) struct PrimitiveMesh {
     pub(crate) mesh: Mesh,
     pub(crate) material: Option<usize>,
@@ -171,7 +171,7 @@ impl PrimitiveReader<'_> {
         Ok((positions.into_iter().map(DVec3::from_array).collect(), finite))
     }
 
-    /// Normals, texture coordinates and tangents.
+    /// Reads normals, texture coordinates and tangents.
     fn shading_attributes(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<()> {
         if let Some(normals) = window.elements("NORMAL")? {
             let unit = |normal| Vec3::from_array(normal).normalize_or_zero().to_array();
@@ -196,7 +196,7 @@ impl PrimitiveReader<'_> {
         Ok(())
     }
 
-    /// Vertex colours and opacities.
+    /// Reads vertex colours and opacities.
     fn colors(&mut self, window: &VertexWindow<'_>, mesh: &mut Mesh) -> Result<()> {
         let (document, place) = (self.document, self.place);
         if window.source.has("COLOR_1") {

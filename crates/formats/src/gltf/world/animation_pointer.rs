@@ -130,7 +130,7 @@ pub(crate) const LIGHT_PROPERTIES: &[(&str, LightProperty)] = &[
     ("spot/outerConeAngle", LightProperty::OuterAngle),
 ];
 
-/// Splits a path into an index and the remaining path.
+/// Splits a path into its leading index and the remaining path.
 fn split_index(rest: &str) -> Option<(usize, &str)> {
     let (number, rest) = rest.split_once('/')?;
     Some((number.parse().ok()?, rest))
@@ -172,7 +172,7 @@ fn property(path: &str) -> Option<MaterialProperty> {
 }
 
 impl Builder<'_, '_> {
-    /// Materials that channels animate, in their rest state.
+    /// Materials that channels animate; each material is in its rest state.
     pub(crate) fn animated_materials(&self, targets: impl Iterator<Item = AnimationTarget>) -> Vec<AnimatedMaterial> {
         let mut moving: Vec<AnimatedMaterial> = Vec::new();
         for target in targets {

@@ -15,7 +15,7 @@ pub(crate) const NON_NEGATIVE: [f64; 2] = [0.0, f32::MAX as f64];
 const UNIT_INTERVAL: [f64; 2] = [0.0, 1.0];
 
 impl Builder<'_, '_> {
-    /// All materials: first the document's materials in order, then the default material.
+    /// Adds all materials of the document to the world, in order.
     pub(crate) fn materials(&mut self) -> Result<()> {
         let document = self.document;
         for (i, json) in document.root.materials.iter().enumerate() {
@@ -240,7 +240,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// Factor in 0..=1 with its texture: `placeFactor` and `placeTexture`.
+    /// Factor in 0..=1 with its texture, which the file contains as `placeFactor` and `placeTexture`.
     fn textured_factor(
         &mut self,
         place: &str,

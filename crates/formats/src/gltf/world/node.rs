@@ -17,7 +17,7 @@ use crate::gltf::world::builder::ImportedMesh;
 /// Place of the list of material variants in the document.
 const VARIANTS: &str = "extensions.KHR_materials_variants.variants";
 
-/// Node tree: the indices of the nodes, parents before children, and the parent of each node.
+/// Order of the node tree: the indices of the nodes, parents before children, and the parent of each node.
 struct NodeOrder {
     order: Vec<usize>,
     parents: Vec<Option<usize>>,
@@ -241,7 +241,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// `KHR_materials_variants`: the materials of an object in each variant.
+    /// Sets the materials of an object in each variant (`KHR_materials_variants`).
     fn apply_variants(&mut self, object: usize, node: &Node, imported: &ImportedMesh) -> Result<()> {
         let document = self.document;
         let mesh = node.mesh.and_then(|mesh| document.root.meshes.get(mesh));
@@ -318,7 +318,8 @@ fn normalize_quaternion(xyzw: [f64; 4]) -> Option<DQuat> {
 }
 
 impl Document<'_> {
-    /// Tree of nodes: each node has at most one parent, and no node is its own ancestor.
+    /// Validates the tree of nodes, and returns its order: each node has at most one parent, and no node is its own
+    /// ancestor.
     fn node_order(&self) -> Result<NodeOrder> {
         let nodes = &self.root.nodes;
         let mut parents = vec![None; nodes.len()];
@@ -377,7 +378,7 @@ impl Document<'_> {
         Ok(Transform::Trs { translation, rotation, scale })
     }
 
-    /// Weights of a node's morph targets: its own, otherwise its mesh's, otherwise 0.
+    /// Weights of a node's morph targets: the node's own weights, otherwise the mesh's weights, otherwise 0.
     fn weights(&self, node: &Node) -> Vec<f32> {
         let mesh = node.mesh.and_then(|mesh| self.root.meshes.get(mesh));
         let targets = mesh.into_iter().flat_map(|mesh| &mesh.primitives);

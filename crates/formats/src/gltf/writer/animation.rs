@@ -16,7 +16,7 @@ use crate::gltf::writer::binary::BufferTarget;
 use crate::gltf::writer::document::Writer;
 
 impl Writer<'_> {
-    /// All animations of the written tree.
+    /// Writes all animations of the node tree.
     pub(super) fn animations(&mut self, rig: &NodeTree) {
         for animation in &rig.animations {
             let (mut samplers, mut channels) = (Vec::new(), Vec::new());
@@ -75,7 +75,7 @@ impl Writer<'_> {
         json!({ "input": input, "output": output, "interpolation": interpolation })
     }
 
-    /// Targets of a channel; lights and cameras may have several.
+    /// Targets of a channel in the file; lights and cameras may have several.
     fn channel_targets(&mut self, target: AnimationTarget, rig: &NodeTree) -> Vec<Value> {
         let node = |node: usize, path: &str| vec![json!({ "node": node, "path": path })];
         let pointers = match target {

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::gltf::writer::document::Writer;
 
-/// Light of the document: its pose and its index.
+/// Light in the document: its index and its pose.
 pub(super) struct PlacedLight {
     pub(super) index: usize,
     pub(super) world_from_node: DAffine3,

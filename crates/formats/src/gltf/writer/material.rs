@@ -183,7 +183,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Returns `keyFactor` and `keyTexture`.
+    /// Writes `keyFactor` and `keyTexture`.
     fn textured(
         &mut self,
         json: &mut Object,
@@ -205,7 +205,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Normal map that represents the slopes of a height map. Heights are in units of a texel.
+    /// Writes a normal map that represents the slopes of a height map. Heights are in units of a texel.
     fn normals_of_heights(&mut self, json: &mut Object, key: &str, map: &HeightMap) -> Result<()> {
         let world = self.world;
         let heights = &world.textures[map.texture.texture];
@@ -217,7 +217,8 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// One texture for metalness (blue) and roughness (green). If these are in two textures, a new texture is composed.
+    /// Writes one texture for metalness (blue) and roughness (green). If these are in two textures, a new texture is
+    /// composed.
     fn metallic_roughness(&mut self, json: &mut Object, name: &str, principled: &Principled) -> Result<()> {
         const KEY: &str = "metallicRoughnessTexture";
         let (metallic, roughness) = (principled.metallic, principled.roughness);
@@ -245,7 +246,8 @@ impl Writer<'_> {
         self.texture(json, KEY, Some(slot), Data)
     }
 
-    /// Texture with the green channel of one image and the blue channel of another; 1 for a missing image.
+    /// Composes and writes a texture with the green channel of one image and the blue channel of another; a missing
+    /// image counts as 1.
     fn pack_metallic_roughness(
         &mut self,
         json: &mut Object,
@@ -285,7 +287,7 @@ fn factor(json: &mut Object, key: &str, value: f32, default: f32) {
     }
 }
 
-/// Colour, if any component differs from the default.
+/// Writes a colour if any component differs from the default.
 fn color3(json: &mut Object, key: &str, value: [f32; 3], default: f32) {
     if value != [default; 3] {
         json.insert(key.into(), shortest_f32s(&value));

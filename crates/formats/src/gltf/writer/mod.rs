@@ -131,7 +131,7 @@ impl Writer<'_> {
     }
 }
 
-/// Both chunks of a GLB file, padded to 4 bytes (chapter 4).
+/// Returns a GLB file with both chunks, each padded to 4 bytes (chapter 4).
 fn container(mut text: Vec<u8>, mut bytes: Vec<u8>) -> Result<Vec<u8>> {
     text.resize(text.len().next_multiple_of(4), b' ');
     bytes.resize(bytes.len().next_multiple_of(4), 0);

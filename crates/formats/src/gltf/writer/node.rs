@@ -85,7 +85,8 @@ impl Writer<'_> {
         None
     }
 
-    /// Nodes of the tree, with equal indices, and the objects, lights and cameras that are attached to them.
+    /// Writes the nodes of the tree, with the same indices as in the tree, and the objects, lights and cameras that are
+    /// attached to them.
     fn tree(&mut self, rig: &NodeTree, done: &mut [Vec<bool>; 3], roots: &mut Vec<usize>) {
         let nodes = rig.nodes.iter().map(|node| self.node_keys(node)).collect();
         let mut nodes = NodeList { nodes, below: Vec::new() };
@@ -124,7 +125,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Transform and visibility of a node.
+    /// JSON keys for the transform and the visibility of a node.
     fn node_keys(&mut self, node: &Node) -> Map<String, Value> {
         let mut json = match &node.transform {
             Transform::Trs { translation, rotation, scale } => transform::parts(*translation, *rotation, *scale),

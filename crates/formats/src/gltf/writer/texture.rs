@@ -14,14 +14,14 @@ use crate::gltf::writer::number::shortest_f32;
 use raycam_scene::ColorUse;
 
 impl Writer<'_> {
-    /// Reference to a texture of the world.
+    /// JSON of a reference to a texture of the world.
     pub(super) fn texture_info(&mut self, slot: &TextureSlot, color_use: ColorUse) -> Result<Map<String, Value>> {
         // A material's textures exist, because the world has been validated.
         let texture = self.world.textures[slot.texture].clone();
         self.image_info(&texture.image, texture.sampler, slot, color_use)
     }
 
-    /// Reference to an image, with the lookup options of a slot.
+    /// JSON of a reference to an image, with the lookup options of a slot.
     pub(super) fn image_info(
         &mut self,
         image: &Arc<Image>,

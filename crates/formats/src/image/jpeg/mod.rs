@@ -170,7 +170,7 @@ impl SegmentState {
         Ok(length)
     }
 
-    /// Missing data at the end of the file.
+    /// Determines the data that is missing at the end of the file.
     fn finished(&self) -> Result<MissingData, String> {
         if self.frame.is_none() {
             return match self.scans {
