@@ -41,17 +41,17 @@ pub(crate) fn rows<'a, T: Element, const N: usize>(
     rows.ok_or_else(|| settings_error(format!("{name}: expected a C-contiguous array [..., {N}]")))
 }
 
-/// Returns a 3 x 3 matrix.
+/// Converts rows to a 3 x 3 matrix.
 pub(crate) fn matrix3(m: [[f64; 3]; 3]) -> DMat3 {
     DMat3::from_cols_array_2d(&m).transpose()
 }
 
-/// Returns the rows of a 3 x 3 matrix.
+/// Converts a 3 x 3 matrix to its rows.
 pub(crate) fn rows_of(m: DMat3) -> [[f64; 3]; 3] {
     m.transpose().to_cols_array_2d()
 }
 
-/// Returns a point or vector.
+/// Converts three coordinates to a point or vector.
 pub(crate) fn vector(v: [f64; 3]) -> DVec3 {
     DVec3::from_array(v)
 }

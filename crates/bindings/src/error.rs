@@ -83,9 +83,9 @@ pub(crate) trait IntoPyErr {
     fn into_py_err(self) -> PyErr;
 }
 
-/// Returns the value of a result, or raises the exception of its error.
+/// Conversion of a result to its value or to a Python exception.
 pub(crate) trait OrRaise<T> {
-    /// Raises the error.
+    /// Returns the value, or raises the error as a Python exception.
     fn or_raise(self) -> PyResult<T>;
 }
 

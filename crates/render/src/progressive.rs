@@ -1,4 +1,4 @@
-//! Progressive frame: samples are added in slices while someone is watching.
+//! Progressive frame: samples are added in slices while the image is shown.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

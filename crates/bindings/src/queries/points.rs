@@ -63,7 +63,7 @@ pub(crate) fn world_closest_points<'py>(world: &Bound<'py, World>, query: PointA
     Ok(dict)
 }
 
-/// Returns the distance of each point.
+/// Returns the distance of each point to the nearest selected object.
 #[pyfunction]
 pub(crate) fn world_distance<'py>(world: &Bound<'py, World>, query: PointArguments<'py>) -> ArrayResult<'py, f64> {
     let (arrays, threads) = (query.arrays()?, query.threads);
@@ -72,7 +72,7 @@ pub(crate) fn world_distance<'py>(world: &Bound<'py, World>, query: PointArgumen
     })
 }
 
-/// Returns the distance of each point, negative inside.
+/// Returns the distance of each point to the nearest selected object; negative inside the object.
 #[pyfunction]
 pub(crate) fn world_signed_distance<'py>(
     world: &Bound<'py, World>,

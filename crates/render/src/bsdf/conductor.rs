@@ -1,4 +1,4 @@
-//! Conductors by their complex index of refraction.
+//! Layers of conductors, which are described by a complex index of refraction.
 
 use glam::Vec3;
 use raycam_scene::Metal;

@@ -15,7 +15,7 @@ pub(crate) fn eta(glass: &Glass, hit: &MaterialHit) -> f32 {
     eta_of_side(glass, hit.is_front, hit.channel, hit.outside_ior)
 }
 
-/// Same as [`eta`], for the front or the back of a surface, a colour channel and the index of refraction outside.
+/// Same as [`eta`], for a given side of the surface, colour channel and index of refraction outside.
 pub(crate) fn eta_of_side(glass: &Glass, is_front: bool, channel: Option<usize>, outside_ior: f32) -> f32 {
     let ior = ior_of_channel(glass.ior, glass.dispersion, channel);
     match (glass.thin, is_front) {

@@ -107,7 +107,7 @@ impl BsdfModel for Diffuse<'_> {
     }
 }
 
-/// Samples the cosine-weighted hemisphere of every lane.
+/// Samples a direction of the cosine-weighted hemisphere for every lane.
 pub(crate) struct SampleCosineHemisphere<'a, const N: usize> {
     pub normals: &'a Vec3xN<f32, N>,
     pub random: &'a [[f32; N]; 2],

@@ -18,13 +18,13 @@ use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
 use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf};
 
-/// Number of lobes, and their indices in `lobe_probabilities`.
+/// Number of lobes. The constants below are the lobes' indices in `lobe_probabilities`.
 pub(crate) const LOBE_COUNT: usize = 5;
-/// The interface. For a rough interface that refracts, this is both reflection and refraction.
+/// Lobe of the interface; for a rough interface that refracts, both reflection and refraction.
 pub(crate) const SPECULAR: usize = 0;
 pub(crate) const DIFFUSE_REFLECTION: usize = 1;
 pub(crate) const DIFFUSE_TRANSMISSION: usize = 2;
-/// Refraction at a smooth interface.
+/// Lobe of refraction at a smooth interface.
 pub(crate) const REFRACTION: usize = 3;
 pub(crate) const COAT: usize = 4;
 
@@ -262,13 +262,13 @@ impl<'a> LayeredBsdf<'a> {
         BsdfEval { value, pdf }
     }
 
-    /// Diffuse base of albedo 1, times the cosine of `wi`, which must lie above the surface.
+    /// Value of a diffuse base of albedo 1, times the cosine of `wi`, which must lie above the surface.
     fn eval_base(&self, wi: Vec3) -> f32 {
         let from_wi = self.base_transmittance(wi);
         base_lobe(self.base_transmittance, from_wi, self.mean_base_transmittance, wi.z)
     }
 
-    /// Light that leaves after several microfacets, times the cosine of `wi`.
+    /// Value of the light that leaves after several microfacets, times the cosine of `wi`.
     fn eval_multiscatter(&self, wi: Vec3) -> Vec3 {
         self.multiscatter.map_or(Vec3::ZERO, |multiscatter| multiscatter.eval(wi) * self.stack.transmission)
     }

@@ -19,8 +19,8 @@ use crate::lobes::fresnel::Fresnel;
 pub(crate) struct MultiscatterTerms {
     /// Energy loss of light from `wo`.
     pub view_loss: Vec3,
-    /// Sum over both sides of the mean loss, times the side's squared index relative to the viewer's side. At least
-    /// 1e-9.
+    /// Sum over both sides of the mean loss, times the square of the side's index of refraction relative to the
+    /// viewer's side. At least 1e-9.
     pub mean_loss: Vec3,
     /// Fraction of the lost energy that leaves on the viewer's side.
     pub reflected_fraction: f32,

@@ -100,7 +100,7 @@ pub enum Channel {
     Error,
 }
 
-/// Row of the channel table.
+/// A row of the channel table.
 struct ChannelInfo {
     channel: Channel,
     name: &'static str,
@@ -185,7 +185,7 @@ impl Channel {
         !matches!(self, Channel::Color | Channel::Alpha | Channel::Shadow | Channel::Error) && !self.is_pass()
     }
 
-    /// True for a part of the colour.
+    /// True if the channel is a part of the colour.
     pub fn is_pass(self) -> bool {
         use Channel as C;
         let is_lobe = matches!(self, C::Diffuse | C::Specular | C::Volume);

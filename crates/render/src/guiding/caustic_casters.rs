@@ -41,7 +41,7 @@ const MAX_SMOOTH_DIELECTRIC: f32 = 0.35;
 const MAX_ROUGHNESS: f32 = 0.8;
 /// Minimum fraction of all light that a rough caster casts. Lab note: "a fifth of all light", 11-26.
 const MIN_ROUGH_FRACTION: f64 = 0.2;
-/// Minimum weight of a caster. Lab note: "with shares in proportion", 11-26; the floor was not tuned.
+/// Minimum weight of a caster. Lab note: "with shares in proportion", 11-26; this minimum was not tuned.
 const MIN_WEIGHT: f64 = 0.1;
 
 /// Objects of a world that may be caustic casters, largest first.

@@ -58,7 +58,7 @@ pub(crate) struct PathState {
     pub interior_list: InteriorList,
     /// The only colour channel that the path transports after dispersion; `None` before.
     pub wavelength_channel: Option<ColorChannel>,
-    /// Product of the squared relative indices by which refraction has divided the throughput.
+    /// Product of the squared relative indices of refraction by which refraction has divided the throughput.
     pub eta_scale: f32,
     /// Width and spread of the path; used until a rough surface scatters the path.
     pub ray_cone: RayCone,

@@ -14,7 +14,7 @@ use crate::soa::{Vec3xN, get_lane, lane_vec3, set_lane};
 
 /// Maximum number of cones per lane. Path guiding asserts that the cones of all its targets fit.
 pub(crate) const MAX_CONES: usize = 108;
-/// Smallest cone that is sampled: 1 - cosine of the half angle.
+/// 1 - cosine of the half angle of the smallest cone that is sampled.
 const MIN_CONE: f32 = 1e-6;
 
 /// Cone of the directions to a sphere.
@@ -48,9 +48,9 @@ impl TargetCone {
 pub(crate) struct ConeMixture<const N: usize> {
     pub(crate) count: usize,
     pub(crate) axis: [Vec3xN<f32, N>; MAX_CONES],
-    /// 1 - cosine of the half angle.
+    /// For each cone: 1 - cosine of the half angle.
     pub(crate) one_minus_cos: [[f32; N]; MAX_CONES],
-    /// Fraction of the samples in each cone.
+    /// For each cone: the fraction of the samples in this cone.
     pub(crate) weight: [[f32; N]; MAX_CONES],
     /// Fraction of the samples that follow the cosine.
     pub(crate) cosine_weight: [f32; N],

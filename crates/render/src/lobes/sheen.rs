@@ -44,7 +44,7 @@ impl Sheen {
         at(first) + (at(first + 1) - at(first)) * (position - first as f32)
     }
 
-    /// The directional albedo.
+    /// The directional albedo for each colour.
     pub fn albedo_color(&self, cosine: f32) -> Vec3 {
         self.color * self.albedo(cosine).min(1.0)
     }

@@ -59,7 +59,7 @@ pub(crate) struct Geometry {
     pub texture_cache: Option<Arc<TextureCache>>,
 }
 
-/// Scenes that a world builds for many rays, and the count of exact rays that determines when.
+/// Scenes that a world builds for many rays, and the counts of rays that determine when the scenes are built.
 #[derive(Debug, Default)]
 pub(crate) struct OnDemandScenes {
     /// Scene with all instances in one BVH; `None` if it would be too large or too coarse.

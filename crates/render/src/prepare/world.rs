@@ -164,7 +164,7 @@ impl PreparedWorld {
     }
 }
 
-/// Returns the prepared mesh of every object, and builds or refits missing ones.
+/// Returns the prepared mesh of every object, and builds or refits the missing meshes.
 fn instance_meshes(
     world: &World,
     list: MeshList,

@@ -381,7 +381,7 @@ fn is_hit(hit: &ExactHit) -> bool {
     hit.instance != INVALID_ID
 }
 
-/// The value of a hit, or `miss`.
+/// The value of a hit, or `miss` if the ray hits nothing.
 #[inline(always)]
 fn or_miss<'a, const N: usize>(
     miss: f64,
@@ -390,7 +390,7 @@ fn or_miss<'a, const N: usize>(
     move |(ray, hit)| if is_hit(hit) { value(ray, hit) } else { [miss; N] }
 }
 
-/// The value of a float32 hit, or 0 for a miss.
+/// The value of a float32 hit, or 0 if the ray hits nothing.
 #[inline(always)]
 fn or_black<'a, const N: usize>(value: impl Fn(&ExactRay, &Hit) -> [f32; N]) -> impl Fn(RayHit<'a>) -> [f32; N] {
     move |(ray, hit)| if is_hit(hit) { value(ray, &to_float_hit(hit)) } else { [0.0; N] }

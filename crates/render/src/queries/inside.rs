@@ -14,7 +14,7 @@ use crate::queries::tasks::{NS_PER_ALL_HITS_RAY, in_tasks};
 use crate::queries::winding::{chosen_objects, half_line, residual_edges, winding_numbers};
 
 /// Relative rounding error of a placed vertex. It is multiplied by the largest coordinates of the object's box and of
-/// its position.
+/// the object's position.
 const BOX_ERROR: f64 = 32.0 * f64::EPSILON;
 
 /// Rule that decides from an object's crossings whether a point is inside.

@@ -35,9 +35,9 @@ pub struct RayArrays<'a> {
 /// Arithmetic that decides hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kernel {
-    /// Exact signs for the given float64 numbers.
+    /// Hits are decided exactly for the given float64 numbers.
     Exact,
-    /// float32, relative to the centre of the world: faster for coherent rays. Rays start at t = 0.
+    /// Hits are decided in float32, relative to the centre of the world: faster for coherent rays. Rays start at t = 0.
     Float32 {
         /// True if neighbouring rays are similar; `None` lets the query detect this. The value affects only the speed.
         coherent: Option<bool>,

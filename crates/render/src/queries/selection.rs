@@ -32,7 +32,7 @@ pub struct Selection<'a> {
     pub skip: Option<(&'a [i32], &'a [i32])>,
     /// Side of a surface from which rays must come.
     pub facing: Facing,
-    /// First surfaces, or first surfaces that are not transparent.
+    /// Surface at which a ray stops: the first surface, or the first surface that is not transparent.
     pub surface: TruthSurface,
 }
 

@@ -297,7 +297,7 @@ fn spread_bits(mut x: u32) -> u32 {
     (x | x << 1) & 0x5555_5555
 }
 
-/// Low-discrepancy integers: multiples of 2^32 over the golden ratio.
+/// Low-discrepancy sequence of integers: multiples of 2^32 over the golden ratio.
 #[inline(always)]
 fn golden_ratio_sequence(number: u32) -> u32 {
     number.wrapping_mul(0x9e37_79b9)

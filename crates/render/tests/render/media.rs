@@ -42,7 +42,7 @@ fn mean(world: &World, camera: &Camera, samples: u32) -> [f64; 3] {
     })
 }
 
-/// Fresnel reflectance for each polarisation, at an angle in air, between two of a stack of layers.
+/// Fresnel reflectance for each polarisation, between two layers of a stack; the angle is measured in air.
 fn reflectances(degrees: f64, from: f64, to: f64) -> [f64; 2] {
     let cosine = |n: f64| (1.0 - (degrees.to_radians().sin() / n).powi(2)).sqrt();
     let (a, b) = (cosine(from), cosine(to));

@@ -93,7 +93,7 @@ fn coated<'a>(layers: LayerStack<'a>, frame: &ShadingFrame) -> LayerStack<'a> {
 static EXACT: LazyLock<DielectricAlbedo> = LazyLock::new(|| DielectricAlbedo::new(1.5, FresnelModel::Exact));
 static SCHLICK: LazyLock<DielectricAlbedo> = LazyLock::new(|| DielectricAlbedo::new(1.5, FresnelModel::Schlick));
 
-/// A white principled material with a volume, of index 1.5.
+/// A white principled material with a volume and an index of refraction of 1.5.
 fn solid(roughness: f32, front: bool) -> LayerStack<'static> {
     let eta = if front { 1.5 } else { 1.0 / 1.5 };
     let fresnel = Fresnel::Schlick { f0: Vec3::splat(0.04), f90: Vec3::ONE, eta: (!front).then_some(eta) };
