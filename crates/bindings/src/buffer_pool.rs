@@ -1,5 +1,5 @@
-//! Pool of frame buffers that Python no longer references. The first access to new memory takes longer than writing the
-//! pixels.
+//! Pool of frame buffers that Python no longer references. The buffers are reused, because the first access to new
+//! memory takes longer than writing the pixels.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -11,7 +11,7 @@ use raycam_render::{Channel, OutputPlane, PixelType, PlaneData, zeroed_huge};
 
 use crate::arrays::DictResult;
 
-/// Maximum number of bytes kept.
+/// Maximum number of bytes that the pool keeps.
 const MAX_BYTES: usize = 256 << 20;
 /// An array is freed after this number of consecutive renders that do not use the array.
 const MAX_IDLE_RENDERS: u64 = 8;

@@ -101,7 +101,8 @@ impl PolygonArrays<'_> {
         Ok(model)
     }
 
-    /// Meshes as parts, whose materials are the numbers of their slots, and all materials.
+    /// Reads all meshes as parts of one model, and all materials. The material indices of a part are the numbers of its
+    /// slots.
     fn read(&self, folder: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
         let mut model = MeshFile::default();
         assets.uses_alpha_as_written = true;

@@ -71,7 +71,8 @@ pub fn load_within(path: &Path, folder: Option<&Path>, budget: &Budget) -> Resul
     read_world(source, &mut assets)
 }
 
-/// Reads the world in one of the files in memory, like [`load`]; names in it refer only to the other files in memory.
+/// Reads the world in one of the files in memory, like [`load`]; names in the file refer only to the other files in
+/// memory.
 ///
 /// # Errors
 /// Same as [`load`].

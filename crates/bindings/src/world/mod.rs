@@ -234,8 +234,8 @@ impl World {
         self.snapshot().video.as_ref().map(|video| (video.fps(), video.seconds(), video.frame_count()))
     }
 
-    /// Returns `base` as moved by `[video]`. If a camera of the world has the pose of `base` and its own keyframes,
-    /// these keyframes move `base`.
+    /// Returns the camera `base` as moved by `[video]`. If a camera of the world has the pose of `base` and its own
+    /// keyframes, these keyframes move `base`.
     fn video_camera(&self, base: &Camera, time: f64) -> PyResult<Camera> {
         let world = self.snapshot();
         let video = world.video.as_ref().ok_or_else(|| {

@@ -9,7 +9,7 @@ use crate::error::{OrRaise, world_error};
 use crate::interruptible::run_interruptible;
 use crate::world::state::World;
 
-/// Density, friction, restitution and the number of convex parts.
+/// Physical properties of a body: density, friction, restitution and the number of convex parts.
 type PhysicsParts = (f64, f64, f64, u32);
 /// Report about settled bodies: numbers of attempts and steps, remaining penetration and remaining motion.
 type ReportParts = (usize, usize, f64, f64);
@@ -20,7 +20,7 @@ fn properties((density, friction, restitution, parts): PhysicsParts) -> Physics 
 
 /// The report, and the world_from_mesh of each moved object.
 type SettledParts = (ReportParts, Vec<[[f64; 4]; 4]>);
-/// Code and message of an error.
+/// Code and message of an error while bodies settle.
 type Fault = (&'static str, String);
 
 /// Returns the moved objects at rest, or the error's code and message. `target` contains objects, and a flag: if true,

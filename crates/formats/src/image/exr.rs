@@ -80,10 +80,10 @@ fn one_part(file: &mut Decoder<'_>) -> Result<([u32; 2], Vec<ExrChannel>)> {
 
 /// Channels from which an image is read.
 struct ShownChannels {
-    /// The channels red, green and blue, or a single channel three times.
+    /// Names of the channels red, green and blue, or the name of a single channel three times.
     colors: [String; 3],
     alpha: Option<String>,
-    /// True for CIE X, Y and Z.
+    /// True if the channels are CIE X, Y and Z.
     xyz: bool,
 }
 

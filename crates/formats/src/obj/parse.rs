@@ -250,7 +250,8 @@ impl ObjBuilder {
     }
 }
 
-/// Converts colours with values outside 0..=1 to linear, or removes them all; returns a description.
+/// Converts colours with values outside 0..=1 to linear, or removes them all; returns the code of a notice and a
+/// description of the change.
 fn settle_colors(colors: &mut Vec<Rgb>, bounds: ColorBounds) -> (NoticeCode, &'static str) {
     if bounds.is_nearly_unit() {
         colors.as_flattened_mut().iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));

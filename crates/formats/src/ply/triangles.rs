@@ -43,8 +43,8 @@ pub(crate) fn read(
     Some(triangles)
 }
 
-/// Layout of such an element in a binary file: bytes of a row before the list, type of the length, and bytes per row of
-/// one triangle.
+/// Layout of an element whose rows are triangles, in a binary file: bytes of a row before the list, type of the list's
+/// length, and bytes per row of one triangle.
 fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, ScalarType, usize)> {
     let (mut before, mut list, mut stride) = (0, None, 0);
     for (property, role) in element.properties.iter().zip(columns.roles()) {

@@ -2,8 +2,8 @@
 //!
 //! One lobe on each side returns the energy that one microfacet loses (C. Kulla and A. Conty, "Revisiting Physically
 //! Based Shading at Imageworks", 2017). Detailed balance divides this energy between the sides. Let a be the loss by
-//! direction, A its mean, and n the index of a side. For directions v and l on any sides, light from v to l is then
-//! a(v) a(l) n(l)^2 / sum(n^2 A). This is reciprocal and lossless.
+//! direction, A its mean, and n the index of refraction of a side. For directions v and l on any sides, light from v to
+//! l is then a(v) a(l) n(l)^2 / sum(n^2 A). This is reciprocal and lossless.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -30,7 +30,7 @@ pub(crate) struct MultiscatterTerms {
 
 impl MultiscatterTerms {
     /// Creates the lobes from the loss of light from `wo`, and the mean losses on the viewer's side and on the far
-    /// side. `eta` is the index of the far side relative to the viewer's side.
+    /// side. `eta` is the index of refraction of the far side relative to the viewer's side.
     #[inline(always)]
     pub fn new(view_loss: Vec3, [near, far]: [Vec3; 2], eta: f32) -> Self {
         let mean_loss = near + far * (eta * eta);

@@ -53,11 +53,11 @@ pub enum Channel {
     /// Index of the material in the world. Background: -1.
     Material,
     /// Fraction of the pixel's samples that hit the same object as the centre ray; the background counts as an object.
-    /// 1 is a pure pixel. The setting `surface` chooses first or solid surfaces.
+    /// The value is 1 if the pixel shows only one object. The setting `surface` chooses first or solid surfaces.
     Coverage,
     /// Fraction of the pixel's samples, weighted by the filter, that hit a surface. With
-    /// [`crate::Settings::transparent`] the colour is premultiplied by alpha. Partly opaque surfaces count in
-    /// proportion to their opacity, mirrors and glass fully.
+    /// [`crate::Settings::transparent_background`] the colour is premultiplied by alpha. Partly opaque surfaces count
+    /// in proportion to their opacity, mirrors and glass fully.
     Alpha,
     /// Fraction of each colour's light that shadow catchers leave to the background; 1 without a shadow. A single frame
     /// always has 1, because the channel is a ratio of two frames.
@@ -66,8 +66,8 @@ pub enum Channel {
     /// Background: the fraction along an infinite ray, 1 without fog.
     Transmittance,
     /// Light that reaches the camera without any scattering: emissive and unlit surfaces, lamps and the environment.
-    /// With `direct` and `indirect`, and with `diffuse`, `specular` and `volume`, the sum is the colour. In the
-    /// integrators `flat` and `ao`, all of the colour. Background: radiance of the environment.
+    /// With `direct` and `indirect`, and with `diffuse`, `specular` and `volume`, the sum is the colour. With the
+    /// integrators `flat` and `ao`, this channel contains all of the colour. Background: radiance of the environment.
     Emission,
     /// Light that a surface or a medium scatters once. Background: 0, or light that fog scatters.
     Direct,

@@ -1,4 +1,4 @@
-//! Caustic maps: for a receiving point, the region of a caster from which its photons came.
+//! Caustic maps: for a receiving point, the region of a caster from which the point's photons came.
 //!
 //! Photons guide paths (H. W. Jensen, "Importance Driven Path Tracing using the Photon Map", Rendering Techniques
 //! 1995). The space around a caster is divided into cells by direction and distance. A cell stores up to two spheres to

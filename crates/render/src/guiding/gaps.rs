@@ -271,7 +271,8 @@ fn first_balls(arrivals: &[Arrival], lower: DVec3, cell: f64) -> Vec<Ball> {
     balls.collect()
 }
 
-/// Point closest to the segments through a ball, with the radii that contain half, most and almost all of them.
+/// Point closest to the segments through a ball, with the radii that contain half, most and almost all of these
+/// segments.
 fn meeting_point(arrivals: &[Arrival], mut center: DVec3, radius: f64) -> Option<(DVec3, [f64; 3])> {
     let mut distances = vec![];
     for _ in 0..3 {

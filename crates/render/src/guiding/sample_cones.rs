@@ -141,7 +141,8 @@ mod tests {
         PreparedWorld::new(&world, None, None, &Control::new()).unwrap()
     }
 
-    /// Surface interactions of rays that hit the floor from above; the points start with index `first`.
+    /// Surface interactions of rays that hit the floor from above; lane i hits the floor's point with the number `first
+    /// + i`.
     fn places<const N: usize>(world: &PreparedWorld, first: usize) -> SurfaceInteractions<N> {
         let mut places = SurfaceInteractions::<N>::default();
         let corners = places.clear();

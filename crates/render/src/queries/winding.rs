@@ -95,7 +95,7 @@ fn cone_angle(point: [f64; 3], s: DVec3, ends: [DVec3; 2]) -> f64 {
 }
 
 /// Generalised winding number of the selected objects around each point, summed over objects. Mirrored objects keep
-/// their outside. Points that are not finite have 0.
+/// their outside. The winding number around a point that is not finite is 0.
 ///
 /// # Errors
 /// [`RenderError::Cancelled`], and errors of [`crate::thread_pool::with_pool`].

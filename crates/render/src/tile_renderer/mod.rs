@@ -5,9 +5,9 @@
 //! └──> camera rays ──> hits ──> integrator ──> estimators ──> resolve ──> film
 //! ```
 //!
-//! [`camera_rays`] generates samples, [`bright_paths`] traces those of one pixel again, [`resolve`] writes the film,
-//! [`rolling_shutter`] splits batches by the time of their rays, [`screen_mask`] culls empty blocks, and [`needs`]
-//! decides which stages run. This folder uses all lower folders; only `render` uses this folder.
+//! [`camera_rays`] generates samples, [`bright_paths`] traces the samples of one pixel again, [`resolve`] writes the
+//! film, [`rolling_shutter`] splits batches by the time of their rays, [`screen_mask`] culls empty blocks, and
+//! [`needs`] decides which stages run. This folder uses all lower folders; only `render` uses this folder.
 
 pub(crate) mod bright_paths;
 pub(crate) mod camera_rays;

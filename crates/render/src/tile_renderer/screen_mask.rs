@@ -2,7 +2,7 @@
 //! traced.
 //!
 //! For a camera without distortion, a box projects into the rectangle around the projections of its corners. The boxes
-//! are those of the instances, padded by the float32 errors of rays and triangles, so that no hit is lost and an image
+//! are the instances' boxes, padded by the float32 errors of rays and triangles, so that no hit is lost and an image
 //! is bit-identical with and without the mask.
 
 use glam::{DVec2, DVec3};

@@ -101,7 +101,8 @@ fn quaternion(v: [i16; 4]) -> Option<[i16; 4]> {
     Some(out)
 }
 
-/// 2^e m from an exponent of 8 bits and a mantissa of 24 bits, both signed; exact if float32 can represent the result.
+/// Value m 2^e of an exponent e of 8 bits and a mantissa m of 24 bits, both signed; exact if float32 can represent the
+/// result.
 fn exponential(value: i32) -> f32 {
     let (exponent, mantissa) = (i64::from(value >> 24), value << 8 >> 8);
     let power = f64::from_bits(((1023 + exponent) as u64) << 52);

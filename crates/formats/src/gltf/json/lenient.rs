@@ -5,8 +5,7 @@ use serde::{Deserialize, Deserializer};
 
 use crate::gltf::json::objects_only::ObjectsOnly;
 
-/// Element of which a fault invalidates only the element itself, and not the whole document: a light, a camera, an
-/// animation.
+/// Element that can be invalid without making the whole document invalid: a light, a camera, an animation.
 #[derive(Debug)]
 pub(crate) enum Lenient<T> {
     Valid(T),

@@ -9,9 +9,9 @@ pub(super) struct FrameComponent {
     factors: [usize; 2],
     /// Indices of the component's Huffman tables of DC and AC coefficients in the scan.
     pub tables: [usize; 2],
-    /// Lowest bit of each coefficient that a scan has contained; `None` if no scan has contained the coefficient.
+    /// For each coefficient: the lowest bit that a scan has contained; `None` if no scan has contained the coefficient.
     pub bits: [Option<u8>; 64],
-    /// Bit mask per block of the coefficients that are known not to be zero, on which refining scans depend.
+    /// For each block: bit mask of the coefficients that are known not to be zero, on which refining scans depend.
     nonzero: Vec<u64>,
 }
 
@@ -61,8 +61,8 @@ pub(super) struct HuffmanTable {
 
 const FAST_BITS: u32 = 9;
 
-/// Some programs omit the last bits, which readers reconstruct. If the scan has at least this number of units, the last
-/// unit may be missing.
+/// If the scan has at least this number of units, the last unit may be missing: some programs omit the last bits, which
+/// readers reconstruct.
 const MAX_MISSING_TAIL: usize = 64;
 
 impl HuffmanTable {

@@ -59,7 +59,7 @@ pub(crate) trait BatchModel: Default {
     /// Resets the flags that are true if they apply to any lane.
     fn clear(&mut self) {}
 
-    /// Computes the view terms of the active lanes, which have these shading normals.
+    /// Computes the view terms of the active lanes from the lanes' shading normals.
     fn prepare_view(&self, lanes: &ActiveLanes, context: LaneContext, randoms: LaneRandoms) -> Self::View;
 
     /// Samples a direction for every lane.

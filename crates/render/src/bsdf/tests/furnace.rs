@@ -56,8 +56,8 @@ fn white_furnace_losses_match_the_documented_bounds() {
     assert!(worst.is_empty(), "{}", worst.join("\n"));
 }
 
-/// White principled materials with a diffuse base and refraction, over a grid of index, roughness, transmission and
-/// diffuse transmission, from outside and from inside: 48 points, or 1,152 with `RAYCAM_PROOF`.
+/// White principled materials with a diffuse base and refraction, over a grid of index of refraction, roughness,
+/// transmission and diffuse transmission, from outside and from inside: 48 points, or 1,152 with `RAYCAM_PROOF`.
 #[test]
 fn mixed_transmission_conserves_energy() {
     let (indices, roughness_values, transmissions, angles): (&[f32], &[f32], &[f32], &[f32]) = match is_proof() {
