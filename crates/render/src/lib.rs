@@ -18,12 +18,12 @@
 //! | `lobes` | scattering mathematics: GGX, Fresnel, sheen, thin film, albedo tables |
 //! | `sampling` | random numbers, pixel filters, cones, piecewise constant distributions |
 //! | `film` | channels, planes, tiles, estimators, display encoding |
-//! | `prepare` | world as described to world as traced |
+//! | `prepare` | conversion of the world's description to the form that is traced |
 //! | `interaction` | position, normals, textures and vertex attributes at a hit |
 //! | `media` | media along rays: nested bodies, fog |
 //! | `bsdf` | BSDFs, for one point and for batches |
 //! | `light` | lights, light tree, light samples |
-//! | `motion` | world states over the shutter |
+//! | `motion` | world states while the shutter is open |
 //! | `integrator` | path tracing, ambient occlusion, unlit colours |
 //! | `guiding` | path guiding: caustic casters, caustic maps, gaps; selected by `guiding_switch` |
 //! | `ground_truth` | exact rays through pixel centres and their channels |

@@ -47,7 +47,7 @@ pub(crate) trait PathGuiding: Debug + Send + Sync {
 
 /// Guide of the directions of diffuse samples.
 pub(crate) trait DirectionGuide: Debug {
-    /// Sets the mixture of the active lanes and samples a direction for each.
+    /// Sets the mixture of the active lanes, and samples a direction for each of these lanes.
     fn sample(&self, points: &GuidedPoints, mixture: &mut ConeMixture<LANES>, out: &mut Vec3xN<f32, LANES>);
 }
 

@@ -194,7 +194,8 @@ pub(crate) struct RenderRequest<'a> {
 }
 
 impl RenderRequest<'_> {
-    /// Renders and returns the notices. `alone` uses only the calling thread, which may belong to a pool.
+    /// Renders and returns the notices. If `alone` is true, only the calling thread is used, which may belong to a
+    /// pool.
     pub fn render<'t>(
         &self,
         alone: bool,

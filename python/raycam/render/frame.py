@@ -100,7 +100,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     roughness             float32 [h, w]    perceptual roughness, 0 to 1                                0
     metallic              float32 [h, w]    metalness, 0 to 1                                           0
     nocs                  float32 [h, w, 3] position in the object's box, scaled to a diagonal of 1         NaN
-    projector_uv          float32 [h, w, 2] pixel of the first projector that lights the point, or NaN      NaN
+    projector_uv          float32 [h, w, 2] pixel of the world's first projector, or NaN if unlit           NaN
     error                 float32 [h, w]    estimated standard error of the colour's luminance
     ===================== ======= ========= =========================================================== ==========
 

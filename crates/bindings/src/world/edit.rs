@@ -88,8 +88,8 @@ pub(crate) fn world_remove_object(world: &World, which: Which) -> PyResult<()> {
     world.modify_or_restore(|inner| inner.remove_object(which.number_in(inner)?).or_raise())
 }
 
-/// Replaces a light by a description, whose files may be in any folder. A light of the same type keeps its image or
-/// profile if `keeps_file`.
+/// Replaces a light by the described light; the files that the description names may be in any folder. If `keeps_file`
+/// is true, a light of the same type keeps its image or profile.
 #[pyfunction]
 pub(crate) fn world_set_light(
     world: &World,

@@ -20,7 +20,7 @@ type Read<T> = (T, Vec<Notice>);
 #[pyclass(frozen, module = "raycam._core")]
 #[derive(Default)]
 pub(crate) struct SharedFiles {
-    /// The lock is held only during look-ups. No file is read while it is held, and a fork finds it free.
+    /// The lock is held only for look-ups. No file is read during a look-up, and a forked process finds the lock free.
     files: Mutex<Files>,
     /// The search trees and textures of the worlds.
     pub(crate) family: Arc<PreparedFamily>,

@@ -46,7 +46,7 @@ impl WeldKey for [f32; 3] {
     }
 }
 
-/// The hash seed is random, so that nobody can create a file whose points all have the same hash.
+/// Random seed of a hash, so that nobody can create a file whose points all have the same hash.
 #[derive(Clone, Copy)]
 pub(crate) struct HashSeed([u64; 3]);
 
@@ -57,7 +57,7 @@ impl HashSeed {
     }
 }
 
-/// Source: the folded multiplication of wyhash (Wang Yi, 2019).
+/// Folded multiplication, as in wyhash (Wang Yi, 2019).
 fn fold(a: u64, b: u64) -> u64 {
     let wide = u128::from(a) * u128::from(b);
     wide as u64 ^ (wide >> 64) as u64

@@ -204,8 +204,8 @@ impl AssetRoot {
         Err(first.unwrap_or_else(|| refused("expected a file name")))
     }
 
-    /// Absolute folder paths from which names in a file start: its own folder, and the folder of its target if it is a
-    /// link. With an empty path, the folders of the file that the user named.
+    /// Absolute paths of the folders from which names in a file start: the file's folder and, if the file is a link,
+    /// the folder of the link's target. An empty path represents the file that the user named.
     fn folders_of(&self, from: &Path) -> Result<Vec<PathBuf>> {
         let from = if from.as_os_str().is_empty() { &self.named } else { from };
         let folder = match from.parent() {

@@ -13,9 +13,9 @@ thread_local! {
 }
 
 /// Runs a decoder of a library, and returns its panic as the error of a damaged file, without a message on the
-/// terminal. Data that `decode` changes must not be used after an error, because the decoder may have stopped halfway.
+/// terminal.
 ///
-/// Data that `decode` changes must not be used after an error, because it may have stopped halfway.
+/// Data that `decode` changes must not be used after an error, because the decoder may have stopped halfway.
 pub(crate) fn catch_decoder_panic<T>(path: &Path, decode: impl FnOnce() -> Result<T>) -> Result<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

@@ -50,7 +50,7 @@ pub(crate) fn with_slashes(name: &[u8]) -> Vec<u8> {
     changed
 }
 
-/// Name without a following comment (white space and `#`). `None` if it has none.
+/// Name without a following comment (white space and `#`); `None` if no comment follows.
 pub(crate) fn without_comment(name: &[u8]) -> Option<&[u8]> {
     let at = name.windows(2).position(|pair| matches!(pair, [b' ' | b'\t', b'#']))?;
     Some(name[..at].trim_ascii_end()).filter(|name| !name.is_empty())

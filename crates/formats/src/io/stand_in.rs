@@ -35,7 +35,7 @@ pub fn check(path: &Path, bytes: &[u8]) -> Result<()> {
     reason(bytes).map_or(Ok(()), |reason| Err(FormatError::whole(path, ErrorCode::PlaceholderFile.message(reason))))
 }
 
-/// The reason why the bytes are not the expected data; `None` if they may be.
+/// The reason why the bytes are not the expected data; `None` if no such reason is found.
 fn reason(bytes: &[u8]) -> Option<&'static str> {
     let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     // Files with any other first byte, such as most meshes and images, need no further test.

@@ -200,7 +200,8 @@ fn image(
     Ok(*known.entry(key).or_insert(index))
 }
 
-/// Texture of these colours, or of white, with the opacity of another image, if the other image can be read.
+/// Texture with the colours of one image (white without an image) and the opacity of another image. If the opacity
+/// cannot be read, the texture contains the colours unchanged.
 fn with_alpha(
     library: &Path,
     color: Option<&MtlMap>,

@@ -1,4 +1,4 @@
-//! Worlds as bytes.
+//! Worlds converted to bytes and back.
 
 use std::path::Path;
 use std::sync::Arc;

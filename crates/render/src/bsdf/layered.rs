@@ -2,8 +2,8 @@
 //!
 //! From above: a clear coat, a sheen, a rough interface, and below the interface either a diffuse base that reflects
 //! and transmits, or refraction. The interface and the base share energy by their albedos (C. Kelemen and L.
-//! Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001): reciprocal, and lossless over a white
-//! base.
+//! Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001), so that the BSDF is reciprocal, and
+//! lossless over a white base.
 
 use std::f32::consts::FRAC_1_PI;
 

@@ -65,7 +65,7 @@ pub(crate) struct StripCursor<'a> {
     /// Index in the strip of the first remaining pixel.
     position: usize,
     zero: bool,
-    /// Plane of a single background pixel, if the tile has background.
+    /// Background of the channel as a plane of one pixel, if the tile has background.
     background: Option<&'a ImagePlane>,
 }
 

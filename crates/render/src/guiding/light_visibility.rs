@@ -19,7 +19,7 @@ const UNKNOWN: u8 = 0;
 const LIT: u8 = 1;
 const HIDDEN: u8 = 2;
 
-/// Cubes into which space is divided, and the test result of each.
+/// Cubes into which space is divided, each marked as untested, lit or hidden from the lights.
 #[derive(Debug)]
 pub(crate) struct LightVisibility {
     /// Scene-local corner with the smallest coordinates.

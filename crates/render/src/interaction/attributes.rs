@@ -168,7 +168,7 @@ impl Geometry {
         self.weighted_texel(slot, hit, footprint, TexelWeight::Uniform)
     }
 
-    /// Mean linear texture value over a ray's footprint, with these weights of the texels.
+    /// Mean linear texture value over a ray's footprint, with the texels weighted by `weight`.
     fn weighted_texel(
         &self,
         slot: &TextureSlot,

@@ -15,7 +15,7 @@ pub(crate) fn face_forward(normal: DVec3, direction: DVec3) -> DVec3 {
     if normal.dot(direction) > 0.0 { -normal } else { normal }
 }
 
-/// Unit normal of a triangle on the side of counter-clockwise vertices; 0 for a degenerate triangle.
+/// Unit normal on the side from which the triangle's vertices are counter-clockwise; 0 for a degenerate triangle.
 #[inline]
 pub(crate) fn unit_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     let (e1, e2) = (b - a, c - a);

@@ -20,7 +20,7 @@ pub(crate) struct LightBounds {
     pub cos_theta_e: f32,
     /// True if any light also emits from its back.
     pub two_sided: bool,
-    /// Largest total intensity in W/sr, summed over the colour channels.
+    /// Maximum intensity of each light, summed over all lights and colour channels, in W/sr.
     pub phi: f32,
 }
 

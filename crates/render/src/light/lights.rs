@@ -164,7 +164,8 @@ impl Lights {
         self.has_emissive_triangles() || self.lights.iter().any(found)
     }
 
-    /// Largest total intensity of the finite lights and emissive triangles in W/sr, summed over the colour channels.
+    /// Maximum intensity of each finite light and emissive triangle, summed over all of them and over the colour
+    /// channels, in W/sr.
     pub fn phi(&self) -> f64 {
         self.tree.phi() + self.emissive_triangles.tree().phi()
     }

@@ -52,7 +52,7 @@ pub(crate) struct ConeMixture<const N: usize> {
     pub(crate) one_minus_cos: [[f32; N]; MAX_CONES],
     /// For each cone: the fraction of the samples in this cone.
     pub(crate) weight: [[f32; N]; MAX_CONES],
-    /// Fraction of the samples that follow the cosine.
+    /// Fraction of the samples with the cosine-weighted density.
     pub(crate) cosine_weight: [f32; N],
 }
 

@@ -11,7 +11,7 @@ use crate::lobes::shading_frame::{sincos_turns, to_world_around};
 /// Mean cosine below which the distribution is linear in the cosine.
 const MIN_G: f32 = 1e-3;
 
-/// Density by solid angle of light that turns by an angle of this cosine; its integral over the sphere is 1.
+/// Density by solid angle with which light is scattered by an angle of this cosine; the integral over the sphere is 1.
 #[inline]
 pub(crate) fn henyey_greenstein(cosine: f32, g: f32) -> f32 {
     // 1 + g^2 - 2 g cos, without cancellation near the peak.

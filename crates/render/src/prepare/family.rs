@@ -18,7 +18,8 @@ pub(crate) trait BuiltPart {
 /// Built parts by the addresses of their inputs.
 #[derive(Debug)]
 pub(crate) struct SharedParts<P> {
-    /// The lock is held only for look-ups. No part is built or freed while it is held, and a fork finds it free.
+    /// The lock is held only for look-ups. No part is built or freed during a look-up, and a forked process finds the
+    /// lock free.
     parts: Mutex<HashMap<usize, Arc<P>>>,
 }
 

@@ -271,7 +271,7 @@ impl ExactTriangles for Geometry {
     }
 }
 
-/// Places meshes, one for each object.
+/// Creates the instance of every object, in the order of the objects.
 ///
 /// # Errors
 /// Errors of [`StretchedMeshes::of_instance`].

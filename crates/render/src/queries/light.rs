@@ -106,7 +106,7 @@ impl LightRays<'_> {
 /// Kind of light that is computed at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// Irradiance of the surface's side, in watts per square metre.
+    /// Irradiance of the surface's measured side, in watts per square metre.
     Irradiance,
     /// Radiance that leaves along the normal, in watts per square metre and steradian.
     Radiance,

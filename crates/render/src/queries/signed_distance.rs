@@ -23,7 +23,7 @@ pub enum Sign {
     Auto,
     /// Negative if the absolute winding number is at least 1/2.
     Winding,
-    /// Negative behind the surface at its closest point (J. A. Bærentzen and H. Aanæs 2005).
+    /// Negative if the point is behind the surface at its closest surface point (J. A. Bærentzen and H. Aanæs 2005).
     Pseudonormal,
 }
 
@@ -60,7 +60,7 @@ pub fn signed_distance(
     Ok(distances)
 }
 
-/// True if a point lies behind the surface at its closest point.
+/// True if a point is behind the surface at its closest surface point.
 fn is_behind(geometry: &Geometry, point: DVec3, found: &ClosestPoint) -> bool {
     (point - DVec3::from(found.position)).dot(pseudonormal(geometry, found)) < 0.0
 }

@@ -67,7 +67,7 @@ impl TileRenderer<'_> {
         if samples.start < self.first_late_sample { until.min(self.first_late_sample) } else { until }
     }
 
-    /// Prepares path guiding for a batch; returns true for late samples.
+    /// Prepares path guiding for a batch; returns true if the batch consists of late samples.
     pub(crate) fn prepare_guiding(&self, world: &PreparedWorld, batch: &[(usize, u32)]) -> bool {
         let guiding = install_guiding(world);
         let is_late = batch.first().is_some_and(|&(_, sample)| sample >= self.first_late_sample);

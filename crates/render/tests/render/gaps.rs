@@ -39,8 +39,8 @@ fn rooms(slot: f64) -> World {
     world
 }
 
-/// Camera that shows the room in the region, either of a large image or of the region alone; the rays of the pixels are
-/// equal in both cases.
+/// Camera of a large image, or of a small image that is as large as [`REGION`]. The pixels of the region have the same
+/// rays in both images.
 fn camera(is_large: bool) -> Camera {
     let [_, _, width, height] = REGION;
     let k = intrinsics_from_fov(62.0, [width, height], PixelCenter::Integer).unwrap();

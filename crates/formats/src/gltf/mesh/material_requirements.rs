@@ -13,7 +13,7 @@ use crate::io::Diagnostics;
 pub(crate) struct MaterialRequirements {
     /// Sets of texture coordinates.
     sets: Vec<usize>,
-    /// Set for the tangents, if a material requires tangents.
+    /// Set of texture coordinates that the tangents follow, if a material requires tangents.
     pub(crate) tangent_uvs: Option<usize>,
 }
 

@@ -52,7 +52,7 @@ pub(crate) struct ImportedMesh {
     pub(crate) shape: Option<Arc<DeformableMesh>>,
 }
 
-/// Textures and images that have been read. A key is the index in the document, and true for colours.
+/// Textures and images that have been read. A key consists of the index in the document and a flag: true for colours.
 #[derive(Default)]
 pub(crate) struct ImportedTextures {
     pub(crate) textures: HashMap<(usize, bool), usize>,

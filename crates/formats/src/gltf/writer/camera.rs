@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::gltf::world::camera::{flip_yz, image_size};
 use crate::gltf::writer::document::Writer;
 
-/// Distance of the near clipping plane. glTF requires it; raycam does not clip.
+/// Distance of the near clipping plane. glTF requires this value; raycam does not clip.
 const ZNEAR: f64 = 0.01;
 
 impl Writer<'_> {

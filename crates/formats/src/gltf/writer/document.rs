@@ -27,7 +27,7 @@ pub(crate) struct Writer<'a> {
 /// Meshes that have been written.
 #[derive(Default)]
 pub(crate) struct WrittenMeshes {
-    /// Primitives without materials. A key is the mesh, and true for a deformed mesh.
+    /// Primitives without materials. A key consists of the mesh and a flag: true for a deformed mesh.
     pub(crate) primitives: HashMap<(*const Mesh, bool), Vec<(usize, Value)>>,
     /// Index of each mesh in the document, by the mesh's JSON.
     pub(crate) meshes: HashMap<String, usize>,
@@ -36,7 +36,7 @@ pub(crate) struct WrittenMeshes {
 /// Images, textures and samplers that have been written.
 #[derive(Default)]
 pub(crate) struct WrittenTextures {
-    /// A key is the image, and true for colours.
+    /// A key consists of the image and a flag: true for colours.
     pub(crate) images: HashMap<(*const Image, bool), usize>,
     pub(crate) textures: HashMap<(usize, TextureSampler), usize>,
     pub(crate) samplers: HashMap<TextureSampler, usize>,

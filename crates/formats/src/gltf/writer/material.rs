@@ -133,7 +133,7 @@ impl Writer<'_> {
         Ok(all)
     }
 
-    /// Extensions of layers on top of the base, and of scattering.
+    /// Adds the extensions of layers on top of the base, and of scattering.
     fn coating_extensions(&mut self, p: &Principled, all: &mut Vec<(&'static str, Object)>) -> Result<()> {
         let mut json = Object::new();
         self.textured(&mut json, "clearcoat", p.clearcoat, 0.0, Data)?;

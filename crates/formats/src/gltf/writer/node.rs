@@ -14,7 +14,7 @@ use crate::gltf::writer::transform;
 /// Nodes under construction.
 struct NodeList {
     nodes: Vec<Map<String, Value>>,
-    /// Additional nodes, with their parents.
+    /// Child nodes that are not part of `nodes` yet, each with the index of its parent.
     below: Vec<(usize, Map<String, Value>)>,
 }
 

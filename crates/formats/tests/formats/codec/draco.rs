@@ -109,7 +109,7 @@ fn meshes_larger_than_the_budget_are_refused() {
     }
 }
 
-/// A file found by fuzzing: with the faces, its declared number of points exceeds 64 bits.
+/// A file found by fuzzing: the sum of its declared number of points and its number of face corners exceeds 64 bits.
 #[test]
 fn overflowing_point_counts_are_refused() {
     let error = read(include_bytes!("../../data/draco/points_overflow.drc")).unwrap_err();

@@ -152,7 +152,7 @@ fn texture_names_in_every_notation_are_found() {
     assert_eq!(model.textures[0].sampler.wrap, [Wrap::Clamp; 2]);
 }
 
-/// First texture; its material uses the texture's alpha as a cutout.
+/// Texels of the model's only texture. Also checks that the material blends by the texture's alpha.
 fn cut_out(maps: &str) -> Texels {
     let model = model(&format!("newmtl m 1\nKd 1 0.5 1\n{maps}\n")).unwrap();
     let material = &model.materials[0];

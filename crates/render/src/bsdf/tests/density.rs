@@ -43,7 +43,8 @@ impl Chart {
     }
 }
 
-/// Numbers of cells outwards and around, on both sides, and of quadrature points in each cell.
+/// Cells on each side of the surface: `OUT` from a chart's centre outwards, times `AROUND` around the centre. A cell
+/// has `FINE` x `FINE` quadrature points.
 const OUT: usize = 24;
 const AROUND: usize = 16;
 const FINE: usize = 14;

@@ -110,7 +110,7 @@ fn mixed_transmission_conserves_energy() {
     assert!(worst.is_empty(), "{} points:\n{}", worst.len(), worst.join("\n"));
 }
 
-/// Losses of materials as stated in `docs/light-and-material.md`: roughness 0.1, 0.3, 0.6 and 1, in percent.
+/// The documented losses are percentages at the roughness 0.1, 0.3, 0.6 and 1.
 #[test]
 fn documented_losses_equal_the_measured_losses() {
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/light-and-material.md");

@@ -92,7 +92,7 @@ impl LightTree {
         self.count
     }
 
-    /// Intensity of all lights together in W/sr, summed over the colour channels.
+    /// Maximum intensity of each light, summed over all lights and colour channels, in W/sr.
     pub fn phi(&self) -> f64 {
         self.bounds.map_or(0.0, |all| f64::from(all.phi))
     }
