@@ -71,7 +71,7 @@ pub(crate) fn described(bytes: &[u8]) -> Option<String> {
     found(bytes).map(|kind| format!("{}: {}", kind.name, kind.way))
 }
 
-/// Extension of the model format of a file's first bytes, for any file name; `None` for files of any other kind.
+/// Extension of the model format to which a file's first bytes belong, for any file name; `None` for other files.
 pub(crate) fn model_extension(bytes: &[u8]) -> Option<&'static str> {
     found(bytes)?.endings.first().copied()
 }

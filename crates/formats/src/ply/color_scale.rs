@@ -37,7 +37,7 @@ impl PlyColors {
         }
     }
 
-    /// Range according to the type and the values; `None` if no range fits.
+    /// Range of the colours, determined from their type and values; `None` if no range fits.
     fn scale(&self) -> Option<Scale> {
         let most = self.values.as_flattened().iter().fold(0.0, |most: f64, &value| most.max(value));
         let whole = |white, guess| Some(Scale { white, linear: false, guess });

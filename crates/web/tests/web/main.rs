@@ -1,3 +1,3 @@
-//! Requests of pages.
+//! Tests of the requests that web pages send.
 
 mod request;

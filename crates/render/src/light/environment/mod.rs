@@ -98,7 +98,7 @@ impl EnvironmentLight {
         Some(around.sample())
     }
 
-    /// Same as [`EnvironmentLight::sample`], for many random numbers; empty if the environment is black.
+    /// Same as [`EnvironmentLight::sample`], for many random numbers. If the environment is black, `out` becomes empty.
     pub fn sample_many(&self, random: &[[f32; 2]], out: &mut Vec<EnvironmentSample>) {
         out.clear();
         let Some(table) = &self.distribution else {
