@@ -15,8 +15,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 import report
-from cluster_faults import SHARE, connected, poison, scheduler_lost, storm
 from raycam.jobs import scheduler
+from support.cluster_faults import SHARE, connected, poison, scheduler_lost, storm
 
 Row = list[str]
 WORKERS = 4

@@ -20,8 +20,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 import report
-from cluster_faults import WORLD
-from job_frames import check_intact, results
+from support.cluster_faults import WORLD
+from support.job_frames import check_intact, results
 
 FRAMES = 40
 # The super-user ignores file permissions, so the process gives up this capability.

@@ -16,10 +16,10 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 import raycam
 import report
-from job_frames import Pool, check_intact, in_child, killing_at, package, results, world
 from raycam.cluster import make_pool
 from raycam.jobs import Job
 from raycam.video import VideoPlan
+from support.job_frames import Pool, check_intact, in_child, killing_at, package, results, world
 
 Row = list[str]
 
