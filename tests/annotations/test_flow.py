@@ -173,7 +173,7 @@ def test_flow_follows_skins_and_morph_targets(tmp_path: Path) -> None:
     clear = ~found["occluded"][seen] & ~found["outside"][seen]
     x, y = place[clear].clip(0, np.array(SIZE) - 1).T
     same = there["triangle"][y, x] == frame["triangle"][seen][clear]
-    assert same.mean() > 0.95  # only pixels at triangle edges remain
+    assert same.mean() > 0.95  # only pixels at triangle edges differ
     np.testing.assert_allclose(there["depth"][y, x][same], found["depth"][seen][clear][same], rtol=0.01)
 
 

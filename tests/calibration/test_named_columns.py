@@ -169,7 +169,7 @@ def test_header_may_name_more_columns_than_the_rows_have(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("scale", [3.4, 0.02, -1.0])
-def test_named_quaternions_of_any_length_are_scaled(tmp_path: Path, scale: float) -> None:
+def test_quaternions_of_any_length_in_named_columns_are_normalized(tmp_path: Path, scale: float) -> None:
     header = "# timestamp, camera_id, qw, qx, qy, qz, tx, ty, tz"
     quaternions = scale * np.stack([W, X, Y, Z], 1)
     rows = [[float(i), 0.0, *quaternions[i], *PLACES[i]] for i in range(4)]

@@ -236,7 +236,7 @@ def test_ov2slam_reads_both_cameras_with_their_mounts(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["extrinsic.txt", "intrinsic.txt"])
-def test_virtual_kitti_joins_extrinsics_and_intrinsics(tmp_path: Path, name: str) -> None:
+def test_virtual_kitti_cameras_combine_extrinsic_and_intrinsic_files(tmp_path: Path, name: str) -> None:
     header = "frame cameraID r1,1 r1,2 r1,3 t1 r2,1 r2,2 r2,3 t2 r3,1 r3,2 r3,3 t3 0 0 0 1"
     rows = "\n".join(f"{frame} {camera} {words(four(R, T))}" for frame in range(2) for camera in range(2))
     (tmp_path / "extrinsic.txt").write_text(f"{header}\n{rows}\n")

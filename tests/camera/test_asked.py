@@ -183,7 +183,7 @@ def test_light_keys_of_other_programs_are_refused_with_the_key_of_raycam(
     assert not world.lights
 
 
-def test_shape_words_of_other_programs_are_refused_with_the_shape_of_raycam() -> None:
+def test_unsupported_shape_names_are_refused_with_the_supported_name() -> None:
     for word, ours in (("cube", "box"), ("ball", "sphere")):
         with raises(raycam.WorldError, code="unknown_name", mentions=[ours]):
             raycam.World().add_object(word)
@@ -254,7 +254,7 @@ def test_dir_lists_only_public_names() -> None:
 
 
 @pytest.mark.parametrize("given", ["front", b"a", 3, None, [1, 2], raycam.World()])
-def test_wrong_camera_and_path_arguments_raise_with_the_argument(given: Any) -> None:
+def test_errors_about_wrong_cameras_and_paths_name_the_argument(given: Any) -> None:
     with raises(raycam.SettingsError, code="wrong_type", mentions=["camera", "raycam.Camera"]):
         raycam.World().add_camera(given)
     if given is not None:

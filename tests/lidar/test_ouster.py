@@ -40,7 +40,7 @@ def test_points_of_ranges_equal_those_of_ouster_sdk(unit: dict[str, Any], tmp_pa
 def test_scan_contains_the_ranges_that_ouster_sdk_turns_into_its_points(
     tmp_path: Path, yard: raycam.World
 ) -> None:
-    """The counted distance includes the distance of the beam's origin from the axis."""
+    """The reported distance includes the distance between the axis and the beam's origin."""
     lidar = load(UNITS[0], tmp_path).replace(noise=False, min_range=0).placed([0, 0, 1.8])
     scan = raycam.scan(yard, lidar)
     pattern, at = scan.pattern, scan["pulse"]

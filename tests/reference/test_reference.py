@@ -49,7 +49,7 @@ def box_triangles(low, high):
     return np.array(triangles)
 
 
-# Steps 1 and 2
+# Steps 1 and 2 of `raycam.reference`: the ray of a pixel
 
 
 @pytest.mark.parametrize(("scale", "offset"), [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e6), (1e-3, 50.0)])
@@ -103,7 +103,7 @@ def test_rays_point_forward_for_either_sign_of_p(sign):
     assert seen["depth"] == 5
 
 
-# Step 3
+# Step 3: the plane of a triangle
 
 
 def test_depth_of_a_plane_is_constant_and_distance_is_the_length_of_the_ray():
@@ -181,7 +181,7 @@ def test_camera_on_a_triangle_hits_it_at_distance_zero():
     assert seen["distance"] == 0
 
 
-# Step 4
+# Step 4: inside or outside a triangle
 
 
 def lattice(low, high):
@@ -248,7 +248,7 @@ def test_closed_meshes_do_not_leak_at_edges_and_vertices():
         assert (reference.trace(triangles, C, aims - C).index >= 0).all()
 
 
-# Step 5
+# Step 5: the closest triangle
 
 
 def test_closest_triangle_gives_the_color_and_the_first_wins_a_tie():

@@ -180,7 +180,7 @@ def test_edits_of_the_leader_reach_every_follower_exactly_once(class_server: Ser
     assert session_of(class_server, leader).view is session_of(class_server, follower).view
 
 
-def test_leaders_address_can_take_the_lead_and_followers_cannot(class_server: Server, join: Join) -> None:
+def test_only_clients_with_the_leader_address_can_take_the_lead(class_server: Server, join: Join) -> None:
     first, second, follower = join(leads=True), join(leads=True), join()
     follower.say("follow", mode="lead")
     assert "lead" in follower.hear("error")[0]["text"]

@@ -16,7 +16,7 @@ def test_moving_frame_has_the_channel_in_the_given_size(small_world: raycam.Worl
     assert list(frame) == [channel]
 
 
-def test_preparation_measures_the_pace(small_world: raycam.World) -> None:
+def test_prepare_measures_the_render_time_per_pixel(small_world: raycam.World) -> None:
     session = Session(small_world, small_world.camera("front"))
     pace = Pace()
     prepare(session.view, pace, None, raycam.Cancel())

@@ -28,7 +28,10 @@ TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\n"
 def socket_of(
     address: str, token: str, *, origin: str = "", host: str = "", forwarded: str = ""
 ) -> ClientConnection:
-    """A WebSocket of the server at `address`, opened by a page of `origin` with other headers."""
+    """Opens a WebSocket of the server at `address`, as a page of `origin` does.
+
+    `host` replaces the address in the URL; `forwarded` is the header X-Forwarded-Host.
+    """
     headers = {name: text for name, text in {"X-Forwarded-Host": forwarded}.items() if text}
     return connect(
         f"ws://{host or address}/socket",

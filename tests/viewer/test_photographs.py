@@ -29,7 +29,9 @@ def decoded(data: bytes) -> np.ndarray:
         return np.array(image.convert("RGB")).astype(int)
 
 
-def test_photograph_is_sent_without_changes(small_world: raycam.World, tmp_path: Path) -> None:
+def test_photograph_of_the_cameras_size_is_sent_in_full_size(
+    small_world: raycam.World, tmp_path: Path
+) -> None:
     Image.fromarray(picture()).save(tmp_path / "IMG_1.png")
     data, notices = Photographs(tmp_path, {"front": "IMG_1.png"}).jpeg("front", small_world.camera("front"))
     assert np.abs(decoded(data) - picture()).max() <= 6

@@ -361,7 +361,7 @@ def test_concurrent_images_show_a_consistent_state() -> None:
     assert set(seen) <= allowed
 
 
-def test_light_structures_are_built_only_for_lit_images() -> None:
+def test_moments_and_copies_of_an_unrendered_world_share_their_trees() -> None:
     """The first `at` of an unrendered world builds the mesh's tree, and the second reuses it."""
     world = built(floor(), lamp(), cup())
     world.set_video(keyframe=[KEYFRAMES[0], KEYFRAMES[1]])

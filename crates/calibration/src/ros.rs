@@ -138,7 +138,7 @@ fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration> {
     one_rig(&mut calibration.records, "rig");
     calibration.note(
         NoticeCode::PlacedCameras,
-        "the raw cameras of a rectified pair, in the axes of the rectified left one (rig.rectified() rectifies them)",
+        "the raw cameras of the pair are placed in the axes of the rectified left camera; rig.rectified() rectifies them",
     );
     Ok(calibration)
 }

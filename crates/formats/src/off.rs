@@ -157,7 +157,7 @@ fn read_faces(rows: &mut LineReader<'_>, vertices: usize, faces: usize) -> Resul
                 Some(index) if index < vertices => all.polygons.push_corner(Corner::plain(index as u32)),
                 _ => {
                     let message = format!(
-                        "face {number}: vertex {}, but the file has {vertices} vertices (from 0)",
+                        "face {number}: vertex {}, but the file has {vertices} vertices (numbered from 0)",
                         lexer::for_message(word)
                     );
                     return Err(rows.error(ErrorCode::IndexOutOfRange.message(message)));

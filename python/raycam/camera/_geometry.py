@@ -225,7 +225,10 @@ class CameraGeometry(DictSerializable):
         return array
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
-        """Returns the camera, with its motion, at the pose camera_from_world [3, 3] and centre [3]."""
+        """Returns the camera, with its motion, at another pose.
+
+        `R` is camera_from_world [3, 3], and `C` is the centre [3].
+        """
         return self._of(self._core.at_pose(matrix("R", R).tolist(), vector("C", C)), self._up)
 
 

@@ -47,7 +47,7 @@ def _open3d(
     collector: WorldCollector, name: str, mesh: Any, smooth: bool, material: int | None
 ) -> tuple[int, Array] | None:
     painted = None
-    # Point clouds and lines have tensors too, but no triangles.
+    # Open3D's tensor point clouds and line sets also have `to_legacy`, but no triangles.
     if hasattr(mesh, "to_legacy") and hasattr(mesh, "triangle"):
         if mesh.has_valid_material():
             material = _open3d_material(collector, _record(mesh.material))

@@ -30,7 +30,7 @@ class Alignment:
     """
 
     shift: Floats
-    """Root mean square of the shifts of a photograph's parts, in pixels."""
+    """Shift in pixels relative to the other photographs: the root mean square over the photograph's parts."""
     disagreement: Floats
     """Median absolute difference of a photograph's luminance from the other photographs, relative to their
     luminance."""

@@ -139,9 +139,9 @@ class _SeamEdges:
     """Edges [m] between faces with different photographs."""
 
     first: Ints
-    """A face of each edge."""
+    """The face on one side of each edge."""
     second: Ints
-    """The face on the other side of the edge."""
+    """The face on the other side of each edge."""
     ends: Ints
     """The corners [m, 2] of the first face at the edge's ends."""
     others: Ints

@@ -55,7 +55,8 @@ def rotation(left: Camera, right: Camera) -> Floats:
             code="unsupported_camera",
         )
     x, y, z = baseline / length
-    # The rotation of b = (x, y, z) to (1, 0, 0) about b x (1, 0, 0): I + [v] + [v]^2 / (1 + cos).
+    # The rotation of b = (x, y, z) to (1, 0, 0) is I + [v] + [v]^2 / (1 + x). [v] is the cross product matrix of
+    # v = b x (1, 0, 0), and x is the cosine of the angle.
     cross = np.array([[0.0, y, z], [-y, 0.0, 0.0], [-z, 0.0, 0.0]])
     turn = np.eye(3) + cross + product(cross, cross) / (1.0 + x)
     return product(turn, halfway)

@@ -118,7 +118,7 @@ def _dome_light(
     yaw = np.arctan2(-middle[0], -middle[2]) if up == "y" else np.arctan2(middle[1], middle[0])
     said = None
     if np.abs(pole / np.linalg.norm(pole) - np.array([0, up == "y", up == "z"])).max() > 1e-3:
-        said = "the light's pole is not the up axis; the image is shown upright"
+        said = "the light's pole axis is not the world's up axis; the image is shown upright"
     elif np.ptp(color) > 1e-6 * color.max():
         said = "the light's image is multiplied by the mean of the light's colour"
     sky = {"type": "environment", "image": file, "yaw": float(np.degrees(yaw))}

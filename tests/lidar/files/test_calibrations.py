@@ -80,7 +80,7 @@ def test_hesai_correction_is_read(tmp_path: Path) -> None:
     assert math.degrees(math.asin(lidar.pattern().directions[2, 2])) == pytest.approx(-2.5)
 
 
-def test_tables_are_read_with_zenith_or_elevation_and_as_arrays(tmp_path: Path) -> None:
+def test_beam_directions_are_read_from_csv_npy_and_npz(tmp_path: Path) -> None:
     (tmp_path / "mid.csv").write_text(TABLE, encoding="utf-8")
     (tmp_path / "up.csv").write_text(
         "time,azimuth,elevation,ring\n0,10,10,2\n0.001,20,-10,5\n", encoding="utf-8"

@@ -243,12 +243,12 @@ def test_points_are_moved_in_every_view_that_shows_them(name: str, button: str) 
 
 
 def random_cameras(first: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """The numbers of random cameras that face the world's triangles."""
+    """The parameters (the page's `numbers`) of random cameras that face the world's triangles."""
     return [state["numbers"] for state in random_states("steer", first, count)]
 
 
 def dragged(numbers: dict[str, Any], mode: str, places: list[list[float]]) -> dict[str, Any]:
-    """The camera's numbers after a drag in the picture of the first figure.
+    """The camera's parameters after a drag in the picture of the first figure.
 
     The picture has 640 x 480 CSS pixels.
     """

@@ -124,7 +124,7 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
     unread_format(
         "DSEC",
         |text| text.contains("camRect0:"),
-        "write camera_matrix and distortion_coeffs of a camera with the resolution as JSON (K, dist, img_size); extrinsics T_10 go into T_cn_cnm1 of a Kalibr camchain",
+        "write a camera's camera_matrix, distortion_coeffs and resolution as JSON (keys K, dist and img_size); extrinsics T_10 go into T_cn_cnm1 of a Kalibr camchain",
     ),
     unread_format(
         "Virtual KITTI 1",

@@ -85,8 +85,8 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) ->
             let (origin, other) = if mounted(first) { (second, first) } else { (first, second) };
             origin.pose = Some(Pose::identity());
             let message = format!(
-                "R and T of {} are interpreted as the transform from {} to it; {} has no R and T and is placed at the origin",
-                other.name, origin.name, origin.name
+                "R and T of {} are interpreted as the transform from {} to {}; {} has no R and T and is placed at the origin",
+                other.name, origin.name, other.name, origin.name
             );
             one_rig(&mut calibration.records, "rig");
             calibration.note(NoticeCode::AssumedConvention, message);

@@ -126,7 +126,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
     if measured > 0 {
         calibration.note(
             NoticeCode::UsedOtherFile,
-            format!("the file has no w and h; {measured} cameras have the size of their images"),
+            format!("the file has no w and h; the sizes of {measured} cameras are read from their images"),
         );
     }
     if lent > 0 {

@@ -156,7 +156,7 @@ impl<'a> Ply<'a> {
             return Ok(index as u32);
         }
         let count = self.declared;
-        let message = format!("face {face}: vertex {index}, but the file has {count} vertices (from 0)");
+        let message = format!("face {face}: vertex {index}, but the file has {count} vertices (numbered from 0)");
         Err(body.error(ErrorCode::IndexOutOfRange.message(message)))
     }
 

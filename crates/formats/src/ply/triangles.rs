@@ -9,10 +9,11 @@ use crate::ply::header::Element;
 use crate::ply::scalar::ScalarType;
 use crate::ply::table::BLOCK_ROWS;
 
-/// Triangles of an element with one list, of 32-bit vertex indices below `vertices`, and no other used columns.
+/// Reads an element whose rows are triangles.
 ///
-/// `None`, without reading anything, if the element has another layout or any row is not such a triangle; reading row
-/// by row then reports the fault, if there is one.
+/// A triangle is a list of three 32-bit vertex indices below `vertices`; other columns must be unused. Returns `None`,
+/// without reading anything, if the element has another layout or any row is not such a triangle. The caller must then
+/// read row by row, which reports a fault if there is one.
 pub(crate) fn read(
     element: &Element,
     columns: &Columns<'_>,

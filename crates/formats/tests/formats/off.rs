@@ -97,11 +97,11 @@ fn off_errors_contain_the_line() {
     for (text, expected) in [
         (
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 4\n",
-            "a.off:7: face 0: vertex \"4\", but the file has 4 vertices (from 0)",
+            "a.off:7: face 0: vertex \"4\", but the file has 4 vertices (numbered from 0)",
         ),
         (
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 -1\n",
-            "a.off:7: face 0: vertex \"-1\", but the file has 4 vertices (from 0)",
+            "a.off:7: face 0: vertex \"-1\", but the file has 4 vertices (numbered from 0)",
         ),
         ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1\n", "a.off:7: face 0 ends after 2 of 3 corners"),
         (
@@ -110,7 +110,7 @@ fn off_errors_contain_the_line() {
         ),
         (
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 9\n",
-            "a.off:7: face 0: vertex \"9\", but the file has 4 vertices (from 0)",
+            "a.off:7: face 0: vertex \"9\", but the file has 4 vertices (numbered from 0)",
         ),
         ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n-3 0 1 2\n", "a.off:7: face 0: expected a number of corners"),
         (
@@ -136,7 +136,7 @@ fn off_errors_contain_the_line() {
     }
     for (name, expected) in [
         ("OutOfMemory.off", "OutOfMemory.off:2: 353535235358 vertices and 6 faces declared, but only 289 bytes follow"),
-        ("invalid.off", "invalid.off:8: face 1: vertex \"20\", but the file has 3 vertices (from 0)"),
+        ("invalid.off", "invalid.off:8: face 1: vertex \"20\", but the file has 3 vertices (numbered from 0)"),
     ] {
         let path = data(name);
         assert_eq!(message(read_model(&path, &Budget::default()).unwrap_err(), &path), expected);

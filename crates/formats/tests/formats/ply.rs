@@ -202,7 +202,7 @@ fn corners_may_have_separate_texture_coordinates_and_an_image() {
     fs::write(&path, text).unwrap();
     let model = read_model(&path, &Budget::default()).unwrap();
     let mesh = &model.parts[0].mesh;
-    // Corner 0 has two positions in the image, and corner 2 has one.
+    // Vertex 0 has two different texture coordinates, and vertex 2 has one.
     assert_eq!(mesh.vertices.len(), 5);
     let uvs = mesh.uvs.as_ref().unwrap();
     assert_eq!(
@@ -243,8 +243,14 @@ fn values_beyond_the_declared_columns_are_ignored_with_a_notice() {
 fn ply_errors_contain_line_or_byte() {
     let rows = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
     for (text, expected) in [
-        (ascii(&format!("{rows}3 0 1 4\n")), "a.ply:14: face 0: vertex 4, but the file has 4 vertices (from 0)"),
-        (ascii(&format!("{rows}3 0 1 -1\n")), "a.ply:14: face 0: vertex -1, but the file has 4 vertices (from 0)"),
+        (
+            ascii(&format!("{rows}3 0 1 4\n")),
+            "a.ply:14: face 0: vertex 4, but the file has 4 vertices (numbered from 0)",
+        ),
+        (
+            ascii(&format!("{rows}3 0 1 -1\n")),
+            "a.ply:14: face 0: vertex -1, but the file has 4 vertices (numbered from 0)",
+        ),
         (ascii(&format!("{rows}3 0 1 1.5\n")), "a.ply:14: \"1.5\" is not a whole number"),
         (ascii(&format!("{rows}2 0 1   \n")), "a.ply: no faces, only 4 vertices; there is nothing to render"),
         (ascii(&format!("{rows}3 0 1\n")), "a.ply:14: the row has fewer values than the header declares"),

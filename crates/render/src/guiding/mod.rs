@@ -1,5 +1,5 @@
 //! Path guiding: samples of diffuse surfaces are guided to objects that focus light and to gaps through which light
-//! arrives, and lights are sampled rarely from places that no light reaches directly.
+//! arrives. In places that no light reaches directly, lights are rarely sampled.
 //!
 //! The rest of the renderer uses this folder only through the trait [`PathGuiding`]; `guiding_switch.rs` selects it.
 //!

@@ -56,7 +56,7 @@ impl Sampler {
         let within = |v: u32| v & ((1 << BLOCK_BITS) - 1);
         Self {
             block: [block as u32, (block >> 32) as u32],
-            // The hash of the square must be independent of the block's hash.
+            // The complement makes the hash of the 2 x 2 square independent of the block's hash.
             quad: splitmix64(!of_square(1)) as u32,
             morton_bits: (spread_bits(within(x)) | spread_bits(within(y)) << 1).reverse_bits(),
             sample: 0,

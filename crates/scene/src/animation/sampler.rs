@@ -72,7 +72,7 @@ impl AnimationSampler {
         &self.times
     }
 
-    /// Numbers of all keyframes, one after the other, including tangents.
+    /// Values of all keyframes, one keyframe after the other, including tangents.
     pub fn values(&self) -> &[f32] {
         &self.values
     }

@@ -1,5 +1,6 @@
-// The start: a page with a frame shows the frame, and a page with the core renders. A page in a notebook cell connects
-// to the kernel, any other page to its server. If this script runs in a worker, it renders for the page.
+// Entry point of every page. A page with a saved image shows the image. A page that contains raycam as WebAssembly
+// starts this script again in a worker, which renders. A page in a notebook cell connects to the kernel, and any other
+// page to its server.
 
 import { Client } from "./client.js";
 import { bindCommands } from "./commands.js";

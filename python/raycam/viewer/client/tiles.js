@@ -1,4 +1,4 @@
-// Exact numbers of pixels that are drawn large enough to show values. The numbers are requested in tiles.
+// Exact values of the pixels that are drawn large enough to show their values. The values are requested in tiles.
 
 /** @typedef {import("./image/planes.js").Plane} Plane */
 /** @typedef {import("./client.js").Client} Client */

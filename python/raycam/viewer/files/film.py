@@ -80,12 +80,12 @@ def filmed(
 
 
 def _turn(view: View, degrees: float, count: int) -> Shots:
-    """The images of a turn around the pivot."""
+    """Returns the shots of a turn around the pivot, with `count` images."""
     return lambda i: (view.lit, turned_around(view.camera, view.pivot, np.radians(degrees * i / count)))
 
 
 def _movement(view: View, fps: float) -> Shots:
-    """The images of the world's motion."""
+    """Returns the shots of the world's motion, with `fps` images per second."""
 
     def shot(i: int) -> tuple[World, Camera]:
         world, camera = view.moment(min(i / fps, view.seconds))

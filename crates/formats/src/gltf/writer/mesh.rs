@@ -69,7 +69,7 @@ impl Writer<'_> {
             let moved = if rounding < 1e-6 { "less than a millionth".into() } else { format!("up to {rounding:.1e}") };
             self.note(
                 NoticeCode::ApproximatedValue,
-                format!("positions are rounded to float32, by {moved} of their unit"),
+                format!("positions are rounded to float32, which moves them by {moved} of the mesh's unit"),
             );
         }
         let Some(slots) = &mesh.material_slots else {
