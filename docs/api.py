@@ -18,7 +18,7 @@ from typing import Any
 
 SECTIONS: dict[str, list[str]] = {
     "Worlds": ["load", "World", "Object", "Texture", "Topology", "Video", "Animation", "robots.Robot", "data"],
-    "Cameras": ["Camera", "Rig", "Sensor", "load_cameras", "save_cameras", "Cameras"],
+    "Cameras": ["Camera", "Rig", "Sensor", "Background", "load_cameras", "save_cameras", "Cameras"],
     "Lidars": ["Lidar", "load_lidar", "scan", "scan_many", "Scan", "explain_beam", "BeamExplanation"],
     "Pictures": ["render", "Frame", "render_many", "Frames", "progressive", "Progressive", "Cancel", "view", "Viewer"],
     "Labels and motion": ["label", "Label", "box3d", "Box3D", "keypoints", "Keypoints", "flow", "disparity"],
@@ -32,7 +32,8 @@ SECTIONS: dict[str, list[str]] = {
     "Randomised worlds": ["Recipe", "sample", "settle", "Settled", "randomize.views.place_camera"],
     "Checks": ["explain", "Explanation", "selfcheck", "SelfCheck", "reference"],
     "Other libraries": [
-        *("from_trimesh", "from_open3d", "from_mujoco", "compat.pyrender", "compat.trimesh", "compat.open3d"),
+        *("from_trimesh", "from_open3d", "from_mujoco", "from_newton"),
+        *("compat.pyrender", "compat.trimesh", "compat.open3d"),
         "compat.open3d.t.geometry.RaycastingScene", "compat.mujoco.Renderer",
     ],
     "Errors and notices": ["errors", "strict"],

@@ -31,7 +31,7 @@ HERE = [
     for name in FORMATS
     if name not in ("semantickitti", "nuscenes") and (name not in NEEDS or find_spec(NEEDS[name]))
 ]
-"""The formats of cameras; The formats of cameras: the others require a rig with a lidar."""
+"""The formats of cameras; the others require a rig with a lidar."""
 
 
 @pytest.mark.parametrize("name", HERE)

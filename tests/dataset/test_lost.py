@@ -113,6 +113,10 @@ def test_images_keep_the_names_of_their_source_images(tmp_path: Path) -> None:
     assert [row["file_name"] for row in rows] == ["000000.png", "000001.png", "000002.png"]
 
 
+NAMED = ("coco", "colmap", "nerf", "yolo", "panoptic", "photos", "semantic")
+"""The formats whose images keep the names of the cameras' file (and "mcap", whose images are messages)."""
+
+
 @pytest.mark.parametrize("format", sorted(set(FORMATS) - {"hdf5", "mcap", "semantickitti", "nuscenes"}))
 def test_source_images_json_lists_the_image_of_each_view(tmp_path: Path, format: str) -> None:
     images = {"a": "IMG 1.JPG", "b": "left/IMG_2.jpg"}
@@ -124,7 +128,7 @@ def test_source_images_json_lists_the_image_of_each_view(tmp_path: Path, format:
     assert [row["image"] for row in rows] == list(images.values())
     assert [(row["view"], row["camera"]) for row in rows] == list(enumerate(given))
     named = [path for path in (tmp_path / "set").rglob("*") if path.stem in ("IMG 1", "IMG_1")]
-    assert bool(named) == (format in ("coco", "colmap", "nerf", "yolo", "panoptic", "photos", "semantic"))
+    assert bool(named) == (format in NAMED)
     write(wall(3.5), tmp_path / "none", format, cameras=list(cameras.values()), samples=1)
     assert not (tmp_path / "none/source_images.json").exists()
 

@@ -206,9 +206,9 @@ def write(
       normals, camera_params; distances of the background are infinite, x_max and y_max are one past the last pixel
     * "photos": depth, normals and masks under the names of photographs; options and layouts as in `raycam.photo_truth`
 
-    Images are numbered, 000000.png. For cameras of `load_cameras`, "coco", "colmap" and "nerf" use the image names of
-    the cameras' file (`Cameras.images`), with the ending .png. COCO's `images` also contain the camera's name, K,
-    lens and pose.
+    Images are numbered, 000000.png. For cameras of `load_cameras`, "coco", "colmap", "nerf", "yolo", "panoptic",
+    "semantic", "mcap" and "photos" use the image names of the cameras' file (`Cameras.images`), with their own ending.
+    COCO's `images` also contain the camera's name, K, lens and pose.
 
     As for real sensors, integer depth is 0 for the background and beyond the range of the format (KITTI 255.99 m, TUM
     13.107 m, NeRF and ScanNet 65.535 m; `depth_scale` changes the last three). KITTI's files cannot represent
