@@ -162,7 +162,10 @@ def calls(folder: Path) -> dict[str, tuple[Callable[..., Any], dict[str, Any]]]:
             {"vertices": VERTICES, "faces": TRIANGLES, "material": {"color": [1, 1, 1]}},
         ),
         "add_light": (copied("add_light"), {"type": "point", "position": [0, 0, 3], "intensity": [1, 1, 1]}),
-        "add_studio": (copied("add_studio"), {"camera": camera, "ground": True}),
+        "add_studio": (
+            copied("add_studio"),
+            {"camera": camera, "ground": True, "key": True, "exposure": 0.0},
+        ),
         "add_camera": (copied("add_camera"), {"name": "x", "camera": camera}),
         "set_object": (
             lambda which, **keys: world.copy().set_object(which, **keys),

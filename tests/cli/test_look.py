@@ -49,18 +49,34 @@ def test_studio_image_of_a_model_equals_the_python_call(
     np.testing.assert_array_equal(picture("ball.png"), expected.to_srgb8())
 
 
-def test_model_with_lights_gets_a_hint_about_the_studio_option(
-    folder: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("irradiance", [2, 2000])
+def test_model_with_a_sun_is_rendered_in_the_studio_room(
+    folder: Path, capsys: pytest.CaptureFixture[str], irradiance: float
 ) -> None:
     world = raycam.load("ball.glb")
-    world.add_light("sun", direction=[0, -1, -1], irradiance=2)
+    world.add_light("sun", direction=[-1, -1, 0], irradiance=irradiance)
     world.to_gltf(folder / "lit.glb")
-    assert run(f"render lit.glb {SMALL}") == 0
-    assert "--studio" in capsys.readouterr().err
-    dark = picture("lit.png").mean()
-    assert run(f"render lit.glb {SMALL} --studio") == 0
-    assert "--studio" not in capsys.readouterr().err
-    assert picture("lit.png").mean() > 2 * dark
+    assert run(f"render lit.glb {SMALL} --view-from front") == 0
+    assert "--no-studio" in capsys.readouterr().err
+    shown = picture("lit.png")[..., 0]
+    assert 100 < shown[0].min() < 220  # the room
+    left, right = shown[22:26, 15:19].mean(), shown[22:26, 45:49].mean()
+    # The sun shines from the right, and the room fills its shadows.
+    assert 80 < left < 0.85 * right < 0.85 * 230
+    assert run(f"render lit.glb {SMALL} --no-studio") == 0
+    assert "--no-studio" not in capsys.readouterr().err
+    loaded = raycam.load("lit.glb")
+    expected = raycam.render(loaded, loaded.default_camera((64, 48)), samples=2)
+    np.testing.assert_array_equal(picture("lit.png"), expected.to_srgb8())
+
+
+def test_light_of_a_world_file_is_rendered_as_it_is(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.toml").write_text(
+        '[[object]]\nsphere = {}\n[[light]]\ntype = "sun"\ndirection = [-1, 1, -1]\nirradiance = 2\n'
+    )
+    assert run(f"render a.toml {SMALL}") == 0
+    assert "studio" not in capsys.readouterr().err
+    assert picture("a.png")[0].max() == 0
 
 
 def test_variant_option_selects_a_material_variant(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -48,6 +48,26 @@ def test_model_without_lights_equals_render() -> None:
     assert np.array_equal(shown, expected)
 
 
+def test_model_file_with_a_sun_is_shown_in_the_studio_room() -> None:
+    world = model()
+    world.add_light("sun", direction=[1, 1, -2], irradiance=500)
+    view = Session(world, is_model=True).view
+    assert (view.look.light, view.integrator, view.transform) == ("room", "path", "pbr_neutral")
+    assert view.exposure < -6
+    assert [light["type"] for light in view.lit.lights] == ["sun", "environment"]
+    assert [light["type"] for light in view.preview.lights] == ["sun", "sky"]
+    assert len(view.lit.objects) == len(world.objects) + 1
+    corner = raycam.render(view.lit, view.still_camera, channels="color", region=(0, 0, 8, 8), samples=2)[
+        "color"
+    ]
+    moving = raycam.render(view.preview, view.still_camera, channels="color", region=(0, 0, 8, 8))["color"]
+    np.testing.assert_allclose(moving.mean(), corner.mean(), rtol=0.1)
+    assert 0.2 < corner.mean() * 2**view.exposure < 0.7
+    assert Session(world).view.look.light == "own"
+    with Viewer(world, port=0, is_model=True, studio=False) as viewer:
+        assert viewer._first.view.look.light == "own"
+
+
 def test_world_with_a_camera_keeps_the_default_lights() -> None:
     world = model()
     camera = world.view_from()

@@ -28,7 +28,7 @@ def test_uploaded_world_and_mesh_are_opened_and_the_folder_removed() -> None:
     made = Uploads()
     assert sent(made, "a.obj", MESH)
     assert sent(made, "world.toml", WORLD)
-    assert made.open("world.toml").counts["triangles"] == 1
+    assert made.open("world.toml")[0].counts["triangles"] == 1
     folder = made._path()
     assert {path.name for path in folder.iterdir()} == {"a.obj", "world.toml"}
     made.close()
@@ -74,7 +74,7 @@ def test_names_that_leave_the_folder_are_refused(name: str) -> None:
 def test_files_with_unusual_names_are_opened(name: str) -> None:
     made = Uploads()
     assert sent(made, name, MESH)
-    assert made.open(name).counts["triangles"] == 1
+    assert made.open(name)[0].counts["triangles"] == 1
     made.close()
 
 
@@ -85,7 +85,7 @@ def test_uploaded_files_of_unsupported_types_are_ignored() -> None:
     assert made._folder is None
     sent(made, "parts/a.obj", MESH)
     sent(made, "world.toml", WORLD.replace(b"a.obj", b"parts/a.obj"))
-    assert made.open("world.toml").counts["triangles"] == 1
+    assert made.open("world.toml")[0].counts["triangles"] == 1
     made.close()
 
 
@@ -105,7 +105,7 @@ def test_archive_with_a_folder_is_opened() -> None:
     }
     made = Uploads()
     sent(made, "all.zip", archive(files), 1000)
-    assert made.open("all.zip").counts["triangles"] == 1
+    assert made.open("all.zip")[0].counts["triangles"] == 1
     made.close()
 
 

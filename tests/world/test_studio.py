@@ -58,6 +58,32 @@ def test_studio_floor_and_room_have_equal_radiance(up: Literal["z", "y"]) -> Non
     np.testing.assert_allclose(frame["color"][far].mean(axis=0), FLOOR, rtol=0.02)
 
 
+@pytest.mark.parametrize("irradiance", [0.2, 1.5])
+def test_studio_without_key_light_continues_the_floor_under_a_sun(irradiance: float) -> None:
+    world = bare()
+    camera = world.view_from("default", size=(160, 120), zoom=0.15)
+    world.add_light("sun", direction=[1, 2, -3], irradiance=irradiance)
+    world.add_studio(camera, key=False)
+    assert [light["type"] for light in world.lights] == ["sun", "environment"]
+    frame = raycam.render(world, camera, integrator="path", max_depth=6, samples=64, channels="all")
+    floor = frame["instance"] == 1
+    far = floor & (frame["distance"] > np.quantile(frame["distance"][floor], 0.8))
+    room = (frame["instance"] < 0) & (frame["coverage"] == 1)
+    assert np.ptp(frame["color"][room]) < 1e-6
+    np.testing.assert_allclose(frame["color"][far].mean(axis=0), frame["color"][room][0], rtol=0.02)
+
+
+def test_studio_room_keeps_its_brightness_at_another_exposure() -> None:
+    images = []
+    for stops in (0, -3):
+        world = bare()
+        world.add_light("sun", direction=[1, 2, -3], irradiance=1.5 * 2.0**-stops)
+        camera = size_camera(world)
+        world.add_studio(camera, key=False, exposure=stops)
+        images.append(raycam.render(world, camera, integrator="path", samples=2)["color"] * 2.0**stops)
+    np.testing.assert_allclose(images[1], images[0], rtol=1e-5)
+
+
 def test_metal_in_the_studio_reflects_lights_and_floor() -> None:
     world = raycam.World()
     world.add_object(sphere={"level": 5}, type="metal", metal="gold", roughness=0.1)

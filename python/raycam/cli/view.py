@@ -229,6 +229,7 @@ def _view_files(options: argparse.Namespace, unpacked: Path) -> None:
         added=set(world.cameras) - own,
         reload=reload if options.watch else None,
         photographs=photographs,
+        is_model=opening.is_model,
     ) as viewer:
         print(f"raycam view: {viewer.url}        (Ctrl-C stops it)", flush=True)
         for url in viewer.urls[1:]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from .options import FILTERS, INTEGRATORS, RENDER_OPTIONS, VIEWS, RenderOption, RenderOptions
 from .render import render
 from .request import DEFAULT_CHANNELS, Region, channel_names, is_shaded
-from .studio import STUDIO_NOTICE, is_unlit, studio_options
+from .studio import STUDIO_NOTICE, exposure_of_lights, is_unlit, lacks_surroundings, studio_options
 
 __all__ = [
     "DEFAULT_CHANNELS",
@@ -18,8 +18,10 @@ __all__ = [
     "RenderOption",
     "RenderOptions",
     "channel_names",
+    "exposure_of_lights",
     "is_shaded",
     "is_unlit",
+    "lacks_surroundings",
     "render",
     "studio_options",
 ]

@@ -65,9 +65,10 @@ def view(
     (`pip install raycam[notebook]`); `cell` selects or suppresses the widget. It uses the kernel's own connection and
     opens no port.
 
-    A model without lights and cameras is shown in the studio, as in `raycam.render`. As in `raycam render`, `hdri`
-    (with `hdri_rotation`), `sun=(azimuth, elevation)`, `studio=True`, `ground` and `background` select another look,
-    and `view_from`, `zoom` and `fov` select another initial camera.
+    A model without lights and cameras is shown in the studio, as in `raycam.render`. As in `raycam render`, a model
+    file with suns or lamps only is shown in the studio's room (`studio=False`: in the dark), `hdri` (with
+    `hdri_rotation`), `sun=(azimuth, elevation)`, `studio=True`, `ground` and `background` select another look, and
+    `view_from`, `zoom` and `fov` select another initial camera.
 
     `browser` opens a browser (default: if one is available and this is not an SSH session). `block` waits until the
     view is closed (default: only in a script). Raises `SettingsError` for invalid arguments and `NetworkError` if the
@@ -145,7 +146,11 @@ def _open(what: Any, watch: bool) -> tuple[World, dict[str, Any]]:
         def load_again() -> World:
             return opening.load(lambda path, folder: load(path, folder=folder))
 
-        more: dict[str, Any] = {"title": opening.title, "source": opening.source}
+        more: dict[str, Any] = {
+            "title": opening.title,
+            "source": opening.source,
+            "is_model": opening.is_model,
+        }
         if watch:
             opening.check_watch()
             more["reload"] = load_again

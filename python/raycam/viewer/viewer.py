@@ -76,6 +76,7 @@ class Viewer:
         added: Collection[str] = (),
         reload: Callable[[], World] | None = None,
         photographs: Photographs | None = None,
+        is_model: bool = False,
         start: Mapping[str, Any] | None = None,
         cell: bool = False,
         height: int = 560,
@@ -86,6 +87,7 @@ class Viewer:
     ) -> None:
         """Starts the view; use `raycam.view`, which describes the arguments.
 
+        `is_model` is True for the world of a model file, whose suns and lamps are completed by the studio's room.
         `added` lists the cameras that are not in the file `source`. If `reload` is given, it loads the world again
         after each change of the file `source` and of the files that it uses. `photographs` are shown behind their
         cameras. `size` limits the image size, at most 2560 x 1600; by default, images have the size of the client's
@@ -115,7 +117,10 @@ class Viewer:
             "photographs": photographs,
             "start": None if start is None else dict(start),
             "framing": framing,
-            "look": _chosen_look(Opened(self._edits, camera=camera, framing=framing), look),
+            "look": _chosen_look(
+                Opened(self._edits, camera=camera, framing=framing, is_model=is_model), look
+            ),
+            "is_model": is_model,
             "controls": self.controls,
             "picked": _weakly(self._pick),
         }
@@ -479,7 +484,8 @@ def _framed(
 def _chosen_look(opened: Opened, options: Mapping[str, Any]) -> Look:
     """The look of a view when it starts."""
     world = world_at(opened.edits.world, 0.0, "", "")
-    return Look.choose(world, opened.home(world)[0], is_framed=opened.fills_window, **options)
+    camera, _ = opened.home(world)
+    return Look.choose(world, camera, is_framed=opened.fills_window, is_model=opened.is_model, **options)
 
 
 def _weakly(method: Callable[..., Any]) -> Callable[..., Any]:

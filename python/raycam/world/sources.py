@@ -12,7 +12,15 @@ from .endings import MESH_ENDINGS, MODEL_ENDINGS
 if TYPE_CHECKING:
     from _typeshed import SupportsRead
 
-__all__ = ["HEAD_BYTES", "check_scalable", "kind_suffix", "path_suffix", "read_bytes", "scale_factor"]
+__all__ = [
+    "HEAD_BYTES",
+    "check_scalable",
+    "is_model_file",
+    "kind_suffix",
+    "path_suffix",
+    "read_bytes",
+    "scale_factor",
+]
 
 METRES = {"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
 """Lengths of units in metres."""
@@ -52,6 +60,11 @@ def kind_suffix(kind: str | None, data: bytes) -> str:
         options = ", ".join(each.lstrip(".") for each in MODEL_ENDINGS)
         raise SettingsError(f"kind is {kind!r}; options: {options}", code="unknown_name")
     return _content_suffix(data) or named
+
+
+def is_model_file(path: str | os.PathLike[str]) -> bool:
+    """True unless the name is that of a world file, whose light is complete."""
+    return Path(path).suffix.lower() != ".toml"
 
 
 def path_suffix(path: str | os.PathLike[str]) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Floats, flag
+from ..arguments import Floats, flag, real
 from ..camera import Camera, check_camera
 from ..errors import WorldError
 from .building import WorldBuilding
@@ -102,31 +102,60 @@ def add_sun(world: WorldBuilding, azimuth: float, elevation: float, *, sky: bool
         world.add_light(type="sky", radiance=SKY_RADIANCE)
 
 
-def add_studio(world: WorldBuilding, camera: Camera | None = None, *, ground: bool = True) -> None:
+def add_studio(
+    world: WorldBuilding,
+    camera: Camera | None = None,
+    *,
+    ground: bool = True,
+    key: bool = True,
+    exposure: float = 0.0,
+) -> None:
     """Adds the studio's lights, arranged around `camera`, and its floor; see `World.add_studio`."""
     camera = None if camera is None else check_camera(camera)
-    ground = flag("ground", ground)
+    ground, key = flag("ground", ground), flag("key", key)
+    strength = 2.0 ** -real("exposure", exposure, -100, 100, what="a number of stops")
     toward, right, upward = _stage(world, camera)
     to_key = _to_key(toward, right, upward)
-    image, scale = _room(world.up, toward, right, upward)
+    sun = None if key else _sun_on_floor(world, upward) / strength
+    image, scale = _room(world.up, toward, right, upward, sun)
     if ground and (camera is None or camera.is_parallel or is_above(world, camera)):
         add_ground(world, name="studio floor", size=studio_floor(world)["size"])
-    world.add_light(type="environment", image=image)
-    world.add_light(
-        type="sun",
-        direction=(-to_key).tolist(),
-        irradiance=KEY_IRRADIANCE * scale,
-        angular_diameter=KEY_DIAMETER,
-    )
+    world.add_light(type="environment", image=image * np.float32(strength))
+    if key:
+        world.add_light(
+            type="sun",
+            direction=(-to_key).tolist(),
+            irradiance=KEY_IRRADIANCE * scale * strength,
+            angular_diameter=KEY_DIAMETER,
+        )
 
 
-def add_studio_preview(world: WorldBuilding, camera: Camera) -> None:
-    """Adds lights that resemble the studio's, but require only one sample per pixel.
+def _sun_on_floor(world: WorldBuilding, upward: Floats) -> float:
+    """The irradiance of the world's suns on a level floor, in W/m², the mean of red, green and blue."""
+    found = 0.0
+    for light in world.lights:
+        if light["type"] == "sun":
+            direction = np.array(light["direction"], float)
+            rise = -float((direction * upward).sum()) / math.sqrt(float((direction * direction).sum()))
+            found += max(rise, 0.0) * float(np.mean(light["irradiance"]))
+    return found
+
+
+def add_studio_preview(
+    world: WorldBuilding, camera: Camera, *, key: bool = True, exposure: float = 0.0
+) -> None:
+    """Adds lights that resemble those of `add_studio`, but require only one sample per pixel.
 
     One sample is sufficient with the integrator "direct". The sky's radiance is `FLOOR`. The sun has no size; its
     irradiance is such that the floor's radiance is also `FLOOR`: `FLOOR = FLOOR / pi * (pi * FLOOR + irradiance *
-    sin(KEY_ELEVATION))`.
+    sin(KEY_ELEVATION))`. Without `key`, there is no sun, and the sky has the radiance of the room's horizon.
     """
+    if not key:
+        toward, right, upward = _stage(world, camera)
+        strength = 2.0**-exposure
+        image, _ = _room(world.up, toward, right, upward, _sun_on_floor(world, upward) / strength)
+        world.add_light(type="sky", radiance=float(image[-1, 0, 0]) * strength)
+        return
     world.add_light(type="sky", radiance=FLOOR)
     world.add_light(
         type="sun",
@@ -169,8 +198,14 @@ def is_above(world: WorldContents, camera: Camera) -> bool:
     return bounds is not None and bool(camera.location[axis] > bounds[0][axis])
 
 
-def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, float]:
-    """The equirectangular image of the room, and the factor for the room and the key light."""
+def _room(
+    up: str, toward: Floats, right: Floats, upward: Floats, sun: float | None = None
+) -> tuple[Any, float]:
+    """The equirectangular image of the room, and the factor for the room and the key light.
+
+    `sun` is the irradiance on the floor, in W/m², of suns that replace the key light. The room is as bright as with the
+    key light; only its radiance below the horizon follows the floor's.
+    """
     # NumPy's sine, exponential and sum are not used, because their last bits depend on the processor.
     heights = [90.0 - 180.0 * (row + 0.5) / ROOM_IMAGE_ROWS for row in range(ROOM_IMAGE_ROWS)]
     degrees = np.array(heights)[:, None]
@@ -196,8 +231,11 @@ def _room(up: str, toward: Floats, right: Floats, upward: Floats) -> tuple[Any, 
     returned = math.fsum(((1 - lifted) * weight).ravel()) * 2 * ROOM_IMAGE_ROWS
     # The horizon h is the floor's radiance: h = albedo / pi (received + returned h).
     horizon = FLOOR / math.pi * received / (1 - FLOOR / math.pi * returned)
-    radiance_map = np.where(degrees > 0, lifted * sky + (1 - lifted) * horizon, horizon)
     scale = FLOOR / horizon
+    if sun is not None:
+        received += sun / scale - KEY_IRRADIANCE * math.sin(math.radians(KEY_ELEVATION))
+        horizon = FLOOR / math.pi * received / (1 - FLOOR / math.pi * returned)
+    radiance_map = np.where(degrees > 0, lifted * sky + (1 - lifted) * horizon, horizon)
     return np.repeat((radiance_map * scale)[..., None], 3, axis=-1).astype(np.float32), scale
 
 

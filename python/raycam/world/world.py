@@ -178,22 +178,29 @@ class World(WorldBuilding, RayQueries, PointQueries):
         """
         return add_ground(self, height=height, size=size, color=color, name=name, **material)
 
-    def add_studio(self, camera: Camera | None = None, *, ground: bool = True) -> None:
+    def add_studio(
+        self, camera: Camera | None = None, *, ground: bool = True, key: bool = True, exposure: float = 0.0
+    ) -> None:
         """Adds the studio in which worlds without lights and cameras are shown.
 
         The studio has a soft key light from the upper left of `camera` (default: the default camera), a grey room that
         metals reflect, and, with `ground`, a floor. Floor and background have the linear radiance 0.62 outside shadows.
         The floor is omitted if the camera is below it. `integrator="path"` with `max_depth=6` is recommended.
-        """
-        add_studio(self, camera, ground=ground)
 
-    def in_studio(self, camera: Camera, *, ground: bool = True) -> World:
+        `key=False` omits the key light, for worlds with suns or lamps: the room then fills their shadows. `exposure`,
+        in stops, is the exposure of the image (`raycam.render`), in which the room keeps its brightness.
+        """
+        add_studio(self, camera, ground=ground, key=key, exposure=exposure)
+
+    def in_studio(
+        self, camera: Camera, *, ground: bool = True, key: bool = True, exposure: float = 0.0
+    ) -> World:
         """Returns a copy with the studio added (see `add_studio`).
 
         The copy's `without_studio` is this world.
         """
         copy = self.copy()
-        add_studio(copy, camera, ground=ground)
+        add_studio(copy, camera, ground=ground, key=key, exposure=exposure)
         copy._bare = self
         return copy
 

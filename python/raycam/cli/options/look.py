@@ -19,15 +19,14 @@ __all__ = ["add_look", "apply_look"]
 
 HDRI_GROUND_ALBEDO = 0.4
 """Albedo of the floor of `--ground` with `--hdri`: dark enough for shadows under a bright sky to be visible."""
-SURROUNDING_LIGHTS = {"environment", "sky", "daylight"}
-"""Types of lights that shine from all directions."""
 
 
 def add_look(command: argparse.ArgumentParser) -> None:
     """Adds the options that `apply_look` and `find_camera` read."""
     group = command.add_argument_group(
         "look",
-        "models without lights and cameras are rendered in a studio unless one of these options is given",
+        "models without lights and cameras are rendered in a studio, and models with only suns or lamps in its room, "
+        "unless one of these options is given",
     )
     add_framing(group)
     group.add_argument("--hdri", metavar="FILE", help="light from an environment image: .hdr or .exr")
@@ -45,7 +44,9 @@ def add_look(command: argparse.ArgumentParser) -> None:
         help="light from a sun and a pale sky: azimuth, from the front to the right, and elevation in degrees",
     )
     group.add_argument(
-        "--studio", action="store_true", help="use the studio, even if the world has lights or cameras"
+        "--studio",
+        action=argparse.BooleanOptionalAction,
+        help="use the studio, even if the world has lights or cameras; --no-studio: use only the world's lights",
     )
     group.add_argument(
         "--ground",
@@ -79,31 +80,37 @@ def apply_look(
     """Returns the world with the lights and the ground of the options, and the render options.
 
     Without such options, a world without lights is placed in the studio if a framing camera shows it and the image is
-    `shaded`, because depth and ids require no light. If `truth_of_world` is False, the studio has no floor, because
-    the floor would appear in the ground truth.
+    `shaded`, because depth and ids require no light. A model with suns or lamps only is placed in the studio without
+    its key light. If `truth_of_world` is False, the studio has no floor, because the floor would appear in the ground
+    truth.
     """
-    from ...render import STUDIO_NOTICE, is_unlit, studio_options
+    from ...render import STUDIO_NOTICE, exposure_of_lights, is_unlit, lacks_surroundings, studio_options
+    from ...world.sources import is_model_file
 
     transparent = bool(settings.get("transparent_background"))
     _check_lights(options, settings)
     lit_by_options = bool(options.hdri or options.sun or options.studio)
     asked = world.render_settings | settings
-    in_studio = options.studio
-    if shaded and not lit_by_options and is_framed(world, options) and is_unlit(world, camera, asked):
-        in_studio = True
-        print_notice(STUDIO_NOTICE)
+    in_studio = bool(options.studio)
+    studio: dict[str, Any] = {}
+    if shaded and not lit_by_options and options.studio is None and is_framed(world, options):
+        if is_unlit(world, camera, asked):
+            in_studio = True
+            print_notice(STUDIO_NOTICE)
+        elif is_model_file(options.world) and lacks_surroundings(world, asked):
+            in_studio, studio = True, {"key": False, "exposure": exposure_of_lights(world, camera)}
+            settings = {"exposure": studio["exposure"]} | settings
+            print_notice(_added_room(world, studio["exposure"]))
     if lit_by_options and world.lights:
         count = len(world.lights)
         print_notice(
             f"the world has {count} {'light' if count == 1 else 'lights'}; the options' lights are added"
         )
-    if shaded and not in_studio and not lit_by_options:
-        _report_weak_lights(world, options)
     if not in_studio and not lit_by_options and options.ground is None:
         return world, settings
     if in_studio:
         floor = not transparent and options.ground is None and truth_of_world
-        world = world.in_studio(camera, ground=floor)
+        world = world.in_studio(camera, ground=floor, **studio)
         settings = studio_options(world.render_settings | settings)
     else:
         world = world.with_cameras({})
@@ -127,17 +134,15 @@ def _ground(options: argparse.Namespace) -> dict[str, Any]:
     return {"color": color}
 
 
-def _report_weak_lights(world: World, options: argparse.Namespace) -> None:
-    """Prints a notice if a model is lit only by small lights.
-
-    Under such lights, metals have nothing to reflect.
-    """
-    kinds = {light["type"] for light in world.lights}
-    is_model = not os.fspath(options.world).endswith(".toml")
-    if is_model and kinds and not kinds & SURROUNDING_LIGHTS and is_framed(world, options):
-        count = len(world.lights)
-        lights = "1 light" if count == 1 else f"{count} lights"
-        print_notice(f"the model is lit only by the {lights} in its file; --studio adds the studio's lights")
+def _added_room(world: World, exposure: float) -> str:
+    """The notice about a model in the studio's room, whose lights are those of its file."""
+    count = len(world.lights)
+    lights = "1 light" if count == 1 else f"{count} lights"
+    exposed = f" (exposure {exposure:g} stops)" if exposure else ""
+    return (
+        f"the model has {lights} but no surroundings: the studio's room and floor are added{exposed}; "
+        "--no-studio uses only the model's lights"
+    )
 
 
 def _add_lights(world: World, options: argparse.Namespace) -> None:

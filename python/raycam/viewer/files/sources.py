@@ -14,6 +14,7 @@ from ..._core import file_extensions
 from ...errors import Error, Notice, SettingsError
 from ...notices import warn
 from ...world import World
+from ...world.sources import is_model_file
 
 __all__ = ["ARCHIVE", "Opening", "check_name", "combine_models", "find_world", "first_world", "unpack"]
 
@@ -43,6 +44,11 @@ class Opening(NamedTuple):
     title: str
     source: Path | None
     """The world's file; None for a world in an archive and for several models."""
+
+    @property
+    def is_model(self) -> bool:
+        """True unless the world comes from a world file."""
+        return all(map(is_model_file, self.paths))
 
     @classmethod
     def find(cls, given: Sequence[str | os.PathLike[str]], unpacked: Path) -> Opening:

@@ -17,6 +17,7 @@ from ..._core import file_extensions
 from ...errors import Error, SettingsError
 from ...world import World
 from ...world.load import load
+from ...world.sources import is_model_file
 from .sources import ARCHIVE, check_name, combine_models, first_world, unpack
 
 __all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types", "is_image"]
@@ -77,10 +78,11 @@ class Uploads:
         self._received[name] = offset + len(piece)
         return self._received[name] == size
 
-    def open(self, name: str, more: Sequence[str] = ()) -> World:
+    def open(self, name: str, more: Sequence[str] = ()) -> tuple[World, bool]:
         """Returns the world of a complete file or archive, to which the models `more` are added.
 
-        Raises `SettingsError` and the errors of `raycam.load`.
+        The second value is True unless the world comes from a world file. Raises `SettingsError` and the errors of
+        `raycam.load`.
         """
         names = [self._complete(each) for each in (name, *more)]
         try:
@@ -97,7 +99,7 @@ class Uploads:
         except Error as error:
             raise type(error)(self._without_folder(str(error)), code=error.code) from None
         self._opened = set(self._sizes)
-        return world
+        return world, all(map(is_model_file, names))
 
     def image(self, name: str) -> str:
         """The path of an image that was received completely. Raises `SettingsError`."""

@@ -16,14 +16,16 @@ from ...camera import Camera
 from ...data import bundled
 from ...errors import SettingsError
 from ...render.background import picture_behind
-from ...render.studio import STUDIO_OPTIONS, is_unlit
+from ...render.studio import STUDIO_OPTIONS, exposure_of_lights, is_unlit, lacks_surroundings
 from ...world import World
 from ...world.studio import add_studio, add_studio_preview, add_sun, is_above, studio_floor
 
 __all__ = ["LIGHTS", "LOOK_OPTIONS", "SKY_IMAGE", "Look"]
 
-LIGHTS = ("own", "default", "studio", "sun", "sky")
-"""The light of a view: the world's own, the renderer's default lights, the studio, a sun, or an environment image."""
+LIGHTS = ("own", "default", "studio", "room", "sun", "sky")
+"""The light of a view: the world's own, the renderer's default lights, the studio, the studio without its key light, a
+sun, or an environment image.
+"""
 LOOK_OPTIONS = ("hdri", "hdri_rotation", "sun", "studio", "ground", "background")
 """The options of `raycam.view` and `raycam view` that choose a look."""
 ENVIRONMENT_OPTIONS = {"integrator": "path", "max_depth": 4, "view": "pbr_neutral"}
@@ -38,7 +40,7 @@ DEFAULT_SKY_RADIANCE, DEFAULT_SUN_IRRADIANCE = 0.4, 2.4
 """The strengths of the renderer's default lights."""
 CACHED_WORLDS = 4
 
-Light = Literal["own", "default", "studio", "sun", "sky"]
+Light = Literal["own", "default", "studio", "room", "sun", "sky"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,18 +60,24 @@ class Look:
     """"auto" (the studio's floor, otherwise nothing), "none", "plain", "shadow", or a colour."""
     background: str | None = None
     """A colour or the path of an image; None for the light's own background."""
+    exposure: float = 0.0
+    """The initial exposure in stops, at which the light "room" has the studio's brightness."""
     _worlds: dict[tuple[int, int, bool, bool], tuple[World, World, World]] = field(
         default_factory=dict, init=False, repr=False
     )
     _lock: Any = field(default_factory=threading.Lock, init=False, repr=False)
 
     @classmethod
-    def choose(cls, world: World, camera: Camera, *, is_framed: bool, **options: Any) -> Look:
+    def choose(
+        cls, world: World, camera: Camera, *, is_framed: bool, is_model: bool = False, **options: Any
+    ) -> Look:
         """The look of `options`, or the look that `raycam render` chooses.
 
         A world without lights and cameras, which a framing camera shows, is lit by the studio. Any other world without
-        lights has the renderer's default lights. Raises `SettingsError` for invalid options.
+        lights has the renderer's default lights. A model with suns or lamps only is shown in the studio's room, and
+        with `studio=False` in the dark. Raises `SettingsError` for invalid options.
         """
+        only_own = options.get("studio") is False
         given = {name: value for name, value in options.items() if value not in (None, False)}
         for name in given:
             one_of("option", name, LOOK_OPTIONS)
@@ -84,8 +92,12 @@ class Look:
                 code="conflicting_values",
             )
         light: Any = {"hdri": "sky"}.get(lights[0], lights[0]) if lights else "own"
-        if not lights and world.bounds is not None and is_unlit(world, camera, {}):
-            light = "studio" if is_framed else "default"
+        exposure = 0.0
+        if not lights and world.bounds is not None:
+            if is_unlit(world, camera, {}):
+                light = "studio" if is_framed and not only_own else "default"
+            elif is_framed and is_model and not only_own and lacks_surroundings(world, {}):
+                light, exposure = "room", exposure_of_lights(world, camera)
         ground = given.get("ground")
         look = cls(
             stage=camera,
@@ -95,6 +107,7 @@ class Look:
             sun=_sun(given["sun"]) if "sun" in given else DEFAULT_SUN,
             ground="auto" if ground is None else "plain" if ground in ("", True) else str(ground),
             background=_background(given.get("background")),
+            exposure=exposure,
         )
         look.light_up(world, world, camera)  # raises errors of files and colours before the view starts
         if look.background is not None:
@@ -106,9 +119,13 @@ class Look:
         return replace(self, **values)
 
     @property
+    def _is_in_studio(self) -> bool:
+        return self.light in ("studio", "room")
+
+    @property
     def options(self) -> Mapping[str, Any]:
         """The defaults of render options with this light, without the number of samples."""
-        if self.light == "studio":
+        if self._is_in_studio:
             return {name: value for name, value in STUDIO_OPTIONS.items() if name != "samples"}
         return ENVIRONMENT_OPTIONS if self.light == "sky" else {}
 
@@ -129,12 +146,14 @@ class Look:
 
         An image with fewer samples would be noisier than the preceding moving image.
         """
-        return 8 if self.light == "studio" else 4 if self.light == "sky" else 1
+        return 8 if self._is_in_studio else 4 if self.light == "sky" else 1
 
     def notice(self) -> str | None:
         """The sentence that explains a light that is not in the file."""
         return {
             "studio": "the model has no lights; it is shown in the studio, whose floor is not part of the ground truth",
+            "room": "the model has lights but no surroundings; it is shown in the studio's room, whose floor is not "
+            "part of the ground truth",
             "default": "the world has no lights; it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4",
         }.get(self.light)
 
@@ -151,7 +170,7 @@ class Look:
         `preview` resemble the studio's, but require only one sample per pixel.
         """
         has_floor = self._has_floor(opened, camera)
-        preview = preview and self.light == "studio"
+        preview = preview and self._is_in_studio
         key = (id(world), id(opened), has_floor, preview)
         with self._lock:
             if key not in self._worlds:
@@ -163,7 +182,7 @@ class Look:
     def _has_floor(self, opened: World, camera: Camera) -> bool:
         if (
             self.ground == "none"
-            or (self.ground == "auto" and self.light != "studio")
+            or (self.ground == "auto" and not self._is_in_studio)
             or opened.bounds is None
         ):
             return False
@@ -173,10 +192,11 @@ class Look:
         if self.light == "own" and not has_floor and not _needs_no_light(world, opened, self.stage):
             return world
         made = world.copy()
+        studio: dict[str, Any] = {} if self.light == "studio" else {"key": False, "exposure": self.exposure}
         if preview:
-            add_studio_preview(made, self.stage)
-        elif self.light == "studio":
-            add_studio(made, self.stage, ground=False)
+            add_studio_preview(made, self.stage, **studio)
+        elif self._is_in_studio:
+            add_studio(made, self.stage, ground=False, **studio)
         elif self.light == "sun":
             add_sun(made, *self.sun, sky=True)
         elif self.light == "sky":

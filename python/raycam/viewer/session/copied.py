@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...camera import Camera
+from ...render import lacks_surroundings
 from ..scene.copies import FILES, camera_table, camera_text, render_command
 from ..scene.look import SKY_IMAGE
 from .view import View
@@ -77,11 +78,15 @@ def _look_options(view: View, notify: Callable[[str], None]) -> dict[str, object
     """The options of `raycam render` for the look of a view."""
     look = view.look
     options: dict[str, object] = {"background": look.background, **view.render_options}
+    if look.light == "own" and view.shape == "home" and view.opened.is_model:
+        options["no-studio"] = lacks_surroundings(view.base, {}) or None
     if look.light == "studio" and view.shape != "home":
         options["studio"] = True
         notify(
             "The command arranges the studio's lights around this camera; the view keeps them where they are."
         )
+    if look.light == "room" and not (view.shape == "home" and view.opened.is_model):
+        notify("The command does not add the studio's room: it renders only the lights of the file.")
     if look.light == "sun":
         options["sun"] = look.sun
     if look.light == "sky":

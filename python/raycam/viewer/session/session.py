@@ -67,6 +67,7 @@ class Session:
         start: dict[str, Any] | None = None,
         framing: Mapping[str, Any] | None = None,
         look: Look | None = None,
+        is_model: bool = False,
         controls: Controls | None = None,
         picked: Callable[[Session, Control | tuple[int, int]], None] = lambda session, what: None,
     ) -> None:
@@ -84,7 +85,7 @@ class Session:
                 code="out_of_range",
             )
         edits = world if isinstance(world, Edits) else Edits(world)
-        opened = Opened(edits, title, source, added, camera, framing or {}, size)
+        opened = Opened(edits, title, source, added, camera, framing or {}, size, is_model)
         self.connection = Connection()
         self.images = Images(samples, threads)
         self.uploads = Uploads()
@@ -300,9 +301,10 @@ class Session:
         """
         self._require_open()
         with collected():
-            world = self.uploads.open(name, more)
+            world, is_model = self.uploads.open(name, more)
         edits = Edits(world, allowed=self.view.opened.edits.allowed)
-        view = View.start(Opened(edits, name, fixed_size=self.view.opened.fixed_size))
+        opened = Opened(edits, name, fixed_size=self.view.opened.fixed_size, is_model=is_model)
+        view = View.start(opened)
         with self._changes:
             self.show(view.with_space(self.view.space))
 

@@ -49,6 +49,8 @@ class Opened:
     """The arguments of `World.view_from` for a camera that frames the world: `direction`, `zoom`, `fov`."""
     fixed_size: tuple[int, int] | None = None
     """The space for images that the script chose, instead of the space in the client's window."""
+    is_model: bool = False
+    """True if the world comes from model files, whose lights may need surroundings; see `Look.choose`."""
 
     def __post_init__(self) -> None:
         """Finds the name of the first camera."""
@@ -148,7 +150,6 @@ class View:
             )
         animations, variants = [each.name for each in base.animations], base.variants
         animation, variant = given.get("animation", ""), given.get("variant", "")
-        exposure = given.get("exposure", settings.get("exposure", 0.0))
         world = world_at(
             base,
             time,
@@ -156,8 +157,10 @@ class View:
             variant and one_of("variant", variant, variants),
         )
         camera, name = opened.home(world, opened.fixed_size or FIRST_SPACE)
-        look = Look.choose(world, camera, is_framed=opened.fills_window) if look is None else look
-        settings = {**look.options, **settings}
+        if look is None:
+            look = Look.choose(world, camera, is_framed=opened.fills_window, is_model=opened.is_model)
+        settings = {"exposure": look.exposure, **look.options, **settings}
+        exposure = given.get("exposure", settings["exposure"])
         chosen = integrator or settings.get("integrator", "direct")
         view = cls(
             opened=opened,

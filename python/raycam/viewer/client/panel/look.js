@@ -5,11 +5,11 @@ import { byId, fillSelect } from "../dom.js";
 /** @typedef {{ light: string, rotation: number, azimuth: number, elevation: number, ground: string, background: string }} Look */
 
 const LIGHT_NAMES = /** @type {[string, string][]} */ ([
-  ["own", "as in the file"], ["studio", "studio"], ["sun", "sun and sky"], ["sky", "environment image"], ["default", "default lights"],
+  ["own", "as in the file"], ["studio", "studio"], ["room", "studio without key light"], ["sun", "sun and sky"], ["sky", "environment image"], ["default", "default lights"],
 ]);
 /** The names if the world has lights, to which the studio, a sun or an environment is added. */
 const ADDED_LIGHT_NAMES = /** @type {[string, string][]} */ ([
-  ["own", "as in the file"], ["studio", "file and studio"], ["sun", "file, sun and sky"], ["sky", "file and environment"], ["default", "default lights"],
+  ["own", "as in the file"], ["room", "file and studio's room"], ["studio", "file and studio"], ["sun", "file, sun and sky"], ["sky", "file and environment"], ["default", "default lights"],
 ]);
 const GROUND_NAMES = /** @type {[string, string][]} */ ([["auto", "automatic"], ["plain", "floor"], ["shadow", "shadows only"], ["none", "none"]]);
 const ANGLES = /** @type {const} */ (["rotation", "azimuth", "elevation"]);
