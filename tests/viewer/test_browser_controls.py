@@ -267,3 +267,15 @@ def test_buttons_store_the_view_as_a_camera_and_as_comparison_image_b(tab: Tab, 
     tab.wait("document.getElementById('compare-mode').value === 'slider'")
     tab.evaluate("document.getElementById('compare-button').click()")
     tab.wait("document.getElementById('compare-mode').value === 'off'")
+
+
+def test_up_button_turns_the_model_upright(tab: Tab, small_world: raycam.World) -> None:
+    made = Server(lambda: Session(small_world, samples=SAMPLES, title="w"), port=0)
+    try:
+        session = opened(tab, made, SAMPLES)
+        assert text_of(tab, "up-axis") == "Up: Z"
+        tab.evaluate("document.getElementById('up-axis').click()")
+        tab.wait("document.getElementById('up-axis').textContent === 'Up: Y'")
+        assert session.view.base.up == "y"
+    finally:
+        made.close()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.viewer.session import Session
+from raycam.viewer.session.copied import copied
 from raycam.viewer.viewer import Viewer
 from support.gltf_document import Document, animated
 from support.raises import raises
@@ -66,6 +67,27 @@ def test_model_file_with_a_sun_is_shown_in_the_studio_room() -> None:
     assert Session(world).view.look.light == "own"
     with Viewer(world, port=0, is_model=True, studio=False) as viewer:
         assert viewer._first.view.look.light == "own"
+
+
+def test_up_axis_turns_camera_and_floor_and_can_be_undone() -> None:
+    session = Session(model())
+    before = session.view
+
+    def floor() -> np.ndarray:
+        (number,) = (each.id for each in session.view.lit.objects if each.name == "studio floor")
+        return session.view.lit.triangles(number).reshape(-1, 3)
+
+    assert np.ptp(floor()[:, 2]) < 1e-6
+    receive(session, {"type": "up", "axis": "y"})
+    view = session.view
+    assert (view.base.up, view.camera.up, view.shape) == ("y", "y", "home")
+    assert view.camera == view.base.view_from(size=view.camera.size)
+    assert np.ptp(floor()[:, 1]) < 1e-6
+    np.testing.assert_array_equal(view.base.triangles(), before.base.triangles())
+    assert "--up y" in copied(view, "command", 4, print)
+    receive(session, {"type": "undo"})
+    assert (session.view.base.up, session.view.camera) == ("z", before.camera)
+    assert "--up" not in copied(session.view, "command", 4, print)
 
 
 def test_world_with_a_camera_keeps_the_default_lights() -> None:

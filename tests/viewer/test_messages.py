@@ -58,6 +58,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "upload": {"name": "a.glb", "bytes": 3, "offset": 0, "data": "AAAA"},
     "open": {"name": "a.glb", "others": ["b.glb"]},
     "edit": {"kind": "object", "number": 3, "key": "visible", "value": False},
+    "up": {"axis": "y"},
     "undo": {},
     "redo": {},
     "channel": {"name": "depth"},

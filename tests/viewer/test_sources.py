@@ -131,3 +131,4 @@ def test_view_opens_folders_archives_and_lists(folder: Path) -> None:
     for what, count in ((folder / "models", 1), (folder / "z.zip", 1), ([folder / "a.obj"] * 2, 2)):
         with raycam.view(what, browser=False, block=False, port=0) as viewer:
             assert viewer.world.counts["objects"] == count
+            assert viewer.world.up == "y"  # all of them are OBJ files

@@ -169,7 +169,7 @@ def test_opened_uploads_are_deleted_when_space_is_needed(monkeypatch: pytest.Mon
     monkeypatch.setattr(uploads, "MAX_BYTES", 64)
     made = Uploads()
     sent(made, "a.obj", MESH)
-    made.open("a.obj")
+    assert made.open("a.obj")[0].up == "y"
     for name in ("b.obj", "c.obj"):  # both files have the size of the first file
         assert sent(made, name, MESH.ljust(40, b"\n"))
         made.open(name)

@@ -6,7 +6,7 @@ import argparse
 
 from .options.cameras import add_known, load_calibration
 from .options.command import Command
-from .options.worlds import add_folder, find_file, find_up_axis
+from .options.worlds import add_folder, find_file
 
 CALIBRATION_ENDINGS = {".yaml", ".yml", ".json", ".xml", ".txt", ".bin"}
 
@@ -23,13 +23,14 @@ def _run(options: argparse.Namespace) -> None:
 
     from ..info import info, info_cameras
     from ..world.load import load
+    from ..world.sources import assumed_up_axis
 
     path = Path(find_file(options.world))
     if path.is_dir() or path.suffix.lower() in CALIBRATION_ENDINGS or options.camera_format is not None:
         cameras = load_calibration(options.world, options)
         print(info_cameras(cameras, cameras.rigs))
     else:
-        print(info(load(path, folder=options.folder, up=find_up_axis(path))))
+        print(info(load(path, folder=options.folder, up=assumed_up_axis(path))))
 
 
 COMMAND = Command(

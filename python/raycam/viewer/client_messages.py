@@ -272,6 +272,15 @@ class Look(Message):
 
 
 @dataclass(frozen=True)
+class TurnUp(Message):
+    """Sets the world's up axis, and shows the whole world from the first camera's side."""
+
+    KIND = "up"
+    CHANGES = "world"
+    axis: Annotated[str, OneOf(("z", "y"))]
+
+
+@dataclass(frozen=True)
 class Lens(Message):
     """Sets the intrinsics, in the camera's own pixels, and the lens model's coefficients."""
 

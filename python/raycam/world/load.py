@@ -23,7 +23,7 @@ from .world import World
 if TYPE_CHECKING:
     from _typeshed import SupportsRead
 
-__all__ = ["load"]
+__all__ = ["load", "with_up_axis"]
 
 
 def load(
@@ -172,7 +172,8 @@ def _finished(world: World, path: str | os.PathLike[str], options: _Options) -> 
     if options.scale is not None:
         world._core.scale_objects(options.scale)
     if options.up is not None and options.up != world.up:
-        world = _turned(world, options.up, path)
+        _check_up(options.up, path)
+        world = with_up_axis(world, options.up)
     if options.variant is not None:
         with collected():
             world = world.with_variant(options.variant)
@@ -264,11 +265,8 @@ def _add_mujoco_lights(world: World, compiled: CompiledModel) -> None:
     warn_all(notices)
 
 
-def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:
-    """Returns the world with another up axis.
-
-    Raises `SettingsError` for a world file, which specifies its own axis.
-    """
+def _check_up(up: str, path: str | os.PathLike[str]) -> None:
+    """Raises `SettingsError` for an unknown axis, and for a world file, which specifies its own axis."""
     if up not in ("z", "y"):
         raise SettingsError(f"up is {up!r}; expected 'z' or 'y'", code="invalid_value")
     if Path(path).suffix.lower() == ".toml":
@@ -276,5 +274,12 @@ def _turned(world: World, up: str, path: str | os.PathLike[str]) -> World:
             f'{os.fspath(path)}: a world file specifies its up axis; write up = "{up}" at its top',
             code="conflicting_values",
         )
+
+
+def with_up_axis(world: World, up: str) -> World:
+    """Returns a copy of the world with another up axis, "z" or "y"; its vertices are not rotated."""
     head, old, rest = world.to_bytes().partition(b"\xa2up\xa1")
-    return World._of(_core.world_from_bytes(head + old + up.encode() + rest[1:], world.texture_memory, ""))
+    turned = World._of(_core.world_from_bytes(head + old + up.encode() + rest[1:], world.texture_memory, ""))
+    turned._folder, turned._stage_variants = world._folder, world._stage_variants
+    turned._robots = {name: robot._copy() for name, robot in world._robots.items()}
+    return turned

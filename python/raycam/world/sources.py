@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from ..errors import SettingsError
 from .endings import MESH_ENDINGS, MODEL_ENDINGS
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "HEAD_BYTES",
+    "assumed_up_axis",
     "check_scalable",
     "is_model_file",
     "kind_suffix",
@@ -60,6 +61,14 @@ def kind_suffix(kind: str | None, data: bytes) -> str:
         options = ", ".join(each.lstrip(".") for each in MODEL_ENDINGS)
         raise SettingsError(f"kind is {kind!r}; options: {options}", code="unknown_name")
     return _content_suffix(data) or named
+
+
+def assumed_up_axis(path: str | os.PathLike[str]) -> Literal["y"] | None:
+    """Returns the up axis of a file whose format does not specify it, for the command line and views.
+
+    The axis is "y" for OBJ, as in Blender and F3D, and None for the axis that `load` uses.
+    """
+    return "y" if Path(path).suffix.lower() == ".obj" else None
 
 
 def is_model_file(path: str | os.PathLike[str]) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from ...errors import SettingsError
 from ...world.endings import MODEL_ENDINGS
@@ -21,7 +21,6 @@ __all__ = [
     "add_texture_memory",
     "add_world",
     "find_file",
-    "find_up_axis",
     "load_world",
     "parse_animation",
 ]
@@ -64,9 +63,10 @@ def add_texture_memory(command: argparse.ArgumentParser) -> None:
 def load_world(options: argparse.Namespace) -> World:
     """Loads the world and prints its notices."""
     from ...world.load import load
+    from ...world.sources import assumed_up_axis
 
     path = find_file(options.world)
-    up = getattr(options, "up", None) or find_up_axis(path)
+    up = getattr(options, "up", None) or assumed_up_axis(path)
     world = load(
         path,
         variant=getattr(options, "variant", None),
@@ -121,14 +121,6 @@ def find_file(text: str) -> str | Path:
         return text
     print_notice(f"{text}: file not found; using raycam's own file of this name")
     return found
-
-
-def find_up_axis(path: str | os.PathLike[str]) -> Literal["y"] | None:
-    """Returns the up axis of a mesh whose file does not specify this axis.
-
-    The axis is y for OBJ, and None if `load` determines the axis.
-    """
-    return "y" if os.fspath(path).lower().endswith(".obj") else None
 
 
 def parse_animation(world: World, text: str | None) -> str | int | None:

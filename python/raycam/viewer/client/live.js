@@ -57,7 +57,7 @@ export class LiveView {
     this.kept = new CameraControls(client);
     this.panes = new Panes(client, (name) => this.lookThrough(name));
     this.script = new ScriptControls((id, value) => client.transport.send({ type: "control", id, value }));
-    this.axes = new Axes((side) => this.viewFrom(side));
+    this.axes = new Axes((side) => this.viewFrom(side), (axis) => client.transport.send({ type: "up", axis }));
     this.navigator = new Navigator((message) => client.transport.send(message));
     this.navigator.onMove = () => this.moved();
     this.navigator.onCamera = (camera) => this.axes.show(camera);

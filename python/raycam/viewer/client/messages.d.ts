@@ -92,12 +92,18 @@ export interface FromSide {
 /** Sets the light, the ground and the background; angles are in degrees. */
 export interface Look {
   type: "look";
-  light: "own" | "default" | "studio" | "sun" | "sky";
+  light: "own" | "default" | "studio" | "room" | "sun" | "sky";
   rotation: number;
   azimuth: number;
   elevation: number;
   ground: "auto" | "none" | "plain" | "shadow";
   background: string;
+}
+
+/** Sets the world's up axis, and shows the whole world from the first camera's side. */
+export interface TurnUp {
+  type: "up";
+  axis: "z" | "y";
 }
 
 /** Sets the intrinsics, in the camera's own pixels, and the lens model's coefficients. */
@@ -349,6 +355,7 @@ export type ClientMessage =
   | Variant
   | FromSide
   | Look
+  | TurnUp
   | Lens
   | Pose
   | Overlay

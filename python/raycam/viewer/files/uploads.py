@@ -17,7 +17,7 @@ from ..._core import file_extensions
 from ...errors import Error, SettingsError
 from ...world import World
 from ...world.load import load
-from ...world.sources import is_model_file
+from ...world.sources import assumed_up_axis, is_model_file
 from .sources import ARCHIVE, check_name, combine_models, first_world, unpack
 
 __all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types", "is_image"]
@@ -89,7 +89,8 @@ class Uploads:
             if more:
                 world = combine_models([self._path() / each for each in names], self._path())
             else:
-                world = load(self._path() / names[0], folder=self._path())
+                path = self._path() / names[0]
+                world = load(path, folder=self._path(), up=assumed_up_axis(path))
         except FileNotFoundError as error:
             missing = Path(str(error.filename)).name
             raise SettingsError(

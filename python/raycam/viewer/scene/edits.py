@@ -20,6 +20,7 @@ from ...arguments import Floats
 from ...camera import Camera
 from ...errors import SettingsError, WorldError
 from ...world import World
+from ...world.load import with_up_axis
 from .contents import matrix_of_object, names_of_objects, visibilities
 from .gizmo import middle_of, placed
 from .light_edits import describe_light, edit_light
@@ -50,13 +51,21 @@ class Edits:
 
     def __init__(self, world: World, *, allowed: bool = True) -> None:
         self.world = world
-        self.opened = world
-        """The world before all edits."""
+        self._opened = world
+        self.file_up = world.up
+        """The up axis of the world before all edits."""
         self.allowed = allowed
         self._before: list[tuple[int, World]] = []
         self._after: list[tuple[int, World]] = []
         self._listeners: weakref.WeakSet[Any] = weakref.WeakSet()
         self._stroke: object = None
+
+    @property
+    def opened(self) -> World:
+        """The world before all edits, with the current up axis."""
+        if self._opened.up != self.world.up:
+            self._opened = with_up_axis(self._opened, self.world.up)
+        return self._opened
 
     def listen(self, listener: Listener) -> None:
         """Notifies `listener` of each change until it is garbage-collected."""
@@ -96,6 +105,10 @@ class Edits:
         Raises `WorldError`.
         """
         self._show_edited(lambda world: edit_light(world, number, "direction", direction.tolist()), stroke)
+
+    def set_up(self, axis: str) -> None:
+        """Sets the world's up axis, as an edit that can be undone."""
+        self._show_edited(lambda world: with_up_axis(world, axis))
 
     def keep_camera(self, camera: Camera, name: str) -> str:
         """Adds a camera to the world, as an edit that can be undone; returns its name, which is new."""
@@ -151,7 +164,7 @@ class Edits:
         self._stroke = None
         self._before = [(next_step_number(), self.world.copy())] if count else []
         self._after = []
-        self.opened = world
+        self._opened, self.file_up = world, world.up
         self._show(world)
         return count
 

@@ -61,6 +61,7 @@ def _command(view: View, samples: int, notify: Callable[[str], None]) -> str:
         "at": view.time if view.seconds > 0 else None,
         "animation": view.animation or None,
         "variant": view.variant or None,
+        "up": None if view.base.up == opened.edits.file_up else view.base.up,
         "exposure": view.exposure if view.exposure != settings.get("exposure", 0.0) else None,
         "view": view.transform if view.transform != settings.get("view", "standard") else None,
         **_look_options(view, notify),

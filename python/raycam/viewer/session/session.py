@@ -465,6 +465,10 @@ class Session:
     def _drag(self, message: messages.Gizmo) -> None:
         self.selection.drag(self.view.still_camera, message, self.connection.id)
 
+    def _set_up(self, message: messages.TurnUp) -> None:
+        self.view.opened.edits.set_up(message.axis)
+        self.send_camera()
+
     def _set_look(self, message: messages.Look) -> None:
         look = self.view.look.changed(
             light=message.light,
@@ -510,6 +514,7 @@ class Session:
         messages.LookThrough: _look_through,
         messages.Panes: _show_panes,
         messages.Look: _set_look,
+        messages.TurnUp: _set_up,
         messages.FromSide: _view_from,
         messages.Channel: _choose_channel,
         messages.Display: _set_display,

@@ -319,16 +319,21 @@ class View:
     def rebased(self) -> View:
         """The view after the world was edited or replaced.
 
-        Names and times that no longer exist are removed.
+        Names and times that no longer exist are removed. If the up axis is another one, the first camera and the
+        studio's lights are placed again.
         """
         base = self.base
-        return replace(
+        view = replace(
             self,
             camera_name=self.camera_name if self.camera_name in base.cameras else "",
             variant=self.variant if self.variant in base.variants else "",
             animation=self.animation if self.animation in [each.name for each in base.animations] else "",
             time=min(self.time, self.seconds),
         ).evaluated()
+        if view.camera.up == base.up:
+            return view
+        home = view.at_home()
+        return replace(home, look=home.look.changed(stage=home.camera))
 
     def at(self, time: float, animation: str) -> View:
         """The view at a time; later times become the last time.

@@ -1,4 +1,4 @@
-// The axes widget: the directions of x, y and z in the image. A click on an axis end shows the world from that side.
+// The axes widget: the directions of x, y and z in the image. A click on an axis end shows the world from that side. A button below it sets the up axis.
 
 import { byId, element, svgElement } from "../dom.js";
 
@@ -12,9 +12,16 @@ const SIDES_OF_UP = /** @type {Record<string, [string, string][]>} */ ({
 const PRESETS = /** @type {[string, string][]} */ ([["front", "Front"], ["right", "Right"], ["top", "Top"], ["iso", "Iso"], ["default", "Default"]]);
 
 export class Axes {
-  /** @param {(side: string) => void} viewFrom */
-  constructor(viewFrom) {
+  /**
+   * @param {(side: string) => void} viewFrom
+   * @param {(axis: "y" | "z") => void} setUp
+   */
+  constructor(viewFrom, setUp) {
     this.viewFrom = viewFrom;
+    /** The world's up axis. @type {"y" | "z"} */
+    this.axis = "z";
+    this.up = byId("up-axis", HTMLButtonElement);
+    this.up.addEventListener("click", () => setUp(this.axis === "z" ? "y" : "z"));
     this.svg = /** @type {SVGElement} */ (/** @type {any} */ (document.getElementById("axes")));
     byId("sides", HTMLElement).append(...PRESETS.map(([side, text]) => {
       const button = element("button", text, { type: "button", title: `View from the ${side === "iso" ? "corner" : side} side`.replace("default side", "default direction") });
@@ -25,7 +32,10 @@ export class Axes {
 
   /** @param {{ R: number[], up: number[] }} camera rotation camera_from_world by rows */
   show({ R, up }) {
-    const sides = SIDES_OF_UP[up[2] ? "z" : "y"];
+    this.axis = up[2] ? "z" : "y";
+    this.up.textContent = `Up: ${this.axis.toUpperCase()}`;
+    this.up.title = `The ${this.axis} axis points up. If the model lies on its side, click to use the ${this.axis === "z" ? "y" : "z"} axis`;
+    const sides = SIDES_OF_UP[this.axis];
     const ends = NAMES.flatMap((name, axis) => [1, -1].map((sign, i) => ({
       name, sign, side: sides[axis][i], color: `var(--axis-${name})`,
       x: sign * R[axis] * LENGTH, y: sign * R[3 + axis] * LENGTH, depth: sign * R[6 + axis],
