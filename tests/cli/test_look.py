@@ -70,6 +70,23 @@ def test_model_with_a_sun_is_rendered_in_the_studio_room(
     np.testing.assert_array_equal(picture("lit.png"), expected.to_srgb8())
 
 
+def test_mesh_without_materials_is_grey_in_the_studio(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("a.obj").write_text("v -1 -1 0\nv 1 -1 0\nv 0 2 0\nf 1 2 3\n")
+    Path("b.obj").write_text("mtllib b.mtl\nusemtl m\n" + Path("a.obj").read_text())
+    Path("b.mtl").write_text("newmtl m\nKd 0.8 0.8 0.8\n")
+    shown = {}
+    for name in ("a", "b"):
+        assert run(f"render {name}.obj -o {name}.npz --channels color albedo instance {SMALL}") == 0
+        assert ("no materials" in capsys.readouterr().err) == (name == "a")
+        with np.load(f"{name}.npz") as read:
+            mask = read["instance"] == 0
+            shown[name] = float(read["color"][mask].mean()), float(read["albedo"][mask].mean())
+    assert shown["a"][0] == pytest.approx(0.35 / 0.8 * shown["b"][0], rel=0.1)
+    assert shown["a"][1] == shown["b"][1] == pytest.approx(0.8)
+
+
 def test_light_of_a_world_file_is_rendered_as_it_is(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("a.toml").write_text(
         '[[object]]\nsphere = {}\n[[light]]\ntype = "sun"\ndirection = [-1, 1, -1]\nirradiance = 2\n'

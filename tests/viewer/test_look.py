@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,24 @@ def test_model_file_with_a_sun_is_shown_in_the_studio_room() -> None:
     assert Session(world).view.look.light == "own"
     with Viewer(world, port=0, is_model=True, studio=False) as viewer:
         assert viewer._first.view.look.light == "own"
+
+
+def test_model_without_materials_is_grey_until_it_gets_a_color() -> None:
+    corners = "".join(f"v {x} 0 0\nv {x + 1} 0 0\nv {x} 1 0\n" for x in (0, 2))
+    world = raycam.load(f"{corners}o a\nf 1 2 3\no b\nf 4 5 6\n".encode(), kind="obj")
+    session = Session(world, is_model=True)
+    own = session.view.world
+
+    def colors(world: raycam.World) -> list[float]:
+        return [json.loads(world._core.material(number, 0))["color"][0] for number in (0, 1)]
+
+    assert colors(session.view.lit) == colors(session.view.preview) == pytest.approx([0.35, 0.35])
+    assert colors(own) == pytest.approx([0.8, 0.8])
+    assert "albedo" in str(session.about()["notices"])
+    edit = {"type": "edit", "kind": "object", "number": 0, "key": "color", "value": "#ffffff"}
+    receive(session, edit)
+    assert colors(session.view.lit) == pytest.approx([1.0, 0.35])
+    assert colors(Session(world).view.lit) == pytest.approx([0.8, 0.8])
 
 
 def test_up_axis_turns_camera_and_floor_and_can_be_undone() -> None:

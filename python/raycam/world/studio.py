@@ -7,11 +7,13 @@ The room's radiance below the horizon equals the lit floor's radiance, so the fl
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any
 
 import numpy as np
 
+from .. import _core
 from ..arguments import Floats, flag, real
 from ..camera import Camera, check_camera
 from ..errors import WorldError
@@ -19,10 +21,24 @@ from .building import WorldBuilding
 from .contents import WorldContents
 from .framing import axes_of, without_ground
 
-__all__ = ["FLOOR", "add_ground", "add_studio", "add_studio_preview", "add_sun", "is_above", "studio_floor"]
+__all__ = [
+    "CLAY",
+    "FLOOR",
+    "add_clay",
+    "add_ground",
+    "add_studio",
+    "add_studio_preview",
+    "add_sun",
+    "is_above",
+    "lacks_materials",
+    "studio_floor",
+]
 
 FLOOR = 0.62
 """Albedo of the studio's floor, and radiance of floor and background outside shadows."""
+
+CLAY = 0.35
+"""Albedo in the studio of models without materials; their own albedo, 0.8, hardly differs from the floor."""
 
 FLOOR_SIDE, GROUND_SIDE = 4.0, 100.0
 """Side lengths of the studio's floor and of other grounds, in diagonals of the world's bounds."""
@@ -100,6 +116,28 @@ def add_sun(world: WorldBuilding, azimuth: float, elevation: float, *, sky: bool
     )
     if sky:
         world.add_light(type="sky", radiance=SKY_RADIANCE)
+
+
+def lacks_materials(world: WorldContents) -> bool:
+    """True if all objects have the material of meshes without a material, such as those of most STL files."""
+    core = world._core
+    return core.object_count > 0 and all(
+        core.material(number, 0) == _default_material() for number in range(core.object_count)
+    )
+
+
+def add_clay(world: WorldBuilding) -> None:
+    """Gives objects without a material the albedo `CLAY`."""
+    core = world._core
+    for number in range(core.object_count):
+        if core.material(number, 0) == _default_material():
+            world.set_object(number, color=[CLAY] * 3)
+
+
+@functools.cache
+def _default_material() -> str:
+    """The description of the material of a mesh file without materials."""
+    return _core.World.load_bytes(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a.obj", None).material(0, 0)
 
 
 def add_studio(

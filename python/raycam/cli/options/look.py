@@ -86,6 +86,7 @@ def apply_look(
     """
     from ...render import STUDIO_NOTICE, exposure_of_lights, is_unlit, lacks_surroundings, studio_options
     from ...world.sources import is_model_file
+    from ...world.studio import CLAY, add_clay, lacks_materials
 
     transparent = bool(settings.get("transparent_background"))
     _check_lights(options, settings)
@@ -110,7 +111,11 @@ def apply_look(
         return world, settings
     if in_studio:
         floor = not transparent and options.ground is None and truth_of_world
+        is_clay = is_model_file(options.world) and lacks_materials(world)
         world = world.in_studio(camera, ground=floor, **studio)
+        if is_clay:
+            add_clay(world)
+            print_notice(f"the model has no materials: it is shown in grey (albedo {CLAY})")
         settings = studio_options(world.render_settings | settings)
     else:
         world = world.with_cameras({})

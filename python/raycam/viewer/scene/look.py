@@ -18,7 +18,16 @@ from ...errors import SettingsError
 from ...render.background import picture_behind
 from ...render.studio import STUDIO_OPTIONS, exposure_of_lights, is_unlit, lacks_surroundings
 from ...world import World
-from ...world.studio import add_studio, add_studio_preview, add_sun, is_above, studio_floor
+from ...world.studio import (
+    CLAY,
+    add_clay,
+    add_studio,
+    add_studio_preview,
+    add_sun,
+    is_above,
+    lacks_materials,
+    studio_floor,
+)
 
 __all__ = ["LIGHTS", "LOOK_OPTIONS", "SKY_IMAGE", "Look"]
 
@@ -62,6 +71,8 @@ class Look:
     """A colour or the path of an image; None for the light's own background."""
     exposure: float = 0.0
     """The initial exposure in stops, at which the light "room" has the studio's brightness."""
+    is_clay: bool = False
+    """True if objects without a material are grey in the studio."""
     _worlds: dict[tuple[int, int, bool, bool], tuple[World, World, World]] = field(
         default_factory=dict, init=False, repr=False
     )
@@ -108,6 +119,7 @@ class Look:
             ground="auto" if ground is None else "plain" if ground in ("", True) else str(ground),
             background=_background(given.get("background")),
             exposure=exposure,
+            is_clay=is_model and lacks_materials(world),
         )
         look.light_up(world, world, camera)  # raises errors of files and colours before the view starts
         if look.background is not None:
@@ -149,13 +161,16 @@ class Look:
         return 8 if self._is_in_studio else 4 if self.light == "sky" else 1
 
     def notice(self) -> str | None:
-        """The sentence that explains a light that is not in the file."""
-        return {
+        """The sentence that explains light and colours that are not in the file."""
+        light = {
             "studio": "the model has no lights; it is shown in the studio, whose floor is not part of the ground truth",
             "room": "the model has lights but no surroundings; it is shown in the studio's room, whose floor is not "
             "part of the ground truth",
             "default": "the world has no lights; it is lit by a white sky of radiance 0.4 and a sun of irradiance 2.4",
         }.get(self.light)
+        if light is not None and self.is_clay and self._is_in_studio:
+            light += f"; the model has no materials, and is shown in grey (albedo {CLAY})"
+        return light
 
     @property
     def behind(self) -> dict[str, Any]:
@@ -205,6 +220,8 @@ class Look:
             _add_default_lights(made)
         elif _needs_no_light(world, opened, self.stage):
             made.add_light(NO_LIGHT)
+        if self.is_clay and self._is_in_studio:
+            add_clay(made)
         if has_floor:
             made.add_ground(name="studio floor", **studio_floor(opened), **self._floor_material())
         made._bare = world
