@@ -27,6 +27,7 @@ from pathlib import Path
 import raycam
 from PIL import Image, ImageDraw
 from raycam.viewer.viewer import Viewer
+from raycam.world.sources import assumed_up_axis
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from bench_viewer import SOFTWARE
@@ -55,7 +56,8 @@ def screenshot(tab: Tab) -> Image.Image:
 
 
 def in_raycam(tab: Tab, model: Path, options: argparse.Namespace) -> Image.Image:
-    with Viewer(raycam.load(model), port=0, samples=SAMPLES, title=model.name) as viewer:
+    world = raycam.load(model, up=assumed_up_axis(model))
+    with Viewer(world, port=0, samples=SAMPLES, title=model.name, is_model=True) as viewer:
         tab.open(viewer.url)
         end = time.monotonic() + options.seconds
         done = f"document.getElementById('status').textContent.includes('{SAMPLES} samples')"
