@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable
 from typing import Any, Literal, TypedDict, Unpack
@@ -147,6 +148,8 @@ class RayQueries:
         """
         query, shape = self._rays(origins, directions, t_max, limits, RayLimits)
         found = _core.world_cast_rays(self._core, query, _fields(fields), cancel)
+        if len(shape) == 1:
+            return found
         return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
 
     def occluded(
@@ -267,8 +270,13 @@ class RayQueries:
 
 def _fields(names: Iterable[str]) -> list[str]:
     """The names of fields, after they have been checked."""
-    if names is FIRST_HIT_FIELDS:
-        return list(FIRST_HIT_FIELDS)
+    if isinstance(names, tuple) and all(isinstance(name, str) for name in names):
+        return _checked_fields(names)
+    return words("field", names, RAY_FIELDS)
+
+
+@functools.lru_cache(maxsize=16)
+def _checked_fields(names: tuple[str, ...]) -> list[str]:
     return words("field", names, RAY_FIELDS)
 
 

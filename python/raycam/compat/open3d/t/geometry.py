@@ -18,6 +18,8 @@ __all__ = ["RaycastingError", "RaycastingScene", "TriangleMesh"]
 
 Array = npt.NDArray[Any]
 INVALID_ID = 4294967295
+HIT_FIELDS = ("t", "instance", "triangle", "barycentric", "normal", "front")
+"""The fields of `World.cast_rays` from which the results of Open3D's method are computed."""
 
 
 class RaycastingScene(Hints):
@@ -41,7 +43,7 @@ class RaycastingScene(Hints):
 
     @staticmethod
     def _tensor(array: Array) -> Any:
-        return Tensor.from_numpy(array)
+        return array.view(Tensor)
 
     def add_triangles(self, *arguments: Any, **keys: Any) -> int:
         """Adds `(vertex_positions, triangle_indices)` or `(mesh)`; returns the geometry's id.
@@ -78,12 +80,13 @@ class RaycastingScene(Hints):
         weights of the second and third corner; `primitive_normals` are unit vectors on the side from which the corners
         are counter-clockwise.
         """
-        fields = ["t", "instance", "triangle", "barycentric", "normal", "front"]
-        hits = self._world.cast_rays(*_rays(rays), fields=fields, threads=self._some(nthreads))
+        hits = self._world.cast_rays(*_rays(rays), fields=HIT_FIELDS, threads=self._some(nthreads))
         found = self._ids(hits)
         found["t_hit"] = self._single(hits["t"])
-        sides = np.where(hits["front"], 1.0, -1.0)[..., None]
-        found["primitive_normals"] = self._single(hits["normal"] * sides + 0.0)
+        normals = hits["normal"]
+        if not hits["front"].all():
+            normals = normals * np.where(hits["front"], 1.0, -1.0)[..., None]
+        found["primitive_normals"] = self._single(normals + 0.0)
         return found
 
     def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = np.inf, nthreads: int = 0) -> Any:
