@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,21 @@ def make_world(number: int) -> raycam.World:
     return world
 
 
+def endless() -> Iterator[raycam.World]:
+    while True:
+        yield make_world(0)
+
+
+class Scenes:
+    """Worlds like a PyTorch data set, with a length and indices, but not iterable."""
+
+    def __len__(self) -> int:
+        return 3
+
+    def __getitem__(self, number: int) -> raycam.World:
+        return make_world(number)
+
+
 def files(folder: Path) -> dict[str, bytes]:
     """The files of a data set, without the job's state."""
     found = (
@@ -41,6 +56,7 @@ def test_worlds_as_list_function_and_iterator_give_the_same_files(tmp_path: Path
     sources: dict[str, Any] = {
         "list": {"worlds": [make_world(i) for i in range(3)]},
         "function": {"worlds": make_world, "count": 3, "categories": ["crate", "ball"]},
+        "indexed": {"worlds": Scenes(), "categories": ["crate", "ball"]},
         "iterator": {"worlds": map(make_world, range(3)), "count": 3, "categories": ["crate", "ball"]},
     }
     if format == "bop":
@@ -58,6 +74,11 @@ def test_worlds_as_list_function_and_iterator_give_the_same_files(tmp_path: Path
             sum(row["image_id"] == image["id"] for row in table["annotations"]) for image in table["images"]
         ]
         assert counts == [1, 1, 2, 2, 1, 1]
+
+
+def test_iterable_with_a_length_requires_no_count(tmp_path: Path) -> None:
+    worlds = {name: make_world(0) for name in "abc"}.values()
+    assert write(worlds=worlds, folder=tmp_path / "a", cameras=ring(2), **OPTIONS).frames == 6
 
 
 def test_interrupted_data_set_resumes_without_the_finished_worlds(tmp_path: Path) -> None:
@@ -110,6 +131,8 @@ def test_cameras_of_each_world_are_used(tmp_path: Path) -> None:
         ({"worlds": make_world}, raycam.SettingsError),
         ({"worlds": [make_world(0)], "count": 2}, raycam.SettingsError),
         ({"worlds": [make_world(0)], "world": make_world(0)}, raycam.SettingsError),
+        ({"worlds": Scenes(), "count": 2}, raycam.SettingsError),
+        ({"worlds": endless, "count": 2}, raycam.SettingsError),
         ({"worlds": 3, "count": 1}, raycam.SettingsError),
         ({"worlds": [], "count": 0}, raycam.SettingsError),
         ({"worlds": [make_world(0)], "workers": 2}, raycam.SettingsError),
@@ -135,3 +158,12 @@ def test_unknown_category_of_a_world_fails_with_its_name(tmp_path: Path) -> None
 def test_iterator_that_ends_early_fails_with_its_count(tmp_path: Path) -> None:
     with raises(raycam.JobError, code="failed_frames"):
         write(worlds=iter([make_world(0)]), count=2, folder=tmp_path / "a", cameras=ring(1), **OPTIONS)
+
+
+def test_iterator_that_raises_fails_with_its_exception(tmp_path: Path) -> None:
+    def failing() -> Iterator[raycam.World]:
+        yield make_world(0)
+        raise ValueError("the simulation diverged")
+
+    with raises(raycam.JobError, code="failed_frames", mentions=["diverged"]):
+        write(worlds=failing(), count=3, folder=tmp_path / "a", cameras=ring(1), **OPTIONS)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
+from inspect import isgeneratorfunction
+from typing import Any, Protocol, cast
 
 from ..arguments import whole
 from ..camera import Background
@@ -18,16 +20,29 @@ MAX_WORLDS = 10_000_000
 MAX_CACHED_WORLDS = 8
 """Number of an iterator's worlds that are kept, because several views of a world may be rendered at the same time."""
 
-Worlds = Iterable[World] | Callable[[int], World]
+
+class IndexedWorlds(Protocol):
+    """Worlds by index from 0, such as a list or a PyTorch data set."""
+
+    def __len__(self) -> int:
+        """The number of worlds."""
+        ...
+
+    def __getitem__(self, number: int, /) -> World:
+        """Returns a world."""
+        ...
+
+
+Worlds = Iterable[World] | IndexedWorlds | Callable[[int], World]
 
 
 class WorldSequence:
     """The worlds of `raycam.dataset.write(worlds=)`, by number.
 
-    `worlds` is a sequence of worlds, an iterator over worlds, or a function that returns world i. `count` is the number
-    of worlds; a sequence has its own length. `categories` are the names of all categories, or a mapping from ids to
-    names; the default is all categories of a sequence's worlds, or the categories of the first world for an iterator or
-    a function.
+    `worlds` is a sequence of worlds (any object with a length and indices from 0), an iterable of worlds, or a function
+    that returns world i. `count` is the number of worlds; it is omitted if `worlds` has a length. `categories` are the
+    names of all categories, or a mapping from ids to names; the default is all categories of the worlds of a list or
+    tuple, or else the categories of the first world.
 
     Raises `SettingsError` if the count is missing or wrong.
     """
@@ -40,17 +55,15 @@ class WorldSequence:
     def __init__(
         self, worlds: Worlds, count: int | None, categories: Sequence[str] | Mapping[int, str] | None
     ) -> None:
+        if isgeneratorfunction(worlds):
+            raise SettingsError(
+                f"worlds is the generator function {worlds.__name__}; call it: worlds={worlds.__name__}(), count=n",
+                code="wrong_type",
+            )
         self._function = worlds if callable(worlds) else None
-        self._sequence = worlds if isinstance(worlds, Sequence) and not isinstance(worlds, str) else None
+        self._sequence = _as_sequence(worlds)
         self._iterator: Iterator[World] | None = None
-        if self._sequence is not None:
-            if count is not None and count != len(self._sequence):
-                raise SettingsError(
-                    f"count is {count}, but worlds has {len(self._sequence)} entries; omit count",
-                    code="conflicting_values",
-                )
-            count = len(self._sequence)
-        elif self._function is None:
+        if self._function is None and self._sequence is None:
             if not isinstance(worlds, Iterable) or isinstance(worlds, str | Mapping):
                 raise SettingsError(
                     f"worlds must be an iterable of worlds, or a function that returns the world with a given "
@@ -58,14 +71,22 @@ class WorldSequence:
                     code="wrong_type",
                 )
             self._iterator = iter(worlds)
+        if isinstance(worlds, Sized):
+            if count is not None and count != len(worlds):
+                raise SettingsError(
+                    f"count is {count}, but worlds has {len(worlds)} entries; omit count",
+                    code="conflicting_values",
+                )
+            count = len(worlds)
         if count is None:
             raise SettingsError(
-                "count is missing; pass the number of worlds that the function or the iterator returns",
+                "count is missing; pass count=, the number of worlds of the function or the iterator",
                 code="missing_value",
             )
         self.count = whole("count", count, 1, MAX_WORLDS)
         """The number of worlds."""
         self._next = 0
+        self._failure: Exception | None = None
         self._cached: OrderedDict[int, World] = OrderedDict()
         self._lock = threading.Lock()
         self.categories = self._find_categories(categories)
@@ -91,7 +112,8 @@ class WorldSequence:
         return dict(sorted(found.items()))
 
     def _known_names(self) -> list[str]:
-        worlds = [self.world(number) for number in range(1 if self._sequence is None else self.count)]
+        is_in_memory = isinstance(self._sequence, list | tuple)
+        worlds = [self.world(number) for number in range(self.count if is_in_memory else 1)]
         return [name for world in worlds for _, name in sorted(world.categories.items())]
 
     def world(self, number: int) -> World:
@@ -109,8 +131,14 @@ class WorldSequence:
 
     def _from_iterator(self, number: int) -> World:
         assert self._iterator is not None
+        if self._failure is not None:
+            raise self._failure
         while number >= self._next:
-            world = next(self._iterator, None)
+            try:
+                world = next(self._iterator, None)
+            except Exception as error:
+                self._failure = error  # an iterator that has failed ends, which would be reported instead
+                raise
             if world is None:
                 raise WorldError(
                     f"the iterator ended after {self._next} worlds, but count is {self.count}",
@@ -130,7 +158,12 @@ class WorldSequence:
 
     def _checked(self, world: World, number: int) -> World:
         if not isinstance(world, World):
-            raise WorldError(f"world {number} must be a World, got {type(world).__name__}", code="wrong_type")
+            remedy = (
+                "; call the generator function: worlds=f(), count=n" if isinstance(world, Iterator) else ""
+            )
+            raise WorldError(
+                f"world {number} must be a World, got {type(world).__name__}{remedy}", code="wrong_type"
+            )
         known = getattr(self, "categories", None)
         for name in world.categories.values():
             if known is not None and name not in known.values():
@@ -154,3 +187,11 @@ class WorldSequence:
     def background_name(self, number: int, camera: str) -> str | None:
         """None: cameras have their own backgrounds."""
         return None
+
+
+def _as_sequence(worlds: Any) -> IndexedWorlds | None:
+    """The worlds, if they have a length and indices."""
+    is_indexed = hasattr(worlds, "__len__") and hasattr(worlds, "__getitem__")
+    if not is_indexed or callable(worlds) or isinstance(worlds, str | Mapping):
+        return None
+    return cast(IndexedWorlds, worlds)

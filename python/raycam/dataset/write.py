@@ -223,13 +223,14 @@ def write(
     depends only on the recipe, its seed and the world's number. Every worker reads the recipe's files from their
     original folder.
 
-    Instead of `world`, the caller may pass `worlds`, for example from a simulator: a list, an iterator, or a function
-    that returns world i, with their number in `count`. They are written like a recipe's worlds: each with its own
-    cameras, which must have the same names in all worlds, or all with `cameras`. `categories` lists the categories of
-    all worlds (default: the categories of a list's worlds, or else of the first world). The worlds are created in
-    this process and rendered on all threads; `shard` divides them among several processes. A resumed call does not
-    request the worlds of finished views again. However, the index files of "bop" and of formats with one data set per
-    world require all worlds again; these formats therefore require a list or a function.
+    Instead of `world`, the caller may pass `worlds`, for example from a simulator: a list, another object with a length
+    and indices such as a PyTorch data set, an iterator, or a function that returns world i. `count` is the number of
+    worlds of an iterator or a function. They are written like a recipe's worlds: each with its own cameras, which must
+    have the same names in all worlds, or all with `cameras`. `categories` lists the categories of all worlds; by
+    default, they are those of the worlds of a list or tuple, or else of the first world. The worlds are created in this
+    process and rendered on all threads; `shard` divides them among several processes. A resumed call does not request
+    the worlds of finished views again. However, the index files of "bop" and of formats with one data set per world
+    require all worlds again; these formats therefore require a list or a function.
 
     The data set is a `raycam.jobs.Job`. Every file is written atomically. After an interruption, the same call keeps
     the finished views and renders the others; `resume=False` starts again. `workers` and `shard` (i, n) are as in
