@@ -56,7 +56,15 @@ def rotation(P: Any) -> Any:
     return raycam.Camera.from_matrix(P, size=(48, 36)).R
 
 
-CORRECT = {
+def normalised_in_place(triangle: Any, C: Any, r: Any) -> Any:
+    r /= np.linalg.norm(r)
+    return plane_distance(triangle, C, r)
+
+
+FIRST = raycam.Camera.look_at([1.5, -4, 1.6], [0.4, 0, 0], size=(48, 36), fov=30).P
+"""The camera matrix of the notebook."""
+
+CORRECT: dict[str, tuple[Function, Function]] = {
     "center": (exercises.check_center, center),
     "ray": (exercises.check_ray, ray),
     "plane_distance": (exercises.check_plane_distance, plane_distance),
@@ -104,7 +112,22 @@ MISTAKES: list[tuple[Function, Function, str]] = [
     (exercises.check_is_inside, lambda t, p: bool(((p > t.min(0)) & (p < t.max(0))).all()), "bounding box"),
     (exercises.check_closest, lambda t, C, r: closest(t[::-1], C, r), "nearest"),
     (exercises.check_closest, lambda t, C, r: 0, "nearest"),
-    (exercises.check_closest, lambda t, C, r: 2.0, "number of the triangle"),
+    (exercises.check_closest, lambda t, C, r: 2.0, "index of the triangle"),
+    (exercises.check_closest, lambda t, C, r: np.array([closest(t, C, r), 1]), "index of the triangle"),
+    (
+        exercises.check_closest,
+        lambda t, C, r: closest(t, C, r) if closest(t, C, r) >= 0 else None,
+        "Return -1",
+    ),
+    (exercises.check_is_inside, lambda t, p: np.array(sides(t, p)) >= 0, "True or False"),
+    (exercises.check_is_inside, lambda t, p: "yes", "True or False"),
+    (exercises.check_center, lambda P: center(FIRST), "argument P"),
+    (exercises.check_center, lambda P: center(P) + 0j, "real numbers"),
+    (exercises.check_ray, lambda P, u, v: ray(FIRST, u, v), "argument P"),
+    (exercises.check_ray, lambda P, u, v: rotation(P) @ ray(P, u, v), "camera axes"),
+    (exercises.check_ray, lambda P, u, v: np.zeros(3), "length zero"),
+    (exercises.check_ray, lambda P, u, v: np.linalg.solve(P[:, :3], [u, v, 1]), "backwards"),
+    (exercises.check_plane_distance, normalised_in_place, "normalise"),
 ]
 
 
@@ -131,7 +154,11 @@ def test_wrong_images_get_their_hint() -> None:
         (image(0.5), "half a pixel"),
         (numbers.T, "transposed"),
         (numbers[::-1], "mirrored"),
+        (numbers[::-1, ::-1], "mirrored"),
         (np.zeros((18, 24)), "%"),
+        (numbers + 1, "start at 0"),
+        (np.where(numbers < 0, np.nan, numbers), "background"),
+        ([[1, 2], [3]], "array"),
         (..., "array"),
     ):
         verdict = exercises.check_image(wrong, world, camera)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -52,17 +51,18 @@ class Verdict:
 
 def check_center(center: Callable[[Floats], Any]) -> Verdict:
     """Checks `center(P)`, the camera's centre, [3]."""
-    for camera in _cameras():
-        P, expected = camera.P, np.asarray(camera.C)
-        given, problem = _numbers(partial(center, P), (3,))
+    for camera, P in _matrices():
+        expected = np.asarray(camera.C)
+        given, problem = _numbers(center, (3,), P)
         if given is None:
-            if np.shape(_quiet(partial(center, P))) == (4,):
-                return Verdict(False, "The result has 4 numbers: divide the first three by the fourth.")
+            if np.shape(_call(center, P)[0]) == (4,):
+                problem = "The result has 4 numbers: divide the first three by the fourth."
             return Verdict(False, problem)
         if _close(given, expected):
             continue
         M, p4 = P[:, :3], P[:, 3]
         hints = [
+            (np.asarray(_matrices()[0][0].C), SAME_CAMERA),
             (-expected, "The sign is wrong: P (C, 1) = 0 means M C = -p4."),
             (np.linalg.solve(M.T, -p4), "M is transposed: solve M C = -p4, not Mᵀ C = -p4."),
             (
@@ -85,12 +85,13 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
     The expected result is a vector of any length that points forward, from the camera's centre through the
     pixel.
     """
-    for camera in _cameras():
+    for camera, P in _matrices():
         for u, v in ((0, 0), (24, 18), (40.25, 7.5)):
-            P = camera.P
-            given, problem = _numbers(partial(ray, P, u, v), (3,))
+            given, problem = _numbers(ray, (3,), P, u, v)
             if given is None:
                 return Verdict(False, problem)
+            if not given.any():
+                return Verdict(False, "The ray has length zero.")
             expected = _direction(P, u, v)
             given = _unit(given)
             if _close(given, expected):
@@ -98,9 +99,10 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
             point = np.linalg.pinv(P) @ [u, v, 1]
             K_direction = np.linalg.solve(camera.K, [u, v, 1])
             hints = [
+                (_direction(_matrices()[0][1], u, v), SAME_CAMERA),
                 (
                     -expected,
-                    "The ray points backwards. Compare it with the forward direction, the third row of R.",
+                    "The ray points backwards: compare it with the third row of M, times the sign of det(M).",
                 ),
                 (_unit(point[:3] / point[3]), "Subtract the centre: the ray is X' - C, not X'."),
                 (
@@ -110,6 +112,14 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
                 (
                     _unit(camera.R @ K_direction),
                     "R is transposed: a camera direction d is Rᵀ d in the world.",
+                ),
+                (
+                    _unit(K_direction),
+                    "This is the direction in camera axes: a camera direction d is Rᵀ d in the world.",
+                ),
+                (
+                    _unit(np.asarray(camera.C) + np.linalg.solve(P[:, :3], [u, v, 1])),
+                    "This is a point on the ray, not the vector from C to the point.",
                 ),
                 (_direction(P, u + 0.5, v + 0.5), HALF_PIXEL),
                 (_direction(P, u - 0.5, v - 0.5), HALF_PIXEL),
@@ -129,7 +139,7 @@ def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]
     rng = np.random.default_rng(1)
     for _ in range(8):
         triangle, C, r = rng.normal(size=(3, 3)), rng.normal(size=3), 3 * rng.normal(size=3)
-        given, problem = _numbers(partial(plane_distance, triangle, C, r), ())
+        given, problem = _numbers(plane_distance, (), triangle, C, r)
         if given is None:
             return Verdict(False, problem)
         expected = _plane_distance(triangle, C, r)
@@ -143,8 +153,8 @@ def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]
         ]
         return Verdict(False, _hint(given, hints, _difference("t", given, np.asarray(expected))))
     flat = np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, 1]])
-    parallel = _quiet(lambda: plane_distance(flat, np.zeros(3), np.array([1.0, 0, 0])))
-    if parallel is None or np.isfinite(parallel):
+    parallel, _ = _numbers(plane_distance, (), flat, np.zeros(3), np.array([1.0, 0, 0]))
+    if parallel is None or not np.isnan(parallel):
         return Verdict(False, "A ray parallel to the plane meets nothing: return NaN if n·r is zero.")
     return Verdict(True, "The point C + t r lies in the plane.")
 
@@ -167,12 +177,11 @@ def check_is_inside(is_inside: Callable[[Floats, Floats], Any]) -> Verdict:
         point, expected = weights @ triangle, bool((weights > 0).all())
         in_box = bool(((point > triangle.min(axis=0)) & (point < triangle.max(axis=0))).all())
         for order in (triangle, triangle[::-1].copy()):
-            try:
-                given = is_inside(order, point)
-            except Exception as error:
-                return Verdict(False, _exception(error))
-            if given is None or given is Ellipsis:
-                return Verdict(False, "The function returns nothing yet.")
+            given, problem = _call(is_inside, order, point)
+            if problem:
+                return Verdict(False, problem)
+            if not isinstance(given, bool | np.bool_ | int | np.integer):
+                return Verdict(False, f"Return True or False, not {_kind(given)}.")
             if bool(given) != expected:
                 wrong.append((expected, order is triangle, in_box))
     if not wrong:
@@ -205,18 +214,15 @@ def check_closest(closest: Callable[[Triangles, Floats, Floats], Any]) -> Verdic
         ([near, far], forward, 0, "Return the nearest triangle: keep the smallest t, not the last one."),
         ([behind, far], forward, 1, "A triangle behind the camera is found: discard negative t."),
         ([near, far], aside, -1, "The ray misses the triangles: test whether the point is inside."),
-        ([behind], forward, -1, "Return -1 if the ray meets nothing in front of the camera."),
+        ([behind], forward, -1, NO_TRIANGLE),
     ]
     for triangles, r, expected, hint in cases:
-        try:
-            given = closest(np.array(triangles), C, r)
-        except Exception as error:
-            return Verdict(False, _exception(error))
-        if given is None or given is Ellipsis:
-            return Verdict(False, "The function returns nothing yet.")
+        given, problem = _call(closest, np.array(triangles), C, r)
+        if problem:
+            return Verdict(False, NO_TRIANGLE if problem == UNANSWERED and expected == -1 else problem)
+        if isinstance(given, bool) or not isinstance(given, int | np.integer):
+            return Verdict(False, f"Return the index of the triangle (an int), not {_kind(given)}.")
         if given != expected:
-            if isinstance(given, float) or np.ndim(given):
-                return Verdict(False, "Return the number of the triangle (an int), not t or a point.")
             return Verdict(False, hint)
     return Verdict(True, "The function returns the triangle with the smallest positive t.")
 
@@ -224,9 +230,9 @@ def check_closest(closest: Callable[[Triangles, Floats, Floats], Any]) -> Verdic
 def check_image(numbers: Any, world: World, camera: Camera) -> Verdict:
     """Checks an image of triangle indices [height, width]; -1 for the background."""
     width, height = camera.size
-    given = np.asarray(numbers)
-    if given.dtype == object or given.ndim != 2:
-        return Verdict(False, f"Expected an array [{height}, {width}] of triangle numbers.")
+    given = _array(numbers)
+    if given is None or given.ndim != 2:
+        return Verdict(False, f"Expected an array [{height}, {width}] of triangle indices.")
     if given.shape == (width, height) != (height, width):
         return Verdict(False, "The image is transposed: rows come first, numbers[v, u].")
     if given.shape != (height, width):
@@ -241,22 +247,34 @@ def check_image(numbers: Any, world: World, camera: Camera) -> Verdict:
     if max(share(0.5), share(-0.5)) > max(0.99, share(0)):
         return Verdict(False, HALF_PIXEL)
     expected = _triangle_numbers(triangles, camera, 0)
-    if (given == expected[::-1]).mean() > 0.99 or (given == expected[:, ::-1]).mean() > 0.99:
+    if (
+        max((given == expected[::down, ::right]).mean() for down, right in ((-1, 1), (1, -1), (-1, -1)))
+        > 0.99
+    ):
         return Verdict(False, "The image is mirrored: row 0 is at the top, column 0 on the left.")
+    if (given == expected + 1).mean() > 0.99:
+        return Verdict(False, "Triangle indices start at 0; the background is -1.")
+    is_hit = expected >= 0
+    if (given == expected)[is_hit].mean() > 0.99 and (given == expected)[~is_hit].mean() < 0.01:
+        return Verdict(False, "The triangles are correct, but the background must be -1.")
     return Verdict(
         False, f"{share(0):.1%} of the pixels are correct. Look at one wrong pixel with raycam.explain."
     )
 
 
+NO_TRIANGLE = "Return -1 if the ray meets nothing in front of the camera."
+UNANSWERED = "The function returns nothing yet."
+SAME_CAMERA = "The result belongs to another camera: use the argument P, not the notebook's camera."
 HALF_PIXEL = (
     "The ray is half a pixel off: integer coordinates are pixel centres, so do not add or subtract 0.5."
 )
 
 
-def _cameras() -> list[Camera]:
+def _matrices() -> list[tuple[Camera, Floats]]:
+    """Cameras, each with a matrix P of positive or negative scale; the first is the notebook's camera."""
     camera = Camera.look_at([1.5, -4, 1.6], [0.4, 0, 0], size=(48, 36), fov=30)
     turned = Camera.from_pose(size=(48, 36), fov=50, location=[-3, 2, 5], yaw=130, pitch=-25, roll=40)
-    return [camera, turned, Camera.from_matrix(-2 * turned.P, size=(48, 36))]
+    return [(camera, camera.P), (turned, turned.P), (turned, -2 * turned.P)]
 
 
 def _direction(P: Floats, u: float, v: float) -> Floats:
@@ -306,34 +324,47 @@ def _difference(name: str, given: Floats, expected: Any) -> str:
         return f"Expected {name} = {expected}, got {given}."
 
 
-def _quiet(function: Callable[[], Any]) -> Any:
+def _kind(given: Any) -> str:
+    """What the student's function returned, for a hint."""
+    return f"an array of shape {list(np.shape(given))}" if np.ndim(given) else f"{given!r}"
+
+
+def _call(function: Callable[..., Any], *arguments: Any) -> tuple[Any, str]:
+    """Returns the function's result for copies of the arguments, and an empty text.
+
+    If the answer is missing or the function raises an error, the text describes the problem.
+    """
+    copies = [np.array(value) if isinstance(value, np.ndarray) else value for value in arguments]
     try:
         with np.errstate(all="ignore"):
-            return function()
-    except Exception:
+            given = function(*copies)
+    except Exception as error:
+        return None, f"The function raised {type(error).__name__}: {error}."
+    return given, UNANSWERED if given is None or given is Ellipsis else ""
+
+
+def _array(given: Any) -> Floats | None:
+    """The numbers as an array; None if they are not real numbers, or if rows differ in length."""
+    try:
+        return None if np.iscomplexobj(given) else np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
         return None
 
 
-def _exception(error: Exception) -> str:
-    return f"The function raised {type(error).__name__}: {error}."
-
-
-def _numbers(function: Callable[[], Any], shape: tuple[int, ...]) -> tuple[Any, str]:
-    """Returns the function's result as an array, and an empty text.
+def _numbers(
+    function: Callable[..., Any], shape: tuple[int, ...], *arguments: Any
+) -> tuple[Floats | None, str]:
+    """Returns the function's result as an array of the given shape, and an empty text.
 
     If the answer is missing or has another shape, or if the function raises an error, returns None and a
     text.
     """
-    try:
-        given = function()
-    except Exception as error:
-        return None, _exception(error)
-    if given is None or given is Ellipsis:
-        return None, "The function returns nothing yet."
-    try:
-        array = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        return None, f"Expected numbers, got {given!r}."
+    given, problem = _call(function, *arguments)
+    if problem:
+        return None, problem
+    array = _array(given)
+    if array is None:
+        return None, f"Expected real numbers, got {given!r}."
     if array.shape != shape:
         return None, f"Expected {list(shape) or 'one number'}, got an array of shape {list(array.shape)}."
     return array, ""
