@@ -27,6 +27,8 @@ MIN_PIXELS = 16
 """Minimum number of the objects' pixels for the notice about one or two displayed colours."""
 MIN_CONTRAST = 1.25
 """The ratio of the brightest to the darkest lit pixel from which shading should be visible."""
+PIXEL_STEP = 16
+"""One of this many pixels is tested first."""
 PROBES_PER_SIDE = 24
 """Number of rays along each side that probe an image without ground truth."""
 LIT_INTEGRATORS = ("direct", "path")
@@ -62,7 +64,8 @@ def blank_notices(
     color = planes.get("color")
     if color is None or integrator not in LIT_INTEGRATORS:
         return
-    if not color[seen].any():
+    color = color[seen]
+    if not color.any():
         instances = planes["instance"] if "instance" in planes else truth()
         enclosing = _enclosing_object(world, camera, instances)
         if enclosing is not None:
@@ -78,7 +81,31 @@ def blank_notices(
         )
         yield Notice(message, "nothing_lit")
         return
-    yield from _flat_notices(color[seen], exposure, view)
+    if not _shows_shading(color, exposure, view):
+        yield from _flat_notices(color, exposure, view)
+
+
+def _shows_shading(color: npt.NDArray[Any], exposure: float, view: str) -> bool:
+    """Returns True if a few of the pixels prove that `_flat_notices` yields nothing."""
+    some = color[::PIXEL_STEP]
+    brightness, shown = _displayed(some, exposure, view)
+    dark = len(some) - np.count_nonzero(_is_white(brightness, shown, view))
+    return bool(dark > (1 - MIN_WHITE_SHARE) * len(color)) and _count_up_to_three(shown) == 3
+
+
+def _displayed(
+    color: npt.NDArray[Any], exposure: float, view: str
+) -> tuple[npt.NDArray[Any], npt.NDArray[np.uint8]]:
+    """The brightness [n] and the displayed colours [n, 3] of linear colours [n, 3]."""
+    linear = np.ascontiguousarray(color[np.newaxis], dtype=np.float32)
+    shown = np.asarray(_core.srgb_from_linear(linear, 2.0**exposure, 8, view))[0]
+    return color.max(axis=1) * 2.0**exposure, shown
+
+
+def _is_white(brightness: npt.NDArray[Any], shown: npt.NDArray[np.uint8], view: str) -> Bools:
+    """Returns True [n] for colours that are displayed as white."""
+    white: Bools = brightness > 1 if view == "standard" else (shown >= WHITE_LEVEL).all(axis=1)
+    return white
 
 
 def _flat_notices(color: npt.NDArray[Any], exposure: float, view: str) -> Iterator[Notice]:
@@ -87,12 +114,9 @@ def _flat_notices(color: npt.NDArray[Any], exposure: float, view: str) -> Iterat
     Such objects are clipped to white, or displayed in one or two colours. `color` is the linear colour [n, 3]
     of the objects' pixels.
     """
-    linear = np.ascontiguousarray(color[np.newaxis], dtype=np.float32)
-    shown = np.asarray(_core.srgb_from_linear(linear, 2.0**exposure, 8, view))[0]
-    brightness = color.max(axis=1) * 2.0**exposure
+    brightness, shown = _displayed(color, exposure, view)
     lit = brightness[brightness > 0]
-    white = brightness > 1 if view == "standard" else (shown >= WHITE_LEVEL).all(axis=1)
-    share = float(white.mean())
+    share = float(_is_white(brightness, shown, view).mean())
     levels = _count_up_to_three(shown)
     if share >= MIN_WHITE_SHARE:
         stops = exposure - math.ceil(math.log2(max(2 * float(np.median(brightness)), 2.0)))
