@@ -52,10 +52,12 @@ def split_robots(
 
 def robot_lines(text: str) -> list[int]:
     """Returns the line of each `[[robot]]` of a world file."""
+    # A search for the brackets is faster than a match of each line.
+    starts = [found.start() for found in re.finditer(r"\[\[[ \t]*robot[ \t]*\]\]", text)]
     return [
-        number
-        for number, line in enumerate(text.splitlines(), 1)
-        if re.match(r"\s*\[\[\s*robot\s*\]\]", line)
+        text.count("\n", 0, start) + 1
+        for start in starts
+        if not text[text.rfind("\n", 0, start) + 1 : start].strip()
     ]
 
 
