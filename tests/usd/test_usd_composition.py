@@ -27,6 +27,7 @@ ARCS = {
     "payload": lambda prim: prim.GetPayloads().AddPayload("b.usda", "/none"),
     "internal": lambda prim: prim.GetReferences().AddInternalReference("/none"),
     "inherits": lambda prim: prim.GetInherits().AddInherit("/none"),
+    "specializes": lambda prim: prim.GetSpecializes().AddSpecialize("/none"),
     "cycle": lambda prim: prim.GetReferences().AddInternalReference("/world/odd"),
 }
 

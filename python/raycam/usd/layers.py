@@ -52,20 +52,24 @@ def _composition_errors(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]
 
 
 def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
-    """Classes that prims inherit from but that no layer contains, which OpenUSD does not report."""
+    """Classes that prims inherit from or specialize but that no layer contains, which OpenUSD does not report."""
     layers = stage.GetUsedLayers()
     known: dict[Sdf.Path, bool] = {}
     for prim in _each_once(stage):
-        if not prim.HasAuthoredInherits() or _has_only(prim, known):
+        if _has_only(prim, known):
             continue
         for spec in prim.GetPrimStack():
-            for path in spec.inheritPathList.GetAddedOrExplicitItems():
-                if path not in known:
-                    known[path] = any(layer.GetPrimAtPath(path) for layer in layers)
-                if not known[path]:
-                    file = os.path.basename(spec.layer.realPath or spec.layer.identifier)
-                    text = f"the prim inherits from <{path}>, which no layer contains (in @{file}@)"
-                    yield StageNotice("invalid_file", text, f"prim {prim.GetPath()}")
+            for verb, paths in (
+                ("inherits from", spec.inheritPathList),
+                ("specializes", spec.specializesList),
+            ):
+                for path in paths.GetAddedOrExplicitItems():
+                    if path not in known:
+                        known[path] = any(layer.GetPrimAtPath(path) for layer in layers)
+                    if not known[path]:
+                        file = os.path.basename(spec.layer.realPath or spec.layer.identifier)
+                        text = f"the prim {verb} <{path}>, which no layer contains (in @{file}@)"
+                        yield StageNotice("invalid_file", text, f"prim {prim.GetPath()}")
 
 
 def _each_once(stage: Usd.Stage) -> Iterator[Usd.Prim]:
@@ -81,9 +85,13 @@ def _each_once(stage: Usd.Stage) -> Iterator[Usd.Prim]:
 
 
 def _has_only(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
-    """True if a prim inherits only from classes that exist and were found before."""
-    listed = prim.GetMetadata("inheritPaths")
-    return listed is not None and all(known.get(path) for path in listed.GetAddedOrExplicitItems())
+    """True if a prim inherits from and specializes only classes that exist and were found before."""
+    arcs = ((prim.HasAuthoredInherits(), "inheritPaths"), (prim.HasAuthoredSpecializes(), "specializes"))
+    listed = [prim.GetMetadata(key) for has_arc, key in arcs if has_arc]
+    return all(
+        paths is not None and all(known.get(path) for path in paths.GetAddedOrExplicitItems())
+        for paths in listed
+    )
 
 
 def _other_metrics(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]:
