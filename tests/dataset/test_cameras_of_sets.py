@@ -44,8 +44,11 @@ def test_nerf_stores_complete_panoramas_only(tmp_path: Path) -> None:
     for own, given in zip(raycam.load_cameras(tmp_path).values(), cameras, strict=True):
         np.testing.assert_allclose(own.project(POINTS)[0] - 0.5, given.project(POINTS)[0], atol=1e-6)
     part = raycam.Camera.look_at([1, 1, 1], [0, 0, 0], size=(64, 32), model="equirectangular")
-    with pytest.raises(raycam.CameraError):
+    with raises(raycam.CameraError, code="unsupported_camera", mentions=["K is"]):
         write(table(), tmp_path / "part", "nerf", cameras=[part])
+    high = raycam.Camera.equirectangular(places[0], size=(64, 30))
+    with raises(raycam.CameraError, code="unsupported_camera", mentions=["64 x 30"]):
+        write(table(), tmp_path / "high", "nerf", cameras=[high])
 
 
 @pytest.mark.parametrize(

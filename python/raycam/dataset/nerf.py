@@ -72,17 +72,20 @@ def check_whole_panorama(camera: Camera, number: int) -> None:
     The format cannot represent a partial panorama, because nerfstudio stores only a panorama's size.
     """
     width, height = camera.size
-    whole = (
-        Camera.equirectangular([0, 0, 0], size=camera.size, pixel_center=camera.pixel_center)
-        if width == 2 * height
-        else None
-    )
-    if whole is None or not np.allclose(camera.K, whole.K, rtol=0, atol=1e-9 * width):
-        raise CameraError(
-            f"camera {number}: transforms.json supports only panoramas of all directions, twice as wide as high; "
-            f"create it with Camera.equirectangular, size=(2 * height, height); size is {camera.size}",
-            code="unsupported_camera",
+    if width != 2 * height:
+        fault = f"the size is {width} x {height}"
+    else:
+        whole = Camera.equirectangular([0, 0, 0], size=camera.size, pixel_center=camera.pixel_center)
+        if np.allclose(camera.K, whole.K, rtol=0, atol=1e-9 * width):
+            return
+        fault = (
+            f"K is {camera.K.round(6).tolist()} instead of {whole.K.round(6).tolist()}, a partial panorama"
         )
+    raise CameraError(
+        f"camera {number}: transforms.json supports only panoramas of all directions, twice as wide as high, but "
+        f"{fault}; use Camera.equirectangular with size=(2 * height, height)",
+        code="unsupported_camera",
+    )
 
 
 def make(plan: Plan, number: int) -> Made:
