@@ -89,42 +89,43 @@ impl<'a> PixelCones<'a> {
             cones.resize(pixels.count(), RayCone::default());
             return;
         };
-        let mut last = None;
+        let mut last: Option<([u32; 2], RayCone, [DVec3; 2])> = None;
         cones.extend(pixels.map(|pixel| {
             let at = match self.pinhole {
                 Some(_) => pixel,
                 None => pixel.map(|x| x - x % CONE_SQUARE + CONE_SQUARE / 2),
             };
             match last {
-                Some((known, cone)) if known == at => cone,
+                Some((known, cone, _)) if known == at => cone,
                 _ => {
-                    let cone = self.cone(camera, at);
-                    last = Some((at, cone));
+                    let is_next = |&([x, y], ..): &([u32; 2], _, _)| self.pinhole.is_some() && [x + 1, y] == at;
+                    let known = last.filter(is_next).map(|(_, _, right)| right);
+                    let (cone, right) = self.cone(camera, at, known);
+                    last = Some((at, cone, right));
                     cone
                 }
             }
         }));
     }
 
-    /// Cone of a pixel. The cone's width is the side length of a square with the pixel's area.
-    fn cone(&self, camera: &Camera, [x, y]: [u32; 2]) -> RayCone {
+    /// Cone of a pixel, and the ray of the pixel to its right. The cone's width is the side length of a square with the
+    /// pixel's area. `known` is the pixel's ray, origin and direction, if it has been computed.
+    fn cone(&self, camera: &Camera, [x, y]: [u32; 2], known: Option<[DVec3; 2]>) -> (RayCone, [DVec3; 2]) {
         let center = camera.pixel_center_of(x, y);
         let ray = |offset: DVec2| match &self.pinhole {
-            Some(pinhole) => (pinhole.center, pinhole.direction(center + offset)),
-            None => camera.ray(center + offset),
+            Some(pinhole) => [pinhole.center, pinhole.direction(center + offset)],
+            None => camera.ray(center + offset).into(),
         };
-        let (origin, direction) = ray(DVec2::ZERO);
-        let sides = [DVec2::X, DVec2::Y].map(|side| {
-            let (o, d) = ray(side);
-            [o - origin, d - direction]
-        });
+        let [origin, direction] = known.unwrap_or_else(|| ray(DVec2::ZERO));
+        let [right, below] = [DVec2::X, DVec2::Y].map(ray);
+        let sides = [right, below].map(|[o, d]| [o - origin, d - direction]);
         let of = |which: usize| PixelEllipse::new(sides.map(|side| side[which]), direction);
         let (start, growth) = (of(0), of(1));
         let width = |mean: f64| if mean.is_finite() { (mean * self.share) as f32 } else { 0.0 };
         // The rays of a camera usually differ either in their directions or in their origins, so one stretch is
         // sufficient.
         let stretch = if growth.mean > 0.0 { growth.stretch } else { start.stretch };
-        RayCone { width: width(start.mean), spread: width(growth.mean), stretch }
+        (RayCone { width: width(start.mean), spread: width(growth.mean), stretch }, right)
     }
 }
 
@@ -138,6 +139,9 @@ struct PixelEllipse {
 
 impl PixelEllipse {
     fn new(sides: [DVec3; 2], direction: DVec3) -> Self {
+        if sides == [DVec3::ZERO; 2] {
+            return Self { mean: 0.0, stretch: Stretch::ROUND };
+        }
         let (right, up) = direction.any_orthonormal_pair();
         let [x, y] = sides.map(|side| DVec2::new(right.dot(side), up.dot(side)));
         // Eigenvalues of M M^T for M = [x y]: the squared widths.
