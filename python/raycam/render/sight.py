@@ -104,8 +104,7 @@ def _displayed(
 
 def _is_white(brightness: npt.NDArray[Any], shown: npt.NDArray[np.uint8], view: str) -> Bools:
     """Returns True [n] for colours that are displayed as white."""
-    white: Bools = brightness > 1 if view == "standard" else (shown >= WHITE_LEVEL).all(axis=1)
-    return white
+    return np.asarray(brightness > 1 if view == "standard" else (shown >= WHITE_LEVEL).all(axis=1))
 
 
 def _flat_notices(color: npt.NDArray[Any], exposure: float, view: str) -> Iterator[Notice]:
