@@ -12,6 +12,7 @@ import pytest
 import raycam
 from PIL import Image
 from pxr import Gf, Sdf, UsdShade
+from raycam.usd.image_values import level_values, look_up
 from support.raises import has_notice
 from support.usd_stages import bind, image, material, square, stage, uvs, write_image
 
@@ -142,3 +143,21 @@ def test_inputs_from_unknown_shaders_give_notices(tmp_path: Path) -> None:
     made.Save()
     (notice,) = raycam.load(tmp_path / "a.usda").notices
     assert has_notice([notice], "ignored_feature", "diffuseColor", "ND_noise2d_color3")
+
+
+@pytest.mark.parametrize(
+    ("values", "scale", "bits"),
+    [
+        (np.array([0, 128, 254], np.uint8), 0.5, 8),
+        (np.array([0, 128, 255], np.uint8), 0.5, 16),
+        (np.array([0, 257, 65535], np.uint16), 1.0, 8),
+        (np.array([0, 1, 255], np.uint16), 1.0, 16),
+    ],
+)
+def test_looked_up_values_have_the_bits_that_represent_them(values: Any, scale: float, bits: int) -> None:
+    pixels = np.repeat(values[None, :, None], 4, axis=2)
+    made = look_up(pixels, [2], level_values(pixels)[:, None] * np.float32(scale))
+    assert made.shape == (1, 3, 1)
+    assert made.dtype == f"uint{bits}"
+    expected = values / np.iinfo(values.dtype).max * scale
+    np.testing.assert_allclose(made[0, :, 0] / (2**bits - 1), expected, atol=0.5 / 65535)

@@ -268,6 +268,16 @@ def test_opaque_opacity_image_leaves_the_object_opaque(tmp_path: Path, bits: int
     assert (frame["alpha"] == 1).all()
 
 
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_fast_png_contains_the_pixels(tmp_path: Path, kind: Any, channels: int) -> None:
+    pixels = np.random.default_rng(0).integers(0, np.iinfo(kind).max, (9, 7, channels), kind)
+    (tmp_path / "x.png").write_bytes(raycam._core.encode_png(pixels, fast=True))
+    read = raycam._core.read_texels(tmp_path / "x.png")
+    assert read.dtype == kind
+    np.testing.assert_array_equal(read[..., :channels], pixels)
+
+
 def test_undecodable_image_gives_a_notice(tmp_path: Path) -> None:
     made = stage(tmp_path / "a.usda")
     mesh, paint = square(made), material(made, "/paint", opacityThreshold=0.5)

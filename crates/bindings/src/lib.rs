@@ -47,7 +47,7 @@ mod core {
     #[pymodule_export]
     use crate::render::encode::{
         check_stand_in, compress_lzf, encode_exr, encode_hdr, encode_jpeg, encode_png, linear_from_srgb8,
-        mask_polygons, mask_runs, read_exr, read_photo, read_picture, shown_from_linear, srgb_from_linear,
+        mask_polygons, mask_runs, read_exr, read_photo, read_picture, read_texels, shown_from_linear, srgb_from_linear,
     };
     #[pymodule_export]
     use crate::render::frame::{channels, merge};

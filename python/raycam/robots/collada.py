@@ -275,7 +275,7 @@ class _Converter:
             data = read_bytes(found, 1 << 28)
             kind = next((kind for start, kind in IMAGE_TYPES.items() if data.startswith(start)), None)
             if kind is None:
-                pixels, _ = _core.read_picture(os.fspath(found), False)
+                pixels, _ = _core.read_picture(os.fspath(found))
                 data, kind = _encode_png(np.asarray(pixels)), "image/png"
         except (OSError, FormatError) as error:
             self._note("missing_file", f"image {name!r} is not shown: {error}")

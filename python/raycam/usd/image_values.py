@@ -1,6 +1,7 @@
 """Conversion of images of UsdUVTexture to maps of an MTL file.
 
-The conversion applies scale, bias, channel and colour space.
+The conversion applies scale, bias, channel and colour space. It is computed once for each value that an 8-bit or
+16-bit image may contain, and looked up for each pixel.
 """
 
 from __future__ import annotations
@@ -11,10 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..srgb import linear_from_srgb, srgb_from_linear
 
-__all__ = ["ValueChange", "is_grey", "value_change"]
+__all__ = ["Texels", "ValueChange", "is_grey", "level_values", "look_up", "value_change"]
+
+Texels = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+"""Values of an image of integers, [height, width, channels]."""
 
 FLOATS = (".exr", ".hdr")
 """Endings of float image files; their values are linear, regardless of the shader's colour space."""
@@ -43,20 +48,44 @@ class ValueChange:
         spaces = " read as sRGB" * self.decode + " read as linear" * (self.encode and not self.decode)
         return f"{names} x ({scale}) + ({bias}){spaces}"
 
-    def bake(self, pixels: Any) -> Any:
-        """Converts values [height, width, 4] to [height, width, 3 or 4].
+    def bake(self, pixels: Texels) -> Texels:
+        """Converts an image [height, width, 4] to [height, width, 1, 3 or 4].
 
-        Alpha is unchanged.
+        Alpha is unchanged, and omitted if all pixels are opaque.
         """
-        numbers = pixels[..., list(self.channels)]
-        if self.decode:
-            numbers = linear_from_srgb(numbers)
-        numbers = np.clip(numbers * np.array(self.scale, np.float32) + np.array(self.bias, np.float32), 0, 1)
+        levels = level_values(pixels)
+        linear = linear_from_srgb(levels) if self.decode else levels
+        scale, bias = np.array(self.scale, np.float32), np.array(self.bias, np.float32)
+        values = np.clip(linear[:, None] * scale + bias, 0, 1)
+        channels = list(self.channels)
         if self.encode:
-            numbers = srgb_from_linear(numbers)
-            alphas = pixels[..., 3:]
-            return numbers if (alphas == 1).all() else np.concatenate([numbers, alphas], axis=2)
-        return np.repeat(numbers, 3, axis=2) if len(self.channels) == 1 else numbers
+            values = srgb_from_linear(values)
+            if (pixels[..., 3] != len(levels) - 1).any():
+                values = np.column_stack([values, levels])
+                channels.append(3)
+        return look_up(pixels, channels, values)
+
+
+def level_values(pixels: Texels) -> npt.NDArray[np.float32]:
+    """Returns the values in 0..1, float32, of all levels that the image's type can represent."""
+    count = np.iinfo(pixels.dtype).max + 1
+    return np.arange(count, dtype=np.float32) / np.float32(count - 1)
+
+
+def look_up(pixels: Texels, channels: Sequence[int], values: npt.NDArray[np.float32]) -> Texels:
+    """Returns the values [levels, channels] in 0..1 of an image's channels, [height, width, channels].
+
+    The result has 8 bits if these represent the values of all pixels exactly, and 16 bits otherwise.
+    """
+    small = np.round(values * 255)
+    is_exact = np.abs(values * 255 - small) < 1e-3
+    used = [np.bincount(pixels[..., channel].ravel(), minlength=len(values)) > 0 for channel in channels]
+    fits = all(is_exact[levels, column].all() for column, levels in enumerate(used))
+    table = small.astype(np.uint8) if fits else np.round(values * 65535).astype(np.uint16)
+    made = np.empty((*pixels.shape[:2], len(channels)), table.dtype)
+    for column, channel in enumerate(channels):
+        made[..., column] = table[:, column][pixels[..., channel]]
+    return made
 
 
 def value_change(

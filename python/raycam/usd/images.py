@@ -18,6 +18,7 @@ from pxr import Ar, Sdf
 from .. import _core
 from .confinement import Confinement, UsdRejected, notice_code
 from .image_search import found_elsewhere
+from .image_values import Texels, level_values, look_up
 from .notices import StageNotice
 
 __all__ = ["Images", "bake_opacity", "bake_wrap"]
@@ -68,7 +69,7 @@ class Images:
     def _note(self, code: str, path: str, text: str) -> None:
         self.notices.append(StageNotice(code, text, f"image {path!r}"))
 
-    def baked(self, file: str, how: str, bake: Callable[[Any], Any]) -> str | None:
+    def baked(self, file: str, how: str, bake: Callable[[Texels], Texels | None]) -> str | None:
         """Returns the name of the image that `bake` creates from an image's pixels.
 
         Returns None if `bake` creates no image. If the pixels cannot be decoded, returns the name of the original
@@ -87,7 +88,7 @@ class Images:
             self._known[key] = None
             if made is not None:
                 self._known[key] = name = f"image{len(self._known)}.png"
-                (self.folder / name).write_bytes(_core.encode_png(np.ascontiguousarray(_integers(made))))
+                (self.folder / name).write_bytes(_core.encode_png(np.ascontiguousarray(made), fast=True))
                 self.files[name] = self.files[file]
         return self._known[key]
 
@@ -116,22 +117,19 @@ class Images:
                 self._copy(part, "", copy)
 
 
-def bake_opacity(pixels: Any, channel: str, scale: float, bias: float, threshold: float) -> Any:
+def bake_opacity(pixels: Texels, channel: str, scale: float, bias: float, threshold: float) -> Texels | None:
     """Returns the opacities in one channel of an image as grey values; None if all are 1.
 
     With a threshold, the values are 0 or 1.
     """
-    index = "rgba".index(channel)
-    alphas = pixels[..., index] * scale + bias
+    alphas = level_values(pixels) * np.float32(scale) + np.float32(bias)
     if threshold > 0:
-        alphas = alphas >= threshold
-    grey = np.clip(alphas, 0, 1).astype(np.float32)
-    if grey.min() == 1:
-        return None
-    return np.repeat(grey[..., None], 3, axis=2)
+        alphas = (alphas >= threshold).astype(np.float32)
+    made = look_up(pixels, ["rgba".index(channel)], np.clip(alphas, 0, 1)[:, None])
+    return None if made.min() == np.iinfo(made.dtype).max else made
 
 
-def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]]) -> Any:
+def bake_wrap(pixels: Texels, wraps: Sequence[str], tiles: Sequence[tuple[int, int]]) -> Texels:
     """Returns an image that covers ranges of tiles in u and v, according to wrap modes.
 
     Other modes than "black" and "clamp" repeat or mirror the image over the tiles. "clamp" leaves an axis unchanged,
@@ -147,9 +145,9 @@ def bake_wrap(pixels: Any, wraps: Sequence[str], tiles: Sequence[tuple[int, int]
             "too_large",
             f"the image would need {len(columns)} x {len(lines)} pixels; the limit is {MOST_PIXELS} in total",
         )
-    if (pixels[..., 3] == 1).all():
+    if (pixels[..., 3] == np.iinfo(pixels.dtype).max).all():
         pixels = pixels[..., :3]  # pixels outside of the image are black, not transparent
-    made = pixels[lines][:, columns]
+    made: Texels = pixels[lines][:, columns]
     made[lines < 0] = 0
     made[:, columns < 0] = 0
     return made
@@ -168,16 +166,9 @@ def _wrapped(size: int, wrap: str, low: int, high: int) -> Any:
     return places % size
 
 
-def _pixels(file: Path) -> Any:
-    """Values float32 [height, width, 4] in 0..1 of an integer image."""
+def _pixels(file: Path) -> Texels:
+    """Values [height, width, 4] of an image of integers."""
     if file.suffix in (".exr", ".hdr"):
         raise UsdRejected("unsupported_feature", "changes of float images (.exr, .hdr) are not supported")
-    return _core.read_picture(file, True)[0]
-
-
-def _integers(numbers: Any) -> Any:
-    """The values as 8-bit integers, or as 16-bit integers if 8 bits are not exact."""
-    whole = np.round(numbers * 255)
-    if np.abs(numbers * 255 - whole).max() < 1e-3:
-        return whole.astype(np.uint8)
-    return np.round(numbers * 65535).astype(np.uint16)
+    texels: Texels = _core.read_texels(file)
+    return texels

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use raycam_formats::encode::{exr, hdr, jpeg, lzf, mask, png};
 use raycam_formats::{Budget, ColorUse, read_image};
 use raycam_render::film::display;
-use raycam_scene::{ViewTransform, color};
+use raycam_scene::{Texels, ViewTransform, color};
 
 use crate::arrays::{self, ArrayResult, BytesResult, NewArray, array};
 use crate::camera::Camera;
@@ -32,14 +32,24 @@ pub(crate) fn linear_from_srgb8<'py>(py: Python<'py>, bytes: PyReadonlyArrayDyn<
     array(py, linear, bytes.shape())
 }
 
-/// Decodes an image file to float32 [height, width, 4], with the notices of its reader. The values are linear colours.
-/// With `data`, they are the file's numbers without any colour conversion, and integers are scaled to 0..1.
+/// Decodes an image file to linear colours, float32 [height, width, 4], with the notices of its reader.
 #[pyfunction]
-pub(crate) fn read_picture(py: Python<'_>, path: PathBuf, data: bool) -> PyResult<(NewArray<'_, f32>, Notices)> {
-    let color_use = if data { ColorUse::Data } else { ColorUse::Color };
-    let (image, notices) = detached(py, || read_image(&path, color_use, &Budget::default()))?;
+pub(crate) fn read_picture(py: Python<'_>, path: PathBuf) -> PyResult<(NewArray<'_, f32>, Notices)> {
+    let (image, notices) = detached(py, || read_image(&path, ColorUse::Color, &Budget::default()))?;
     let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i)).collect();
     Ok((array(py, pixels, &[image.size[1] as usize, image.size[0] as usize, 4])?, notices.into()))
+}
+
+/// Decodes an image file of integers to its values without any conversion: uint8 or uint16 [height, width, 4].
+#[pyfunction]
+pub(crate) fn read_texels(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
+    let (image, _) = detached(py, || read_image(&path, ColorUse::Data, &Budget::default()))?;
+    let shape = [image.size[1] as usize, image.size[0] as usize, 4];
+    match image.texels {
+        Texels::Linear8(texels) => Ok(array(py, texels.into_flattened(), &shape)?.into_any()),
+        Texels::Linear16(texels) => Ok(array(py, texels.into_flattened(), &shape)?.into_any()),
+        _ => Err(settings_error("the image contains floats; expected 8-bit or 16-bit integers")),
+    }
 }
 
 /// Decodes a photo to linear colours, float32 [height, width, 4], in the stored orientation. Also returns the EXIF
@@ -115,9 +125,11 @@ pub(crate) fn compress_lzf<'py>(py: Python<'py>, data: &[u8]) -> BytesResult<'py
     arrays::bytes(py, &py.detach(|| lzf::compress(data)))
 }
 
-/// Encodes an array [height, width] or [height, width, channels] of uint8 or uint16 as a PNG file.
+/// Encodes an array [height, width] or [height, width, channels] of uint8 or uint16 as a PNG file. With `fast`, the file
+/// is larger and takes less time.
 #[pyfunction]
-pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> BytesResult<'py> {
+#[pyo3(signature = (pixels, fast=false))]
+pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>, fast: bool) -> BytesResult<'py> {
     let (shape, samples) = match &pixels {
         ArrayView::U8(a) => (a.shape(), png::Samples::U8(contiguous(a)?)),
         ArrayView::U16(a) => (a.shape(), png::Samples::U16(contiguous(a)?)),
@@ -125,7 +137,8 @@ pub(crate) fn encode_png<'py>(py: Python<'py>, pixels: ArrayView<'py>) -> BytesR
     };
     let (size, channels) = size_of(shape)?;
     check_memory("a PNG file", 2 * shape.iter().product::<usize>() * 2)?;
-    arrays::bytes(py, &detached(py, || png::encode(size, channels, samples))?)
+    let encode = if fast { png::encode_fast } else { png::encode };
+    arrays::bytes(py, &detached(py, || encode(size, channels, samples))?)
 }
 
 /// Encodes an array [height, width, 3] of uint8 in sRGB as a JPEG file.
