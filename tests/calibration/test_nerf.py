@@ -113,9 +113,13 @@ def test_written_panorama_has_the_rays_of_nerfstudio(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.R, camera.R, atol=1e-12)
 
 
-@pytest.mark.parametrize("size", [(64, 33), (64, 16)])
-def test_partial_panorama_is_not_written(tmp_path: Path, size: tuple[int, int]) -> None:
+@pytest.mark.parametrize(
+    ("size", "focal", "fault"), [((64, 33), 1, "64 x 33"), ((64, 16), 1, "64 x 16"), ((64, 32), 2, "K")]
+)
+def test_partial_panorama_is_not_written(
+    tmp_path: Path, size: tuple[int, int], focal: float, fault: str
+) -> None:
     whole = raycam.Camera.equirectangular([0, 0, 0], size=(64, 32))
-    part = raycam.Camera(whole.K, whole.R, whole.C, size, model="equirectangular")
-    with pytest.raises(raycam.Error):
+    part = raycam.Camera(np.diag([focal, 1, 1]) @ whole.K, whole.R, whole.C, size, model="equirectangular")
+    with raises(raycam.FormatError, code="cannot_write", mentions=[fault]):
         raycam.save_cameras(tmp_path / "transforms.json", {"a": part}, "nerf")

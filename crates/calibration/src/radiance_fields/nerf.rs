@@ -401,8 +401,12 @@ fn intrinsics_text(record: &CameraRecord) -> Result<String> {
 fn panorama_text(record: &CameraRecord, [width, height]: [u32; 2], format: &str) -> Result<String> {
     let whole = record.lens.full_panorama([width, height], record.pixel_center);
     let same = |whole: DMat3, k: DMat3| (whole - k).to_cols_array().iter().all(|v| v.abs() <= 1e-9 * f64::from(width));
-    if width != 2 * height || !record.k.zip(whole).is_some_and(|(k, whole)| same(whole, k)) {
-        let what = "a panorama that does not cover all directions, twice as wide as high";
+    if width != 2 * height {
+        let what = format!("a panorama of {width} x {height} pixels, which is not twice as wide as high");
+        return Err(record.unsupported_error(format, &what));
+    }
+    if !record.k.zip(whole).is_some_and(|(k, whole)| same(whole, k)) {
+        let what = "a partial panorama, whose K differs from the K of a panorama of all directions";
         return Err(record.unsupported_error(format, what));
     }
     let [fx, fy, cx, cy] = [0.5, 1.0, 0.5, 0.5].map(|share| share * f64::from(width));
