@@ -65,6 +65,7 @@ __all__ = [
     "world_closest_points",
     "world_count_intersections",
     "world_distance",
+    "world_faces_in_sight",
     "world_from_bytes",
     "world_from_dict",
     "world_from_gltf",
@@ -203,6 +204,9 @@ def world_intersections(
 ) -> dict[str, npt.NDArray[Any]]: ...
 def world_occluded(world: World, query: dict[str, Any]) -> npt.NDArray[np.bool_]: ...
 def world_overlaps(world: World, groups: Sequence[int], limit: float) -> list[tuple[int, int, float]]: ...
+def world_faces_in_sight(
+    world: World, cameras: Sequence[Camera], query: dict[str, Any]
+) -> dict[str, npt.NDArray[Any]]: ...
 def world_points_in_sight(
     world: World, camera: Camera, query: dict[str, Any]
 ) -> dict[str, npt.NDArray[Any]]: ...

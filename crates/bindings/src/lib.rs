@@ -35,8 +35,8 @@ mod core {
     use crate::notice::codes;
     #[pymodule_export]
     use crate::queries::points::{
-        world_closest_points, world_distance, world_inside, world_points_in_sight, world_signed_distance,
-        world_topology, world_velocities, world_visible, world_winding_number,
+        world_closest_points, world_distance, world_faces_in_sight, world_inside, world_points_in_sight,
+        world_signed_distance, world_topology, world_velocities, world_visible, world_winding_number,
     };
     #[pymodule_export]
     use crate::queries::rays::{

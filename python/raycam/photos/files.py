@@ -9,6 +9,8 @@ import numpy.typing as npt
 
 from ..io.atomic_files import write
 from ..world import World
+from ..world.face_geometry import unique_rows
+from .face_keys import face_keys
 from .visibility import SurfaceVisibility
 
 __all__ = ["save_faces", "save_visibility"]
@@ -30,10 +32,8 @@ def save_faces(
     Positions are in world coordinates. Positions are float64 if float32 would round them. Vertices at the same position
     are merged.
     """
-    every = {tuple(pair): number for number, pair in enumerate(world.triangle_ids().tolist())}
-    rows = np.array([every[tuple(pair)] for pair in seen.ids[kept].tolist()], np.int64)
-    corners = world.triangles()[rows].reshape(-1, 3)
-    vertices, faces = np.unique(corners, axis=0, return_inverse=True)
+    rows = np.searchsorted(face_keys(world.triangle_ids()), face_keys(seen.ids[kept]))
+    vertices, faces = unique_rows(world.triangles()[rows].reshape(-1, 3))
     single = bool((vertices.astype(np.float32) == vertices).all())
     kind = "float" if single else "double"
     lines = [

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ..arguments import Bools, Floats
 from ..lidar import Lidar, measured_faces
 from ..world import World
+from .face_keys import face_keys
 from .face_samples import MAX_SAMPLES, MIN_SAMPLES, sample_pattern
 
 __all__ = ["FacePoints", "points_on_faces"]
@@ -59,18 +60,18 @@ class FacePoints:
         self,
         faces: npt.NDArray[np.int64],
         corners: Floats,
-        weights: Floats,
+        pattern: Floats,
         first: npt.NDArray[np.int64],
-        numbers: npt.NDArray[np.int64],
+        numbers: npt.NDArray[Any],
     ) -> npt.NDArray[np.int64]:
         """Returns the samples, ascending, that are nearest to a point among the samples of its face.
 
-        `corners` [k, 3, 3] are the corners of `faces` [k]; face i has the samples `first[i]` to before `first[i] +
-        numbers[i]` of `weights` [m, 3].
+        `corners` [k, 3, 3] are the corners of `faces` [k]. Face i has the samples `first[i]` to before `first[i] +
+        numbers[i]`, whose weights of the corners are the first rows of `pattern` [m, 3].
         """
         counts = self.counts(faces)
         point, face = _ranges(self.offsets[faces], counts), np.repeat(np.arange(len(faces)), counts)
-        return np.unique(_nearest(self.barycentric[point], face, corners, weights, first, numbers))
+        return np.unique(_nearest(self.barycentric[point], face, corners, pattern, first, numbers))
 
     def cover(self, faces: npt.NDArray[np.int64], corners: Floats, places: Floats) -> Bools:
         """Returns True [n] for places on `faces` [n] that are covered by lidar points.
@@ -86,12 +87,11 @@ class FacePoints:
         met, at, face = np.unique(faces[some], return_index=True, return_inverse=True)
         numbers = np.clip(-(-self.counts(met) // POINTS_PER_SAMPLE), MIN_SAMPLES, MAX_SAMPLES)
         first = np.cumsum(numbers) - numbers
-        patterns = {number: sample_pattern(number) for number in np.unique(numbers).tolist()}
-        weights = np.concatenate([patterns[number] for number in numbers.tolist()])
-        is_measured = np.zeros(len(weights), bool)
+        pattern = sample_pattern(MAX_SAMPLES)
+        is_measured = np.zeros(numbers.sum(), bool)
         own = corners[some[at]]
-        is_measured[self.nearest_samples(met, own, weights, first, numbers)] = True
-        found[some] = is_measured[_nearest(places[some, :2], face, own, weights, first, numbers)]
+        is_measured[self.nearest_samples(met, own, pattern, first, numbers)] = True
+        found[some] = is_measured[_nearest(places[some, :2], face, own, pattern, first, numbers)]
         return found
 
 
@@ -99,9 +99,9 @@ def _nearest(
     places: npt.NDArray[Any],
     face: npt.NDArray[np.int64],
     corners: Floats,
-    weights: Floats,
+    pattern: Floats,
     first: npt.NDArray[np.int64],
-    numbers: npt.NDArray[np.int64],
+    numbers: npt.NDArray[Any],
 ) -> npt.NDArray[np.int64]:
     """Returns the sample [n] nearest to each place on a face.
 
@@ -115,8 +115,7 @@ def _nearest(
         for start in range(0, len(group), step):
             some = group[start : start + step]
             own = face[some]
-            sample = first[own][:, None] + np.arange(number)
-            apart = weights[sample, :2] - places[some, None]
+            apart = pattern[:number, :2] - places[some, None]
             edges = (corners[own, :2] - corners[own, 2:])[:, None]
             offset = apart[..., :1] * edges[:, :, 0] + apart[..., 1:] * edges[:, :, 1]
             found[some] = first[own] + (offset**2).sum(axis=2).argmin(axis=1)
@@ -140,7 +139,7 @@ def points_on_faces(
     The ids must be in ascending order.
     """
     found = measured_faces(world, lidar, threads=threads)
-    key, wanted = _keys(ids), _keys(found.ids)
+    key, wanted = face_keys(ids), face_keys(found.ids)
     face = np.searchsorted(key, wanted)
     known = (face < len(key)) & (key[np.minimum(face, len(key) - 1)] == wanted)
     row = np.flatnonzero(known)
@@ -152,8 +151,3 @@ def points_on_faces(
         found.cosine[row].astype(np.float32),
         found.front[row],
     )
-
-
-def _keys(ids: npt.NDArray[np.int32]) -> npt.NDArray[np.int64]:
-    keys: npt.NDArray[np.int64] = (ids[:, 0].astype(np.int64) << 32) + ids[:, 1]
-    return keys

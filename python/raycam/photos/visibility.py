@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Bools, Floats, one_of, thread_count, whole
+from ..arguments import Floats, one_of, thread_count, whole
 from ..camera import Camera
 from ..errors import Notice, WorldError
 from ..lidar import Lidar
@@ -17,19 +17,18 @@ from ..notices import warn, warn_all
 from ..one_line import one_line
 from ..world import World
 from ..world.chosen import Chosen, object_mask
-from ..world.face_geometry import face_areas, face_normals
+from ..world.face_geometry import face_areas
 from .face_samples import MAX_SAMPLES, MIN_SAMPLES, sample_pattern
+from .face_sight import FaceSight, find_face_sight
 from .lidar_points import POINTS_PER_SAMPLE, FacePoints, points_on_faces
 from .placement import GRID_SIDE, pixel_grid, placement_notices
-from .sight import Facing, Sight, find_sight, in_morton_order, meets_front
+from .sight import Facing, in_morton_order, meets_front
 from .truth import named_viewpoints
 
 __all__ = ["FacePairs", "SurfaceVisibility", "surface_visibility"]
 
-LARGE_FACE_PX = 4.0
-"""Area in pixels of a face, in any camera, above which it gets as many samples as pixels."""
-CHUNK_SAMPLES = 1 << 17
-"""Number of samples processed at a time, about 100 MB."""
+CHUNK_FACES = 1 << 17
+"""Number of faces processed at a time; their samples take at most 32 MB."""
 INSIDE_OUT_SHARE = 0.9
 """Fraction of rays that hit back sides first from which both sides of faces count."""
 
@@ -139,9 +138,10 @@ def surface_visibility(
     sides = side_of(world, list(lenses.values()), threads, points.values()) if facing == "auto" else facing
     each = [points[name].of(sides) if name in points else lenses[name] for name in named]
     order = in_morton_order(corners.mean(axis=1))
-    found = _Totals(len(ids), len(each), pairs)
-    for some in _chunks(order, corners, each, count):
-        found.add(world, each, some, corners[some[0]], sides, threads)
+    found = _Totals(len(ids), each, pairs)
+    for start in range(0, len(order), CHUNK_FACES):
+        faces = order[start : start + CHUNK_FACES]
+        found.add(world, faces, corners[faces], count, sides, threads)
     return found.result(ids, tuple(named), sides)
 
 
@@ -169,208 +169,100 @@ def side_of(
     return "both"
 
 
-Chunk = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Floats]
-"""Faces [k], and for each sample the index into these faces [m] and its barycentric weights [m, 3]."""
-
-
-def _chunks(
-    order: npt.NDArray[np.int64],
-    corners: Floats,
-    viewpoints: Sequence[Camera | FacePoints],
-    count: int | None,
-) -> Iterator[Chunk]:
-    """Iterates over faces with their samples, at most `CHUNK_SAMPLES` samples at once."""
-    cameras = [one for one in viewpoints if isinstance(one, Camera)]
-    lidars = [one for one in viewpoints if isinstance(one, FacePoints)]
-    limit = CHUNK_SAMPLES // MAX_SAMPLES
-    pattern = (
-        {number: sample_pattern(number) for number in range(1, MAX_SAMPLES + 1)} if count is None else {}
-    )
-    start = 0
-    while start < len(order):
-        faces = order[start : start + max(limit, CHUNK_SAMPLES // 8)]
-        numbers = np.full(len(faces), count or 0)
-        if count is None:
-            wanted = largest_areas(corners[faces], cameras)
-            for points in lidars:
-                wanted = np.maximum(wanted, points.counts(faces) / POINTS_PER_SAMPLE)
-            numbers = np.clip(np.ceil(wanted), MIN_SAMPLES, MAX_SAMPLES).astype(int)
-        fit = max(1, int(np.searchsorted(np.cumsum(numbers), CHUNK_SAMPLES, side="right")))
-        faces, numbers = faces[:fit], numbers[:fit]
-        owner = np.repeat(np.arange(len(faces)), numbers)
-        weights = np.concatenate(
-            [pattern[n] if count is None else sample_pattern(count, corners=False) for n in numbers]
-        )
-        yield faces, owner, weights
-        start += len(faces)
-
-
-def largest_areas(corners: Floats, cameras: Sequence[Camera]) -> Floats:
-    """Returns the largest area in pixels [n] of triangles [n, 3, 3] among all cameras.
-
-    Areas below `LARGE_FACE_PX` are 0.
-    """
-    largest = np.zeros(len(corners))
-    for camera in cameras:
-        pixels, in_front = camera.project(corners.reshape(-1, 3))
-        p, ok = pixels.reshape(-1, 3, 2), in_front.reshape(-1, 3).all(axis=1)
-        a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
-        low, high = p.min(axis=1), p.max(axis=1)
-        with np.errstate(invalid="ignore", over="ignore"):
-            area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
-            inside = ok & (high >= camera.corner).all(axis=1)
-            inside &= (low <= np.array(camera.size) + camera.corner).all(axis=1)
-        largest = np.maximum(largest, np.where(inside & np.isfinite(area), area, 0.0))
-    return np.where(largest > LARGE_FACE_PX, largest, 0.0)
-
-
 class _Totals:
     """Values of all faces, filled chunk by chunk."""
 
-    def __init__(self, faces: int, cameras: int, pairs: bool) -> None:
+    def __init__(self, faces: int, viewpoints: Sequence[Camera | FacePoints], pairs: bool) -> None:
+        self.cameras = {i: one for i, one in enumerate(viewpoints) if isinstance(one, Camera)}
+        self.lidars = {i: one for i, one in enumerate(viewpoints) if isinstance(one, FacePoints)}
         self.views = np.zeros(faces, np.int32)
         self.fraction = np.zeros(faces, np.float32)
         self.best_view = np.full(faces, -1, np.int32)
         self.best_resolution = np.zeros(faces, np.float32)
         self.angle = np.full(faces, np.nan, np.float32)
-        self.faces_seen = np.zeros(cameras, np.int32)
+        self.faces_seen = np.zeros(len(viewpoints), np.int32)
         self.entries: list[tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.float32]]] = []
         self.pairs = pairs
 
     def add(
         self,
         world: World,
-        viewpoints: Sequence[Camera | FacePoints],
-        chunk: Chunk,
+        faces: npt.NDArray[np.int64],
         corners: Floats,
+        count: int | None,
         facing: Facing,
         threads: int | None,
     ) -> None:
-        """Adds the faces of a chunk, with their corners [k, 3, 3], for cameras and points of lidars."""
-        faces, owner, weights = chunk
-        points = np.einsum("nk,nkj->nj", weights, corners[owner])
-        normals = face_normals(corners)
-        total = np.bincount(owner, minlength=len(faces))
-        seen = np.zeros(len(owner), bool)
-        for number, viewpoint in enumerate(viewpoints):
-            if isinstance(viewpoint, FacePoints):
-                seen[self._add_points(number, viewpoint, chunk, corners, total)] = True
-                continue
+        """Adds faces [k] with their corners [k, 3, 3]; each has `count` samples, or as many as its size requires."""
+        numbers = np.full(len(faces), MIN_SAMPLES if count is None else count)
+        if count is None:
+            for points in self.lidars.values():
+                numbers = np.maximum(numbers, -(-points.counts(faces) // POINTS_PER_SAMPLE))
+        pattern = sample_pattern(MAX_SAMPLES) if count is None else sample_pattern(count, corners=False)
+        sight = find_face_sight(
+            world,
+            list(self.cameras.values()),
+            corners,
+            np.minimum(numbers, len(pattern)).astype(np.uint16),
+            pattern,
+            facing=facing,
+            pairs=self.pairs,
+            threads=threads,
+        )
+        seen, first = sight.is_shown, np.cumsum(sight.samples) - sight.samples
+        self._add_cameras(faces, sight)
+        for number, points in self.lidars.items():
+            seen[self._add_points(number, points, faces, corners, (first, sight.samples, pattern))] = True
+        self.fraction[faces] = np.add.reduceat(seen, first, dtype=np.int64) / sight.samples
 
-            def sight_of(samples: npt.NDArray[np.int64], camera: Camera = viewpoint) -> Sight:
-                return find_sight(
-                    world,
-                    camera,
-                    points[samples],
-                    normals[owner[samples]],
-                    facing=facing,
-                    footprints=True,
-                    threads=threads,
-                )
-
-            self._add_camera(number, sight_of, chunk, total, seen)
-        self.fraction[faces] = np.bincount(owner, weights=seen, minlength=len(faces)) / total
-
-    def _add_camera(
-        self,
-        number: int,
-        sight_of: Callable[[npt.NDArray[np.int64]], Sight],
-        chunk: Chunk,
-        total: npt.NDArray[np.int64],
-        seen: Bools,
-    ) -> None:
-        """Adds a chunk's faces that are visible to a camera; marks visible samples in `seen`.
-
-        The first sample of each face is tested first. After that, only samples that can change the result are
-        tested: the samples of faces that are not visible so far, and samples that no earlier camera shows. With
-        `pairs`, all samples are tested.
-        """
-        faces, owner, _ = chunk
-        first = np.cumsum(total) - total
-        hits = np.zeros(len(faces), np.int64)
-        self._add_samples(number, sight_of, (faces, owner, first), hits, seen)
-        can_change = self.pairs | (hits[owner] == 0) | ~seen
-        can_change[first] = False
-        self._add_samples(number, sight_of, (faces, owner, np.flatnonzero(can_change)), hits, seen)
-        self._count(number, faces, hits, total)
-
-    def _add_samples(
-        self,
-        number: int,
-        sight_of: Callable[[npt.NDArray[np.int64]], Sight],
-        chosen: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]],
-        hits: npt.NDArray[np.int64],
-        seen: Bools,
-    ) -> None:
-        """Tests samples of a chunk in a camera; adds visible ones to `hits` [k] and `seen` [m].
-
-        `chosen` are the chunk's faces [k], the index of each sample's face [m], and the indices of the samples to
-        test. The first visible sample of a face represents the face.
-        """
-        faces, owner, samples = chosen
-        sight = sight_of(samples)
-        visible = samples[sight.index]
-        seen[visible] = True
-        represented, at = np.unique(owner[visible], return_index=True)
-        is_new = hits[represented] == 0
-        represented, at = represented[is_new], at[is_new]
-        resolution = smaller_singular_value(sight.footprints[at])
-        self._keep_best(number, faces[represented], resolution, sight.cosine[at])
-        hits += np.bincount(owner[visible], minlength=len(faces))
+    def _add_cameras(self, faces: npt.NDArray[np.int64], sight: FaceSight) -> None:
+        """Adds faces [k] that cameras show."""
+        cameras = np.fromiter(self.cameras, np.int32)
+        self.views[faces] = sight.views
+        self.faces_seen[cameras] += sight.faces_shown
+        some = np.flatnonzero(sight.views)
+        self.best_view[faces[some]] = cameras[sight.best_view[some]]
+        self.best_resolution[faces] = sight.best_resolution
+        self.angle[faces] = degrees_of(sight.best_cosine)
+        if self.pairs:
+            face, camera, number = sight.pairs.T
+            self._add_pairs(faces[face], cameras[camera], number / sight.samples[face])
 
     def _add_points(
         self,
         number: int,
         points: FacePoints,
-        chunk: Chunk,
+        faces: npt.NDArray[np.int64],
         corners: Floats,
-        total: npt.NDArray[np.int64],
+        samples: tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], Floats],
     ) -> npt.NDArray[np.int64]:
-        """Adds the faces of a chunk on which a lidar has points.
+        """Adds the faces [k] on which a lidar has points; returns the samples [m] nearest to these points.
 
-        Returns the samples [m] nearest to the lidar's points.
+        `samples` are the index of each face's first sample [k], the number of its samples [k], and the pattern.
         """
-        faces, owner, weights = chunk
+        first, total, pattern = samples
         counts = points.counts(faces)
         met = np.flatnonzero(counts)
-        first = np.cumsum(total) - total
-        samples = points.nearest_samples(faces[met], corners[met], weights, first[met], total[met])
-        some = self._count(number, faces, np.bincount(owner[samples], minlength=len(faces)), total)
-        resolution = np.sqrt(counts[some] / np.maximum(face_areas(corners[some]), 1e-300))
-        self._keep_best(number, faces[some], resolution, points.first_cosine(faces[some]))
-        return samples
-
-    def _count(
-        self,
-        number: int,
-        faces: npt.NDArray[np.int64],
-        hits: npt.NDArray[np.int64],
-        total: npt.NDArray[np.int64],
-    ) -> npt.NDArray[np.int64]:
-        """Adds faces [k] with visible samples; returns the indices of visible faces.
-
-        `hits` [k] of the faces' `total` [k] samples are visible.
-        """
-        some = np.flatnonzero(hits)
-        self.views[faces[some]] += 1
-        self.faces_seen[number] += len(some)
+        nearest = points.nearest_samples(faces[met], corners[met], pattern, first[met], total[met])
+        owner = np.searchsorted(first, nearest, side="right") - 1
+        hits = np.bincount(owner, minlength=len(faces))
+        resolution = np.sqrt(counts[met] / np.maximum(face_areas(corners[met]), 1e-300)).astype(np.float32)
+        self.views[faces[met]] += 1
+        self.faces_seen[number] += len(met)
+        met_faces, cosine = faces[met], points.first_cosine(faces[met])
+        best, view = self.best_resolution[met_faces], self.best_view[met_faces]
+        better = (resolution > best) | ((resolution == best) & (number < view))
+        chosen = met_faces[better]
+        self.best_resolution[chosen], self.best_view[chosen] = resolution[better], number
+        self.angle[chosen] = degrees_of(cosine[better])
         if self.pairs:
-            share = (hits[some] / total[some]).astype(np.float32)
-            self.entries.append((faces[some], np.full(len(some), number, np.int32), share))
-        return some
+            self._add_pairs(met_faces, np.full(len(met), number, np.int32), hits[met] / total[met])
+        return nearest
 
-    def _keep_best(
-        self, number: int, faces: npt.NDArray[np.int64], resolution: Floats, cosine: Floats
+    def _add_pairs(
+        self, faces: npt.NDArray[np.int64], viewpoints: npt.NDArray[np.int32], share: Floats
     ) -> None:
-        """Stores the camera or lidar as the best view of faces [k].
-
-        Faces change only if the view's resolution is the largest so far.
-        """
-        single = resolution.astype(np.float32)
-        better = single > self.best_resolution[faces]
-        faces = faces[better]
-        self.best_resolution[faces], self.best_view[faces] = single[better], number
-        self.angle[faces] = np.degrees(np.arccos(np.clip(cosine[better], 0, 1)))
+        self.entries.append((faces, viewpoints, share.astype(np.float32)))
 
     def result(
         self, ids: npt.NDArray[np.int32], names: tuple[str, ...], facing: Literal["front", "both"]
@@ -397,14 +289,7 @@ class _Totals:
         )
 
 
-def smaller_singular_value(jacobian: Floats) -> Floats:
-    """Returns the smaller singular values [n] of matrices [n, 2, 2].
-
-    The value is 0 for matrices that are not finite.
-    """
-    a, b, c, d = (jacobian[:, i, j] for i in (0, 1) for j in (0, 1))
-    with np.errstate(invalid="ignore"):
-        s = np.hypot(a + d, c - b) / 2
-        t = np.hypot(a - d, c + b) / 2
-    found: Floats = np.nan_to_num(np.abs(s - t))
+def degrees_of(cosine: Floats) -> npt.NDArray[np.float32]:
+    """Returns angles [n] in degrees, float32, from their cosines."""
+    found: npt.NDArray[np.float32] = np.degrees(np.arccos(np.clip(cosine, 0, 1))).astype(np.float32)
     return found

@@ -5,6 +5,7 @@ use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_render::queries::camera_sight::{self, SurfacePoints};
+use raycam_render::queries::face_sight::{self, SampledFaces};
 use raycam_render::queries::points::{self, PointArrays};
 use raycam_render::queries::selection::Selection;
 use raycam_render::queries::signed_distance::{self, Sign};
@@ -175,6 +176,52 @@ pub(crate) fn world_points_in_sight<'py>(
     dict.set_item("origins", array(py, found.origins.into_flattened(), &[n, 3])?)?;
     let footprints = found.footprints.len();
     dict.set_item("footprints", array(py, found.footprints.into_flattened(), &[footprints, 2, 2])?)?;
+    Ok(dict)
+}
+
+/// A dict of faces [n], their samples, and the conditions under which cameras show them.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct FaceArguments<'py> {
+    corners: Floats<'py>,
+    normals: Floats<'py>,
+    min_samples: PyReadonlyArrayDyn<'py, u16>,
+    pattern: Floats<'py>,
+    both_sides: bool,
+    pairs: bool,
+    threads: Option<usize>,
+}
+
+/// Returns the faces that cameras show, in a dict with the field names of `FaceSight`.
+#[pyfunction]
+pub(crate) fn world_faces_in_sight<'py>(
+    world: &Bound<'py, World>,
+    cameras: Vec<PyRef<'_, Camera>>,
+    query: FaceArguments<'py>,
+) -> DictResult<'py> {
+    let faces = SampledFaces {
+        corners: rows(&query.corners, "corners")?.as_chunks().0,
+        normals: rows(&query.normals, "normals")?,
+        min_samples: flat(&query.min_samples, "min_samples")?,
+        pattern: rows(&query.pattern, "pattern")?,
+        both_sides: query.both_sides,
+    };
+    let cameras: Vec<_> = cameras.iter().map(|camera| camera.inner.clone()).collect();
+    let threads = query.threads;
+    let found = answer(world, threads, false, |prepared, control| {
+        face_sight::faces_in_sight(prepared, &cameras, &faces, query.pairs, threads, control)
+    })?;
+    let (py, n) = (world.py(), found.views.len());
+    let dict = PyDict::new(py);
+    let (shown, pairs) = (found.is_shown.len(), found.pairs.len());
+    dict.set_item("samples", array(py, found.samples, &[n])?)?;
+    dict.set_item("is_shown", array(py, found.is_shown, &[shown])?)?;
+    dict.set_item("views", array(py, found.views, &[n])?)?;
+    dict.set_item("best_view", array(py, found.best_view, &[n])?)?;
+    dict.set_item("best_resolution", array(py, found.best_resolution, &[n])?)?;
+    dict.set_item("best_cosine", array(py, found.best_cosine, &[n])?)?;
+    dict.set_item("faces_shown", array(py, found.faces_shown, &[cameras.len()])?)?;
+    dict.set_item("pairs", array(py, found.pairs.into_flattened(), &[pairs, 3])?)?;
     Ok(dict)
 }
 
