@@ -70,8 +70,10 @@ def sample_numbers(corners: np.ndarray, cameras: list[raycam.Camera], least: np.
 @pytest.mark.parametrize("facing", ["front", "both"])
 @pytest.mark.parametrize("lens", [{}, FISHEYE])
 def test_samples_equal_brute_force(lens: dict, facing: str) -> None:
-    world = table()
-    world.remove_object("ball")
+    world = raycam.World()
+    world.add_object(plane={"size": [4, 4]})
+    world.add_object(box={"size": [0.6, 0.4, 0.5]}, location=[0.8, 0.2, 0.25], yaw=30)
+    world.add_object(sphere={"radius": 0.25, "level": 2}, location=[-0.4, -0.3, 0.5])
     cameras = ring(3, **lens)
     corners = world.triangles()
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -116,7 +118,7 @@ def test_samples_equal_brute_force(lens: dict, facing: str) -> None:
             assert found.best_cosine[i] == pytest.approx(cosines[sample, j], abs=1e-12)
     np.testing.assert_allclose(found.best_resolution, best.max(axis=1), rtol=1e-4)
     is_clear = np.sort(best, axis=1)[:, -2] < (1 - 1e-3) * best.max(axis=1)
-    assert is_clear.sum() > 100
+    assert is_clear.sum() > 40
     np.testing.assert_array_equal(found.best_view[is_clear], best.argmax(axis=1)[is_clear])
     assert (found.best_view[found.views == 0] == -1).all()
     # Samples that cannot change the result are omitted without pairs.
