@@ -130,6 +130,7 @@ class Viewer:
         self._free_picks = threading.BoundedSemaphore(QUEUED_PICKS)
         # This call raises an error for unknown values.
         self._first = Session(self._edits, self._camera, **self._options)
+        self._prepared: Session | None = None
         self._redirects: tempfile.TemporaryDirectory[str] | None = None
         self._server: Server | None = None
         self._widget: Any = None
@@ -154,14 +155,18 @@ class Viewer:
             weakref.finalize(self, self._watcher.end)
 
     def _session(self) -> Session:
-        made = Session(self._edits, self._camera, **self._options)
+        """Returns the prepared session, once, and then new ones."""
+        made, self._prepared = self._prepared, None
+        if made is None or made.view.base is not self._edits.world:
+            made = Session(self._edits, self._camera, **self._options)
         made.images.pace.begin_like(self._first.images.pace)
         return made
 
     def _prepare(self, cancel: Cancel) -> None:
-        """Assembles the page and prepares the world for the first client."""
+        """Assembles the page and prepares the world and the session of the first client."""
         prepare_page()
-        prepare(self._first.view, self._first.images.pace, self._options["threads"], cancel)
+        self._prepared = Session(self._edits, self._camera, **self._options)
+        prepare(self._prepared.view, self._first.images.pace, self._options["threads"], cancel)
 
     @property
     def world(self) -> World:

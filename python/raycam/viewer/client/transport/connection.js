@@ -20,6 +20,19 @@ export function takeFragment() {
   return { token: given || sessionStorage.getItem("raycam-token"), link: fragment.get("v") };
 }
 
+/**
+ * Splits a binary message into its header, which is JSON, and its buffers.
+ * @param {ArrayBuffer} data
+ * @returns {{ message: Record<string, any> & { type: string }, buffers: Uint8Array<ArrayBuffer>[] }}
+ */
+export function splitMessage(data) {
+  const length = new DataView(data).getUint32(0, true);
+  const message = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
+  let at = 4 + length + ((4 - (length % 4)) % 4);
+  const buffers = message.buffers.map((/** @type {number} */ size) => new Uint8Array(data, (at += size) - size, size));
+  return { message, buffers };
+}
+
 export class Connection {
   /**
    * Opens the socket, and greets the server as soon as it is open.

@@ -1,6 +1,6 @@
 // The transport of the live view: a WebSocket to the server from which the page was loaded. It reconnects automatically.
 
-import { Connection } from "./connection.js";
+import { Connection, splitMessage } from "./connection.js";
 import { completed } from "./message.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message */
@@ -107,10 +107,7 @@ export class SocketTransport {
 
   /** @param {ArrayBuffer} data */
   async receive(data) {
-    const length = new DataView(data).getUint32(0, true);
-    const message = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
-    let at = 4 + length + ((4 - (length % 4)) % 4);
-    const buffers = message.buffers.map((/** @type {number} */ size) => new Uint8Array(data, (at += size) - size, size));
+    const { message, buffers } = splitMessage(data);
     if (message.type === "welcome") this.welcomed(message);
     if (message.type === "closing") this.closing = true;
     if (message.type === "token") return sessionStorage.setItem("raycam-token", (this.token = message.token));
