@@ -1,7 +1,4 @@
-"""Renders a robot arm over a table of parts.
-
-The channel `category` gives the mask of every link.
-"""
+"""Renders a robot arm over a table of parts; `category` gives the mask of every link."""
 
 from __future__ import annotations
 
