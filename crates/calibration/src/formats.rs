@@ -148,7 +148,7 @@ pub fn formats() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().map(|format| format.name)
 }
 
-/// Names of the formats that [`write`] supports.
+/// Names of the formats that [`write()`] supports.
 pub fn written_formats() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().filter(|format| format.write.is_some()).map(|format| format.name)
 }

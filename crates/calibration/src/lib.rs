@@ -1,6 +1,6 @@
 //! Reading and writing of cameras and poses in the files of other tools.
 //!
-//! Every format is a row of one table, [`formats`](self::formats): its name, its detection, its reader and its writer.
+//! Every format is a row of one table, [`formats()`]: its name, its detection, its reader and its writer.
 //! Readers and writers use [`CameraRecord`], which keeps the numbers exactly as in the file, so that a calibration that
 //! is read and written again is unchanged to the last bit. Files, budgets and errors come from `raycam_formats`.
 //!

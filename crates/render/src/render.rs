@@ -32,7 +32,7 @@ use crate::tile_renderer::{ThreadScratch, TileRenderer};
 ///
 /// # Errors
 /// [`RenderError::Settings`] for invalid settings, [`RenderError::TooLarge`], [`RenderError::Cancelled`], and errors of
-/// [`with_pool`].
+/// `with_pool`.
 pub fn render(
     world: &PreparedWorld,
     camera: &Camera,

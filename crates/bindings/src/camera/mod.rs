@@ -184,7 +184,7 @@ impl Camera {
         Ok(self.inner.roll_pitch_yaw(self::up(up)?))
     }
 
-    /// Returns the pixels [n, 2] and in_front [n] of points [n, 3].
+    /// Returns the pixels \[n, 2] and in_front \[n] of points \[n, 3].
     fn project<'py>(
         &self,
         py: Python<'py>,

@@ -25,7 +25,7 @@ use crate::world::state::World;
 /// One flag per object of the world; true selects the object.
 type Mask<'py> = PyReadonlyArrayDyn<'py, bool>;
 
-/// Points from a dict: points [n, 3], their maximum distances [1] or [n], and one flag per object that selects it.
+/// Points from a dict: points \[n, 3], their maximum distances \[1] or \[n], and one flag per object that selects it.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct PointArguments<'py> {
@@ -179,7 +179,7 @@ pub(crate) fn world_points_in_sight<'py>(
     Ok(dict)
 }
 
-/// A dict of faces [n], their samples, and the conditions under which cameras show them.
+/// A dict of faces \[n], their samples, and the conditions under which cameras show them.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct FaceArguments<'py> {
@@ -225,7 +225,7 @@ pub(crate) fn world_faces_in_sight<'py>(
     Ok(dict)
 }
 
-/// A dict of points [n]: their objects, triangles, weights of corners, and times in seconds after the world's time.
+/// A dict of points \[n]: their objects, triangles, weights of corners, and times in seconds after the world's time.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct MovingPointArguments<'py> {

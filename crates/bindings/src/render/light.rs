@@ -12,7 +12,7 @@ use crate::queries::rays::flat;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
 
-/// A dict of points [n]: their objects, triangles, weights of corners, normals, and pixels that select the random
+/// A dict of points \[n]: their objects, triangles, weights of corners, normals, and pixels that select the random
 /// numbers.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -24,7 +24,7 @@ pub(crate) struct PointArguments<'py> {
     pixel: PyReadonlyArrayDyn<'py, i32>,
 }
 
-/// The light [n, 3] at points, and its standard error [n].
+/// The light \[n, 3] at points, and its standard error \[n].
 type LightParts<'py> = (NewArray<'py, f32>, NewArray<'py, f32>);
 
 /// The irradiance at points, or the radiance that leaves along their normals.
@@ -59,7 +59,7 @@ fn to_arrays(py: Python<'_>, PointLight { light, error }: PointLight) -> PyResul
     Ok((array(py, light.into_flattened(), &[n, 3])?, array(py, error, &[n])?))
 }
 
-/// A dict of rays [n]: their origins, unit directions, and pixels that select the random numbers.
+/// A dict of rays \[n]: their origins, unit directions, and pixels that select the random numbers.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct LightRayArguments<'py> {

@@ -54,7 +54,7 @@ impl PolygonInput<'_> {
     }
 }
 
-/// Elements of an array [n].
+/// Elements of an array \[n].
 fn flat<'a, T: Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyResult<&'a [T]> {
     Ok(rows::<T, 1>(array, name)?.as_flattened())
 }

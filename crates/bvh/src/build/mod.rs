@@ -9,7 +9,7 @@
 //!    ([`triangle_pairs`]), split by binned SAH and partitioned in place ([`partition`]), collapsed into wide nodes at
 //!    the least cost (Ylitie, Karras and Laine 2017; [`collapse`]), and written as leaves with shared vertices
 //!    ([`triangle_leaves`]).
-//! 5. Treelets are concatenated in order ([`concat`]).
+//! 5. Treelets are concatenated in order ([`mod@concat`]).
 //!
 //! [`traits`] is the interface to primitives and leaves. The tree depends only on the primitives, not on threads or the
 //! instruction set.

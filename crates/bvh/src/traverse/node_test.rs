@@ -52,7 +52,7 @@ pub fn setup_instance_ray(local: &mut TravRay, scene: &Scene, instance: &Instanc
 }
 
 impl Scene {
-    /// Sets up a ray for the TLAS, or for the only BLAS of a single-level scene, as [`TravRay::setup`] does.
+    /// Sets up a ray for the TLAS, or for the only BLAS of a single-level scene, as `TravRay::setup` does.
     #[inline(always)]
     pub fn setup_ray(&self, outer: &mut TravRay, ray: &Ray) -> bool {
         let scale = self.scale as f32;

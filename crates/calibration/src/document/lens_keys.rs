@@ -58,7 +58,7 @@ impl Cursor<'_> {
     /// Rejects a key with the name of a lens, and every such key below it, unless all numbers of the key are 0.
     ///
     /// # Errors
-    /// [`crate::FormatError::Syntax`] names the key.
+    /// `crate::FormatError::Syntax` names the key.
     pub(crate) fn refuse_lens(&self, key: &str) -> Result<()> {
         let scalar = matches!(self.node.value, Value::Scalar(_));
         let lens = looks_like_lens(key) || scalar && is_coefficient(key);

@@ -78,7 +78,7 @@ impl AssetRoot {
         }
     }
 
-    /// Same as [`Self::new`], but the program itself names the files for [`AssetLoader`]: these files may be in any
+    /// Same as [`Self::new`], but the program itself names the files for `AssetLoader`: these files may be in any
     /// folder, and relative names start from `root`. Files to which such a file refers must be in `root`, or in the
     /// folder of the file.
     pub fn trusted(root: &Path, budget: &Budget) -> Self {

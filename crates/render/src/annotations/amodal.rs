@@ -33,7 +33,7 @@ pub struct AmodalMask {
 /// # Errors
 ///
 /// [`RenderError::Settings`] for a missing object, [`RenderError::TooLarge`] for a margin beyond memory,
-/// [`RenderError::Cancelled`], and errors of [`with_pool`].
+/// [`RenderError::Cancelled`], and errors of `with_pool`.
 pub fn amodal_masks(
     view: Viewpoint,
     objects: &[usize],

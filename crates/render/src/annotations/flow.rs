@@ -41,7 +41,7 @@ pub struct Flow {
 ///
 /// # Errors
 /// [`RenderError::World`] if the worlds do not have the same objects with the same numbers of triangles, or if the
-/// worlds of the second camera's rows take too much memory; [`RenderError::Cancelled`], and errors of [`with_pool`].
+/// worlds of the second camera's rows take too much memory; [`RenderError::Cancelled`], and errors of `with_pool`.
 pub fn flow(
     first: Viewpoint,
     second: Viewpoint,

@@ -106,7 +106,7 @@ pub struct Keypoint {
 /// # Errors
 /// [`RenderError::Settings`] for missing objects and triangles, weights whose sum is not 1, and mesh coordinates of a
 /// skinned mesh; [`RenderError::World`] if the world cannot be evaluated at a time; [`RenderError::Cancelled`]; and
-/// errors of [`with_pool`].
+/// errors of `with_pool`.
 pub fn keypoints(
     view: Viewpoint,
     anchors: &[KeypointSource],

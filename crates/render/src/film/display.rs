@@ -13,7 +13,7 @@ const PIXELS_PER_TASK: usize = 1 << 14;
 /// 8-bit sRGB of linear colours times `scale`, through a view transform; NaN becomes 0.
 ///
 /// # Errors
-/// Errors of [`with_pool`].
+/// Errors of `with_pool`.
 pub fn srgb8(pixels: &[Rgb], scale: f32, view: ViewTransform) -> Result<Vec<u8>, RenderError> {
     map_pixels(pixels, scale, view, srgb8_from_linear)
 }
@@ -21,7 +21,7 @@ pub fn srgb8(pixels: &[Rgb], scale: f32, view: ViewTransform) -> Result<Vec<u8>,
 /// 16-bit sRGB of linear colours times `scale`, through a view transform; NaN becomes 0.
 ///
 /// # Errors
-/// Errors of [`with_pool`].
+/// Errors of `with_pool`.
 pub fn srgb16(pixels: &[Rgb], scale: f32, view: ViewTransform) -> Result<Vec<u16>, RenderError> {
     // `as` maps NaN to 0 and saturates.
     let encode = |v: f32| (srgb_from_linear(v.clamp(0.0, 1.0)) * 65535.0).round() as u16;

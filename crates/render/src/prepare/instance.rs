@@ -142,7 +142,7 @@ impl PreparedInstance {
         self.instance_if(self.is_visible, origin)
     }
 
-    /// Same as [`Self::instance`], for a scene that contains only the borders of media.
+    /// Same as `Self::instance`, for a scene that contains only the borders of media.
     pub fn boundary_instance(&self, origin: DVec3) -> Instance {
         self.instance_if(self.is_boundary, origin)
     }

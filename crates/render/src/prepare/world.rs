@@ -64,7 +64,7 @@ impl PreparedWorld {
     ///
     /// # Errors
     /// [`RenderError::World`] and [`RenderError::Build`] if parts of the world are inconsistent,
-    /// [`RenderError::Cancelled`], and errors of [`with_pool`].
+    /// [`RenderError::Cancelled`], and errors of `with_pool`.
     pub fn in_family(
         world: &World,
         family: &Arc<PreparedFamily>,

@@ -47,7 +47,7 @@ pub struct CameraSight {
 ///
 /// # Errors
 /// [`RenderError::Settings`] if the arrays differ in length, [`RenderError::Cancelled`], and errors of
-/// [`crate::thread_pool::with_pool`].
+/// `crate::thread_pool::with_pool`.
 pub fn points_in_sight(
     world: &PreparedWorld,
     camera: &Camera,

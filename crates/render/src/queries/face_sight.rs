@@ -69,7 +69,7 @@ pub struct FaceSight {
 ///
 /// # Errors
 /// [`RenderError::Settings`] if the arrays differ in length or a number of samples is outside the pattern's length,
-/// [`RenderError::Cancelled`], and errors of [`crate::thread_pool::with_pool`].
+/// [`RenderError::Cancelled`], and errors of `crate::thread_pool::with_pool`.
 pub fn faces_in_sight(
     world: &PreparedWorld,
     cameras: &[Camera],

@@ -121,7 +121,7 @@ fn way_out(point: DVec3, [lower, upper]: [DVec3; 2]) -> DVec3 {
 /// absolute winding number is at least 1/2.
 ///
 /// # Errors
-/// [`RenderError::Cancelled`], and errors of [`crate::thread_pool::with_pool`].
+/// [`RenderError::Cancelled`], and errors of `crate::thread_pool::with_pool`.
 pub fn inside(
     world: &PreparedWorld,
     points: &[[f64; 3]],

@@ -127,7 +127,7 @@ pub struct PointLight {
 /// values for any number of threads.
 ///
 /// # Errors
-/// [`RenderError::Settings`] for invalid settings or points, [`RenderError::Cancelled`], and errors of [`with_pool`].
+/// [`RenderError::Settings`] for invalid settings or points, [`RenderError::Cancelled`], and errors of `with_pool`.
 pub fn light_at(
     world: &PreparedWorld,
     points: &SurfacePoints,
@@ -144,7 +144,7 @@ pub fn light_at(
 /// any number of threads.
 ///
 /// # Errors
-/// [`RenderError::Settings`] for invalid settings or rays, [`RenderError::Cancelled`], and errors of [`with_pool`].
+/// [`RenderError::Settings`] for invalid settings or rays, [`RenderError::Cancelled`], and errors of `with_pool`.
 pub fn radiance_along(
     world: &PreparedWorld,
     rays: &LightRays,

@@ -89,7 +89,7 @@ pub struct ClosestPoints {
 ///
 /// # Errors
 /// [`RenderError::Settings`] for limits that are negative or NaN, [`RenderError::Cancelled`], and errors of
-/// [`crate::thread_pool::with_pool`].
+/// `crate::thread_pool::with_pool`.
 pub fn closest_points(
     world: &PreparedWorld,
     query: &PointArrays,

@@ -101,7 +101,7 @@ const BLOCK_RAYS: usize = 1024;
 ///
 /// # Errors
 /// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and errors
-/// of [`crate::thread_pool::with_pool`].
+/// of `crate::thread_pool::with_pool`.
 pub fn cast_rays(
     world: &PreparedWorld,
     rays: &RayArrays,

@@ -8,7 +8,7 @@ use crate::prepare::geometry::Geometry;
 use crate::queries::selection::Selection;
 use crate::queries::visible::clear_pairs;
 
-/// Step of the central differences of [`footprint`], relative to the point's distance from the ray's origin.
+/// Step of the central differences of `footprint`, relative to the point's distance from the ray's origin.
 const RELATIVE_STEP: f64 = 1e-4;
 
 /// Length of a ray, relative to the distance of its point. Hits that are certainly before the end of their ray need no

@@ -64,7 +64,7 @@ impl MovingPoints<'_> {
 ///
 /// # Errors
 /// [`RenderError::Settings`] for malformed points, [`RenderError::World`] if the world cannot be evaluated at a time,
-/// [`RenderError::Cancelled`], and errors of [`with_pool`].
+/// [`RenderError::Cancelled`], and errors of `with_pool`.
 pub fn velocities(
     world: &World,
     points: &MovingPoints,

@@ -28,7 +28,7 @@ pub struct PointPairs<'a> {
 ///
 /// # Errors
 /// [`RenderError::Settings`] if the arrays differ in length or the margin is negative, [`RenderError::Cancelled`], and
-/// errors of [`crate::thread_pool::with_pool`].
+/// errors of `crate::thread_pool::with_pool`.
 pub fn visible(
     world: &PreparedWorld,
     pairs: &PointPairs,

@@ -98,7 +98,7 @@ fn cone_angle(point: [f64; 3], s: DVec3, ends: [DVec3; 2]) -> f64 {
 /// their outside. The winding number around a point that is not finite is 0.
 ///
 /// # Errors
-/// [`RenderError::Cancelled`], and errors of [`crate::thread_pool::with_pool`].
+/// [`RenderError::Cancelled`], and errors of `crate::thread_pool::with_pool`.
 pub fn winding_number(
     world: &PreparedWorld,
     points: &[[f64; 3]],

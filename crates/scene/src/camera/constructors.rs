@@ -21,8 +21,8 @@ impl Camera {
     ///
     /// # Errors
     /// [`SceneError::Camera`] if a value is not finite, if `k` is not such a matrix, if `r` differs by more than 1e-6
-    /// from a rotation (otherwise the nearest rotation is used), or if the size is 0 or exceeds [`MAX_SIDE`] or
-    /// [`MAX_PIXELS`].
+    /// from a rotation (otherwise the nearest rotation is used), or if the size is 0 or exceeds `MAX_SIDE` or
+    /// `MAX_PIXELS`.
     pub fn new(k: DMat3, r: DMat3, c: DVec3, size: [u32; 2], pixel_center: PixelCenter) -> Result<Self> {
         check_size(size)?;
         let k = validated_intrinsics(k)?;
@@ -99,7 +99,7 @@ impl Camera {
         }
     }
 
-    /// Creates a camera at `location`, rotated by `roll`, `pitch`, `yaw` in degrees (see [`pose`]).
+    /// Creates a camera at `location`, rotated by `roll`, `pitch`, `yaw` in degrees (see `pose`).
     ///
     /// # Errors
     /// The errors of [`Camera::new`], and angles that are not finite.

@@ -104,7 +104,7 @@ impl ShutterMotion {
     }
 
     /// Returns the same shutter along a path. `way` returns the pose at a time relative to the middle of the exposures;
-    /// it is approximated by [`PATH_STEPS`] straight steps.
+    /// it is approximated by `PATH_STEPS` straight steps.
     ///
     /// # Errors
     /// Errors of the path.

@@ -31,7 +31,7 @@ impl TexelKind {
         }
     }
 
-    /// Decodes texels from the bytes written by [`ResidentTexels::write_bytes`].
+    /// Decodes texels from the bytes written by `ResidentTexels::write_bytes`.
     pub fn decode(self, bytes: &[u8]) -> ResidentTexels {
         let small = || bytes.as_chunks().0.to_vec();
         match self {

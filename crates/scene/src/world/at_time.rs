@@ -18,7 +18,7 @@ use crate::world::{Object, World, WorldTime};
 
 impl World {
     /// Returns the world at a time: moved by one of its animations, if it has any, and by its video. Parts that do not
-    /// move are shared. Of the cameras, only cameras with their own keyframes move; see [`Video::camera_at`].
+    /// move are shared. Of the cameras, only cameras with their own keyframes move; see `Video::camera_at`.
     ///
     /// # Errors
     /// The errors of [`World::animated_at`] and of [`World::at_video_time`].
@@ -46,7 +46,7 @@ impl World {
     }
 
     /// Returns the world at a time of its video in seconds; objects and cameras with their own keyframes are moved,
-    /// geometry is shared. Other cameras are unchanged; see [`Video::camera_at`].
+    /// geometry is shared. Other cameras are unchanged; see `Video::camera_at`.
     ///
     /// # Errors
     /// [`SceneError::World`] if an object would have to face a point straight above or below it, or its own location.

@@ -43,7 +43,7 @@ impl BatchBsdf {
         self.diffuse.is_active(lane) || self.glossy.is_active(lane) || self.rough_dielectric.is_active(lane)
     }
 
-    /// The normal of [`crate::light::LightSampleContext`] for every lane.
+    /// The normal of `crate::light::LightSampleContext` for every lane.
     pub fn light_sample_normals(&self, context: LaneContext) -> Vec3xN<f32, LANES> {
         let mut normals = *context.interactions.side_normals();
         for lane in (0..LANES).filter(|&lane| self.rough_dielectric.is_active(lane)) {

@@ -67,7 +67,7 @@ impl RigSpec {
     /// Creates the rig. `files` reads the files of its lidars; errors name `place`, its place in the description.
     ///
     /// # Errors
-    /// The errors of [`RigSpec::build_cameras`], of its sensors, and of `files`.
+    /// The errors of `RigSpec::build_cameras`, of its sensors, and of `files`.
     pub fn build<F: AssetLoader>(mut self, up: Up, place: &str, files: &mut F) -> Result<Rig, F::Error> {
         let within = |error: SceneError| match place {
             "" => error,
