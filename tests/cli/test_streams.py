@@ -50,7 +50,7 @@ def test_npz_arrays_are_written_to_the_standard_output(folder: Path) -> None:
         assert np.array_equal(arrays["depth"], raycam.render("box.toml", samples=2)["depth"])
 
 
-@pytest.mark.skipif(os.name == "nt", reason="no such shell")
+@pytest.mark.skipif(os.name == "nt", reason="requires a POSIX shell")
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&-", "<&- >&- 2>&-"])
 def test_closed_standard_streams_do_not_prevent_rendering(folder: Path, closed: str) -> None:
     done = shell(f"{RENDER} -o a.png {closed}")

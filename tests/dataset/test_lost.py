@@ -133,7 +133,7 @@ def test_source_images_json_lists_the_image_of_each_view(tmp_path: Path, format:
     assert not (tmp_path / "none/source_images.json").exists()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="OPENBLAS_CORETYPE")
+@pytest.mark.skipif(sys.platform != "linux", reason="OPENBLAS_CORETYPE selects the kernel on Linux only")
 def test_matrix_products_do_not_depend_on_the_blas_kernel() -> None:
     script = """
 import numpy as np

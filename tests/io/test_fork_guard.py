@@ -13,7 +13,7 @@ import raycam
 from raycam.io.fork_guard import no_fork
 
 pytestmark = [
-    pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork"),
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork processes"),
     pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning"),
 ]
 CAMERA = raycam.Camera.look_at([0, 0, 3], [0, 0, 0], [0, 1, 0], size=(16, 12), fov=40)

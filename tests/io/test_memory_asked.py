@@ -69,7 +69,9 @@ def run_limited(needs: str, call: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits the address space")
+@pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="the address space can be limited on Linux only"
+)
 @pytest.mark.parametrize("name", CALLS)
 def test_failed_allocation_raises_memory_error_with_the_size(name: str) -> None:
     needs, call, asked = CALLS[name]
@@ -80,7 +82,9 @@ def test_failed_allocation_raises_memory_error_with_the_size(name: str) -> None:
     assert after == "goes on (8, 8, 3)"
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits the address space")
+@pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="the address space can be limited on Linux only"
+)
 @pytest.mark.parametrize(
     "array", ["np.zeros((2048, 2048, 3), np.uint8)", "np.zeros((2048, 2048), np.uint8).T"]
 )

@@ -16,7 +16,7 @@ from .chromium import Tab
 __all__ = ["needs_axe", "violations"]
 
 AXE = Path(sys.prefix, "axe-core-4.14.1/node_modules/axe-core/axe.min.js")
-needs_axe = pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: .ci/client .venv")
+needs_axe = pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed; run: .ci/client .venv")
 
 
 def violations(tab: Tab) -> list[Any]:

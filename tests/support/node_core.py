@@ -18,8 +18,10 @@ from raycam.viewer.web import core
 from .patience import PATIENCE
 
 NODE = shutil.which("node")
-needs_node = pytest.mark.skipif(NODE is None, reason="there is no node (Debian, Ubuntu: apt install nodejs)")
-needs_core = pytest.mark.skipif(not core.is_built(), reason="raycam for pages is not built: make web")
+needs_node = pytest.mark.skipif(
+    NODE is None, reason="Node.js is not installed (Debian, Ubuntu: apt install nodejs)"
+)
+needs_core = pytest.mark.skipif(not core.is_built(), reason="raycam for pages is not built; run: make web")
 
 
 def run(script: str) -> Any:

@@ -370,7 +370,7 @@ def test_moments_and_copies_of_an_unrendered_world_share_their_trees() -> None:
     assert world.copy()._core.objects_shared_with(second._core) == 3
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="counts threads in /proc")
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="threads can be counted only in /proc")
 def test_small_queries_start_no_threads() -> None:
     code = """
 import os, raycam
