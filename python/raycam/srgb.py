@@ -1,4 +1,4 @@
-"""The sRGB transfer function (IEC 61966-2-1) and its inverse."""
+"""The sRGB transfer function (IEC 61966-2-1), its inverse, and the luminance of linear colours."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["linear_from_srgb", "srgb_from_linear"]
+__all__ = ["LUMINANCE", "linear_from_srgb", "srgb_from_linear"]
 
 Array = TypeVar("Array", npt.NDArray[np.float32], npt.NDArray[np.float64])
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
+"""Weights of linear red, green and blue in the luminance (Rec. ITU-R BT.709), float32 [3]."""
 
 
 def linear_from_srgb(values: Array) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arguments import Floats
-from .blending import LUMINANCE
+from ..srgb import LUMINANCE
 from .survey import Survey
 
 __all__ = ["Alignment", "measure_alignment"]

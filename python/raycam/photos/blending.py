@@ -6,8 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
+from ..srgb import LUMINANCE
 
-__all__ = ["LUMINANCE", "MAX_BLENDED_VIEWS", "TexelViews", "robust_mean"]
+__all__ = ["MAX_BLENDED_VIEWS", "TexelViews", "robust_mean"]
 
 Single = npt.NDArray[np.float32]
 Ints = npt.NDArray[np.int64]
@@ -16,7 +17,6 @@ MAX_BLENDED_VIEWS = 8
 """Number of views that are blended per texel; the views with the largest weights are used."""
 LUMINANCE_TOLERANCE = 0.06
 """Relative difference of luminance within which views agree."""
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 CHUNK_TEXELS = 1 << 16
 """Number of texels processed at a time, about 50 MB."""
 

@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
-from .blending import LUMINANCE, luminance_outliers
+from ..srgb import LUMINANCE
+from .blending import luminance_outliers
 
 __all__ = ["FaceCandidates", "FaceTotals", "choose_views", "neighbor_faces"]
 

@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from ..arguments import Floats
 from ..camera import Camera
+from ..srgb import LUMINANCE
 from ..world import World
-from .blending import LUMINANCE
 from .depth_edges import DepthEdges, find_depth_edges
 from .images import PhotoSource, Pyramid
 from .sight import Facing

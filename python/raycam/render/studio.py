@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import Notice
+from ..srgb import LUMINANCE
 from .request import image_request
 from .sight import LIT_INTEGRATORS
 
@@ -42,8 +43,6 @@ MAX_BRIGHTNESS = 0.3
 """Luminance under the model's own lights above which the exposure is reduced, about that of the floor under the key
 light.
 """
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-"""Weights of linear red, green and blue (Rec. ITU-R BT.709)."""
 
 
 def studio_options(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from ..camera import Camera
 from ..render.frame import CHANNELS, PASSES, Frame
 from ..render.progressive import Progressive
 from ..render.render import render
+from ..srgb import LUMINANCE
 from ..world import World
 
 __all__ = [
@@ -40,8 +41,6 @@ TRUTH = tuple(name for name in CHANNELS if name not in (*COLORS, "shadow", "erro
 FIRST, GROWTH = 4, 4
 SHARE_SAMPLES = 64
 """Samples per pixel of alpha and coverage, if they are rendered without light."""
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
-"""Weights of linear Rec. 709."""
 Floats32 = npt.NDArray[np.float32]
 SLICE = 0.03  # maximum seconds that other sessions wait
 FIRST_WAIT = 0.5  # seconds of sampling until an image is shown although the samples have not doubled
