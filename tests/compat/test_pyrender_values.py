@@ -295,6 +295,40 @@ def test_values_assigned_to_elements_of_node_arrays_change_the_matrix() -> None:
     np.testing.assert_allclose(node.matrix[:3, 0], [0, 2, 0], atol=1e-12)
 
 
+def test_assignments_through_views_move_the_node_and_other_writes_are_refused() -> None:
+    node = pyrender.Node(translation=[1, 2, 3])
+    view = node.translation[1:]
+    view[0] = 9
+    kept = node.translation
+    kept += 1
+    np.testing.assert_array_equal(node.matrix[:3, 3], [2, 10, 4])
+    apart = node.translation * 2
+    apart[0] = 7
+    apart.fill(3)
+    for change in (lambda: node.translation.fill(1), lambda: np.copyto(node.scale, 2)):
+        with raises(ValueError):
+            change()
+    np.testing.assert_array_equal(node.matrix[:3, 3], [2, 10, 4])
+
+
+@pytest.mark.parametrize("scale", [[2, 3, 4], [-2, 3, 4], [-1, -1, -1], [1, 1, -2]])
+def test_rotation_and_scale_of_a_node_compose_its_matrix(scale: list[float]) -> None:
+    turn = [0.5, 0.5, -0.5, 0.5]
+    made = pyrender.Node(rotation=turn, scale=scale)
+    np.testing.assert_array_equal(made.scale, scale)
+    read = pyrender.Node(matrix=made.matrix)
+    np.testing.assert_allclose(
+        pyrender.Node(rotation=read.rotation, scale=read.scale).matrix, made.matrix, atol=1e-12
+    )
+    read.scale = np.array(read.scale) * 2
+    np.testing.assert_allclose(read.matrix[:3, :3], 2 * made.matrix[:3, :3], atol=1e-12)
+    made.scale = 0
+    made.scale = scale
+    np.testing.assert_allclose(made.matrix, pyrender.Node(rotation=turn, scale=scale).matrix)
+    with raises(ValueError, mentions=["scale"]):
+        made.scale = [1, np.nan, 1]
+
+
 def test_node_translation_keeps_a_mirroring_matrix() -> None:
     node = pyrender.Node(matrix=np.diag([-1.0, 1, 1, 1]))
     node.translation = [1, 2, 3]
@@ -341,6 +375,17 @@ def test_single_color_applies_to_all_points(color: object) -> None:
     np.testing.assert_array_equal(
         mesh.primitives[0].color_0, np.tile(np.array([1, 0, 0, 1], np.float32), (3, 1))
     )
+
+
+def test_points_and_colors_of_the_wrong_shape_are_refused() -> None:
+    points = np.zeros((6, 3))
+    for positions, colors, name in (
+        (np.zeros((4, 2)), None, "positions"),
+        (points, np.ones((4, 3)), "[6, 4]"),
+    ):
+        with raises(ValueError, mentions=[name]):
+            pyrender.Mesh.from_points(positions, colors=colors)
+    assert pyrender.Mesh.from_points([1.0, 2, 3]).primitives[0].positions.shape == (1, 3)
 
 
 def test_private_renderer_attribute_raises_with_the_channel_to_use() -> None:
@@ -390,6 +435,72 @@ def test_second_image_looks_up_each_instance_of_a_mesh_only_once(monkeypatch: py
     assert len(calls) == 300, len(calls)
 
 
+@pytest.mark.parametrize("show", ["faces", "points", "lines", "wireframe", "normals", "see-through"])
+def test_poses_of_a_primitive_show_the_same_as_nodes(show: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    from raycam.compat.pyrender.picture import fragments
+
+    monkeypatch.setattr(fragments, "MAX_VERTICES", 200)
+    ball = trimesh.creation.icosphere(1, 0.3)
+    poses = np.array([placed(x, y, -0.7 * x) for x in (-1.2, 0, 1.2) for y in (-0.8, 0.5)])
+    poses[1, :3, :3] = np.diag([-1, 1.5, 1])
+    colors = np.linspace(0.2, 1, 4 * len(ball.vertices)).reshape(-1, 4)
+
+    def mesh(poses: Any = None) -> Any:
+        if show in ("points", "lines"):
+            mode = 0 if show == "points" else 1
+            return pyrender.Mesh([pyrender.Primitive(ball.vertices, mode=mode, color_0=colors, poses=poses)])
+        alpha = 0.5 if show == "see-through" else 1.0
+        material = Material(baseColorFactor=[0.6, 0.5, 0.4, alpha], alphaMode="BLEND")
+        return pyrender.Mesh.from_trimesh(ball, material, poses=poses, wireframe=show == "wireframe")
+
+    flag = flags.VERTEX_NORMALS | flags.FACE_NORMALS if show == "normals" else 0
+    pictures = []
+    for each in ([(mesh(poses), np.eye(4))], [(mesh(), pose) for pose in poses]):
+        scene = pyrender.Scene(ambient_light=[0.2] * 3)
+        for shown, pose in each:
+            scene.add(shown, pose=pose)
+        scene.add(pyrender.PerspectiveCamera(yfov=1.0), pose=placed(z=3))
+        scene.add(pyrender.DirectionalLight(intensity=3), pose=placed(z=3))
+        pictures.append(pyrender.OffscreenRenderer(64, 48).render(scene, flag))
+    # The lengths of normals depend on the size of the primitive at all its poses.
+    if show != "normals":
+        np.testing.assert_array_equal(pictures[0][1], pictures[1][1])
+        np.testing.assert_allclose(pictures[0][0].astype(int), pictures[1][0], atol=1)
+    assert (pictures[0][1] > 0).sum() > 100
+
+
+@pytest.mark.parametrize("mode", [0, 1, 4])
+def test_singular_pose_renders_normals_without_an_error(mode: int) -> None:
+    """A pose that flattens z leaves a square in the plane z = 0, which faces the camera."""
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
+    shown = pyrender.Primitive(corners, normals=np.tile([0, 0, 1.0], (6, 1)), mode=mode)
+    shown.material.wireframe = True
+    scene = pyrender.Scene(ambient_light=[1.0] * 3)
+    scene.add(pyrender.Mesh([shown]), pose=np.diag([1, 1, 0, 1.0]))
+    scene.add(pyrender.PerspectiveCamera(yfov=1.0), pose=placed(z=3))
+    depth = pyrender.OffscreenRenderer(31, 31).render(scene)[1]
+    np.testing.assert_allclose(np.unique(depth), [0, 3])
+
+
+def test_image_computes_the_bounds_of_a_primitive_at_most_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[int] = []
+    bounds = pyrender.Primitive.bounds.fget
+
+    def counted(self: Any) -> Any:
+        calls.append(1)
+        return bounds(self)
+
+    monkeypatch.setattr(pyrender.Primitive, "bounds", property(counted))
+    poses = np.tile(np.eye(4), (40, 1, 1))
+    scene = pyrender.Scene()
+    scene.add(pyrender.Mesh.from_trimesh(trimesh.creation.box(), poses=poses))
+    scene.add(pyrender.PerspectiveCamera(yfov=1.0), pose=placed(z=3))
+    for flag in (0, flags.VERTEX_NORMALS):
+        calls.clear()
+        pyrender.OffscreenRenderer(8, 6).render(scene, flag)
+        assert len(calls) <= 1, flag
+
+
 # What pyrender 0.1.45 does when these values are assigned; `None` marks the values that it accepts.
 ASSIGNED = [
     (lambda: pyrender.OrthographicCamera(1, 1), "xmag", None, TypeError),
@@ -400,6 +511,7 @@ ASSIGNED = [
     (lambda: pyrender.OrthographicCamera(1, 1), "zfar", 0.01, ValueError),
     (lambda: pyrender.IntrinsicsCamera(9, 9, 4, 3), "zfar", None, TypeError),
     (lambda: pyrender.IntrinsicsCamera(9, 9, 4, 3), "fx", None, TypeError),
+    (lambda: pyrender.IntrinsicsCamera(9, 9, 4, 3), "cx", None, TypeError),
     (lambda: pyrender.PerspectiveCamera(1.0), "yfov", None, TypeError),
     (lambda: pyrender.PerspectiveCamera(1.0), "znear", None, TypeError),
     (lambda: pyrender.PerspectiveCamera(1.0), "znear", 0, None),

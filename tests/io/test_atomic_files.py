@@ -265,6 +265,85 @@ def test_write_ignores_folders_that_cannot_be_synced(
     assert (tmp_path / "a").read_bytes() == b"1"
 
 
+def test_write_on_a_file_system_that_never_grants_a_lock_succeeds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    check_writable(tmp_path / "a.png")
+    write(tmp_path / "a.png", b"whole")
+    assert (tmp_path / "a.png").read_bytes() == b"whole"
+    assert os.listdir(tmp_path) == ["a.png"]
+
+
+@pytest.mark.parametrize("reason", [errno.EINVAL, errno.ENOSYS, errno.ENOTSUP])
+def test_write_on_a_file_system_without_sync_succeeds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reason: int
+) -> None:
+    def refuse(_: int) -> None:
+        raise OSError(reason, os.strerror(reason))
+
+    monkeypatch.setattr(os, "fsync", refuse)
+    check_writable(tmp_path / "a")
+    write(tmp_path / "a", b"1")
+    assert (tmp_path / "a").read_bytes() == b"1"
+
+
+def test_check_writable_detects_a_disk_with_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_: int) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with raises(OSError, code="file_unreadable", mentions=["a.png"]):
+        check_writable(tmp_path / "a.png")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("reason", [errno.EPERM, errno.ENOSYS, errno.ENOTSUP, errno.EINVAL])
+def test_write_on_a_file_system_without_rename_copies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reason: int
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(reason, os.strerror(reason))
+
+    (tmp_path / "a").write_bytes(b"old and longer")
+    monkeypatch.setattr(os, "replace", refuse)
+    write(tmp_path / "a", b"new")
+    assert (tmp_path / "a").read_bytes() == b"new"
+    assert os.listdir(tmp_path) == ["a"]
+
+
+def test_write_on_a_file_system_without_modes_succeeds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a").write_bytes(b"old")
+    (tmp_path / "a").chmod(0o640)
+
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOTSUP, os.strerror(errno.ENOTSUP))
+
+    monkeypatch.setattr(os, "chmod", refuse)
+    write(tmp_path / "a", b"new")
+    assert (tmp_path / "a").read_bytes() == b"new"
+
+
+@pytest.mark.parametrize("usage", [(0, 0, 0), OSError(errno.ENOSYS, "Function not implemented")])
+def test_write_on_a_file_system_of_unknown_size_succeeds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, usage: tuple[int, int, int] | OSError
+) -> None:
+    def report(_: object) -> object:
+        if isinstance(usage, OSError):
+            raise usage
+        return shutil._ntuple_diskusage(*usage)  # type: ignore[attr-defined]
+
+    monkeypatch.setattr(shutil, "disk_usage", report)
+    check_writable(tmp_path / "a", 1 << 40)
+    write(tmp_path / "a", b"1")
+    assert (tmp_path / "a").read_bytes() == b"1"
+
+
 def test_write_follows_symbolic_links(tmp_path: Path) -> None:
     real, links = tmp_path / "real", tmp_path / "links"
     real.mkdir()

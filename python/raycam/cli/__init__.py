@@ -21,6 +21,7 @@ from typing import Any, NoReturn
 
 from .._core import __version__
 from ..errors import Error, Notice, SettingsError, nearest
+from ..notices import collected
 from ..world.endings import MODEL_ENDINGS
 from . import (
     bake,
@@ -45,7 +46,14 @@ from . import (
     visible,
 )
 from .options.command import option_names
-from .options.messages import add_verbosity, as_typed, is_verbose, reset_messages, set_verbosity
+from .options.messages import (
+    add_verbosity,
+    as_typed,
+    is_verbose,
+    print_other_notices,
+    reset_messages,
+    set_verbosity,
+)
 
 __all__ = ["COMMANDS", "main"]
 
@@ -118,7 +126,11 @@ def _main(words: Sequence[str]) -> int:
         if others:
             _refuse(options.commands(), options.command, others)
         set_verbosity(options.quiet, options.verbose)
-        options.run(options)
+        with collected() as notices:
+            try:
+                options.run(options)
+            finally:
+                print_other_notices(notices)
         sys.stdout.flush()
         return 0
     except KeyboardInterrupt:

@@ -9,11 +9,12 @@ import re
 import stat
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 from ..errors import with_code
 from .file_lock import LocksUnsupportedError, try_lock
-from .system_calls import BINARY, sync, sync_folder
+from .system_calls import BINARY, sync, sync_file, sync_folder
 
 __all__ = ["atomic_path", "check_writable", "make_folder", "sync", "sync_folder", "with_path", "write"]
 
@@ -25,6 +26,21 @@ MAX_STEM_BYTES = 100
 
 MAX_ENDING_BYTES = 40
 """Maximum number of bytes of an ending that a temporary name keeps."""
+
+MAX_LOCK_ATTEMPTS = 8
+"""Number of temporary files that are created until one can be locked; the last one is used without a lock."""
+
+NO_REPLACEMENT = (
+    errno.EBUSY,  # a file that is mounted into a container
+    errno.EXDEV,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EINVAL,
+    errno.ENOSYS,
+    errno.ENOTSUP,
+    errno.EOPNOTSUPP,
+)
+"""The errors of file systems that cannot rename a file to its destination, such as shares of object stores."""
 
 MAX_LINKS = 40
 """Maximum number of symbolic links followed one after another, as in Linux."""
@@ -40,7 +56,8 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     removed.
 
     Symbolic links are followed. Files that cannot be replaced are overwritten instead, which is not atomic. Such files
-    are pipes, devices, files mounted into a container, and files in a folder without write permission.
+    are pipes, devices, files mounted into a container, files in a folder without write permission, and files on a file
+    system that cannot rename files.
 
     Raises the `OSError`s of `check_writable` and of the disk.
     """
@@ -130,21 +147,26 @@ def _create_temporary(target: str, folder: str) -> tuple[str, int]:
     """Creates and locks a temporary file of a target; returns its path and descriptor.
 
     A temporary file without a lock belongs to a dead process. Another process may therefore remove the new file before
-    it is locked; the loop then creates another.
+    it is locked; the loop then creates another. Some file systems never grant a lock; the last temporary file is
+    therefore used without a lock.
     """
     stem, ending = _temporary_stem_and_ending(target)
-    while True:
+    for attempt in count(1):
         temporary = os.path.join(folder, f".{stem}.{os.urandom(4).hex()}{ending}")
         with with_path(target, temporary):
             file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | BINARY, 0o666)
             try:
-                if (_lock_if_supported(file) or os.name == "nt") and os.fstat(file).st_nlink > 0:
-                    return temporary, file  # Windows cannot remove an open file
+                is_kept = _lock_if_supported(file) or os.name == "nt"  # Windows cannot remove an open file
+                if (is_kept or attempt >= MAX_LOCK_ATTEMPTS) and os.fstat(file).st_nlink > 0:
+                    return temporary, file
             except BaseException:
                 os.unlink(temporary)
                 os.close(file)
                 raise
             os.close(file)
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(temporary)
+    raise AssertionError("unreachable")
 
 
 @contextlib.contextmanager
@@ -195,7 +217,7 @@ def _keep_mode(target: str, temporary: str) -> None:
     if os.path.exists(target):
         mode = os.stat(target).st_mode & 0o7777
         if os.stat(temporary).st_mode & 0o7777 != mode:
-            with contextlib.suppress(PermissionError, NotImplementedError):
+            with contextlib.suppress(OSError, NotImplementedError):
                 os.chmod(temporary, mode)
 
 
@@ -209,8 +231,7 @@ def _move(temporary: str, found: _Destination) -> None:
             os.replace(temporary, found.path)
             return
         except OSError as fault:
-            # EBUSY: the file is mounted into a container.
-            if fault.errno not in (errno.EBUSY, errno.EXDEV):
+            if fault.errno not in NO_REPLACEMENT:
                 raise
     from shutil import copyfileobj  # imported here, so that `import raycam` is fast
 
@@ -256,7 +277,8 @@ def write(
 def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
     """Checks, before long work, that a file of about `size` bytes can be written to `path`.
 
-    A temporary file is created and removed, so that quotas, read-only disks and limits of names are also detected.
+    A temporary file is written, synced and removed, so that quotas, read-only disks, limits of names and disks with
+    errors are also detected.
 
     Raises `FileNotFoundError` or `NotADirectoryError` if the folder does not exist, and `IsADirectoryError` if `path`
     is a folder. Raises `PermissionError` if the folder or the existing file is write-protected. Raises `OSError` if the
@@ -266,8 +288,13 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
     found = _check_destination(target, size)
     if found.is_replaceable:
         temporary, file = _create_temporary(found.path, os.path.dirname(found.path))
-        os.close(file)
-        os.unlink(temporary)
+        try:
+            with with_path(target, temporary):
+                os.write(file, PLACEHOLDER)
+                sync_file(file)
+        finally:
+            os.close(file)
+            os.unlink(temporary)
 
 
 def _check_destination(target: str, size: int = 0) -> _Destination:
@@ -291,14 +318,23 @@ def _check_destination(target: str, size: int = 0) -> _Destination:
         _check_not_protected(target, found)
     elif not os.access(folder, os.W_OK | os.X_OK):
         raise with_code(PermissionError(errno.EACCES, f"the folder {folder!r} is write-protected", target))
-    from shutil import disk_usage  # imported here, so that `import raycam` is fast
-
-    free = disk_usage(folder).free
+    free = _free_bytes(folder)
     # An empty file also requires free space.
-    if free < max(size, 1):
+    if free is not None and free < max(size, 1):
         text = f"has {free} bytes free; about {size} are needed" if size else "is full"
         raise with_code(OSError(errno.ENOSPC, f"the disk {text}", target))
     return found
+
+
+def _free_bytes(folder: str) -> int | None:
+    """Free space in bytes; None for file systems that do not report their size, as some network shares."""
+    from shutil import disk_usage  # imported here, so that `import raycam` is fast
+
+    try:
+        usage = disk_usage(folder)
+    except OSError:
+        return None
+    return usage.free if usage.total else None
 
 
 def _check_not_protected(target: str, found: _Destination) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import sys
 from collections.abc import Callable
@@ -45,8 +46,12 @@ def write_at(file: int, data: bytes, place: int) -> int:
     return os.write(file, data)
 
 
+SYNC_UNSUPPORTED = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)
+"""The errors of file systems that cannot sync files, such as some network shares."""
+
+
 def sync_file(file: int) -> None:
-    """Syncs an open file to the disk.
+    """Syncs an open file to the disk, if the file system supports it.
 
     On macOS, the disk's own cache is also written to the disk. Raises `OSError` from the disk.
     """
@@ -58,7 +63,11 @@ def sync_file(file: int) -> None:
             return
         except OSError:  # network file systems may not support this call
             pass
-    os.fsync(file)
+    try:
+        os.fsync(file)
+    except OSError as fault:
+        if fault.errno not in SYNC_UNSUPPORTED:
+            raise
 
 
 def sync(path: str | os.PathLike[str]) -> None:

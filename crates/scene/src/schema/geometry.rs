@@ -66,7 +66,10 @@ impl FileAxes {
     /// explicitly keeps the axes.
     fn notice(self, file: &str, from: &str, to: &str) -> Option<Notice> {
         let message = match (self.target(), self.upright) {
-            (Some(_), _) => format!("{file}: its up axis, {from}, is rotated to {to}; set upright = false to keep it"),
+            (Some(_), _) => format!(
+                "{file}: its up axis, {from}, is rotated to {to}; set upright = false to keep it, for example if poses \
+                 from a physics engine are applied later"
+            ),
             (None, None) => format!(
                 "{file}: its up axis, {from}, is not rotated to {to}, because matrix applies to the file's own axes; \
                  set upright = true to rotate it before matrix is applied"

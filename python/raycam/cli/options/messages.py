@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterable
 
 from ...errors import Notice
+from ...notices import distinct
 
 ARGUMENTS_AS_TYPED = {
     r"\bresume=False\b": "--no-resume",
@@ -24,6 +25,7 @@ __all__ = [
     "print_detail",
     "print_notice",
     "print_notices",
+    "print_other_notices",
     "print_result",
     "reset_messages",
     "set_verbosity",
@@ -31,6 +33,8 @@ __all__ = [
 
 PRINTED_NOTICES: set[str] = set()
 """The notices that this command has printed."""
+PRINTED_CODES: set[str] = set()
+"""The codes of these notices."""
 VERBOSITY = {"quiet": False, "verbose": False}
 """The options `--quiet` and `--verbose` of this command."""
 
@@ -56,6 +60,7 @@ def set_verbosity(quiet: bool, verbose: bool) -> None:
 def reset_messages() -> None:
     """Clears the printed notices and the verbosity of this process's previous command."""
     PRINTED_NOTICES.clear()
+    PRINTED_CODES.clear()
     set_verbosity(quiet=False, verbose=False)
 
 
@@ -86,8 +91,18 @@ def print_notice(notice: Notice | str) -> None:
     """Prints a notice on stderr at once, unless this command has printed it before."""
     if str(notice) not in PRINTED_NOTICES:
         PRINTED_NOTICES.add(str(notice))
+        if isinstance(notice, Notice):
+            PRINTED_CODES.add(notice.code)
         if not VERBOSITY["quiet"]:
             print(f"raycam: notice: {as_typed(str(notice))}", file=sys.stderr, flush=True)
+
+
+def print_other_notices(notices: Iterable[Notice]) -> None:
+    """Prints the notices with a code that this command has not printed yet.
+
+    Functions issue notices as warnings and often return them, too; commands print the returned notices.
+    """
+    print_notices([notice for notice in distinct(notices) if notice.code not in PRINTED_CODES])
 
 
 def as_typed(message: str) -> str:

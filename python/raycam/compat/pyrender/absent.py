@@ -32,7 +32,9 @@ ABSENT = {
         ("platforms", "raycam does not use OpenGL or EGL; OffscreenRenderer renders on the CPU"),
         (
             "shader_program",
-            'raycam has no shaders; set raycam.compat.pyrender.shading = "raycam" for path tracing',
+            "raycam has no shaders; to render normals, create the same scene with raycam.World and raycam.Camera, and "
+            'use raycam.render(world, camera, channels="normal"); for path tracing, set '
+            'raycam.compat.pyrender.shading = "raycam"',
         ),
         (
             "trackball",

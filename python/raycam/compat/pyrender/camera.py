@@ -79,7 +79,7 @@ class PerspectiveCamera(Camera):
     `aspectRatio` defaults to the viewport's aspect ratio.
     """
 
-    yfov = Converted(number("yfov", 0, above=True))
+    yfov = Converted(number("yfov", 0, np.pi, above=True))
     aspectRatio = Converted(number("aspectRatio", 0, above=True, optional=True))
 
     def __init__(
@@ -159,7 +159,8 @@ class IntrinsicsCamera(Camera):
     """
 
     zfar = Converted(number("zfar", 0, above=True))
-    fx, fy, cx, cy = Converted(float), Converted(float), Converted(float), Converted(float)
+    fx, fy = Converted(number("fx")), Converted(number("fy"))
+    cx, cy = Converted(number("cx")), Converted(number("cy"))
 
     def __init__(
         self,
@@ -173,6 +174,13 @@ class IntrinsicsCamera(Camera):
     ) -> None:
         super().__init__(znear, 100.0 if zfar is None else zfar, name)
         self.fx, self.fy, self.cx, self.cy = fx, fy, cx, cy
+
+    def _check_values(self) -> None:
+        """Raises `ValueError` for a focal length of 0, and the errors of all cameras."""
+        super()._check_values()
+        for name in ("fx", "fy"):
+            if self.__dict__.get(f"_{name}") == 0:
+                raise ValueError(f"{name} is 0: expected the focal length in pixels")
 
     def get_projection_matrix(self, width: int, height: int) -> Floats:  # type: ignore[override]
         """Returns the matrix [4, 4] from camera to clip coordinates.

@@ -46,8 +46,8 @@ def format_color_array(value: Any, shape: tuple[int, int]) -> npt.NDArray[np.flo
     color = array.astype(np.float64) / (255.0 if array.dtype.kind in "iu" else 1.0)
     if (color.ndim == 1 and len(color) in (3, 4)) or (color.ndim == 2 and len(color) == 1):
         color = np.broadcast_to(color, (shape[0], color.shape[-1]))
-    if color.ndim != 2:
-        raise ValueError(f"colours have the shape {list(array.shape)}: expected [n, {shape[1]}]")
+    if color.ndim != 2 or len(color) != shape[0]:
+        raise ValueError(f"colours have the shape {list(array.shape)}: expected [{shape[0]}, {shape[1]}]")
     missing = np.ones((len(color), max(0, shape[1] - color.shape[1])))
     return np.concatenate([color, missing], axis=1)[:, : shape[1]].astype(np.float32)
 

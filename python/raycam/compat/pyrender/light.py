@@ -17,7 +17,7 @@ class Light:
 
     name = Converted(text)
     color = Converted(lambda value: _color(value))
-    intensity = Converted(float)
+    intensity = Converted(number("intensity"))
 
     def __init__(self, color: Any = None, intensity: float | None = None, name: str | None = None) -> None:
         self.name = name
@@ -56,7 +56,8 @@ class PointLight(Light):
 class SpotLight(PointLight):
     """A point light with a cone, whose angles from the axis are in radians."""
 
-    innerConeAngle, outerConeAngle = Converted(float), Converted(float)
+    innerConeAngle = Converted(number("innerConeAngle"))
+    outerConeAngle = Converted(number("outerConeAngle"))
 
     def __init__(
         self,

@@ -81,7 +81,8 @@ class Mesh(Bounded):
             if not all(hasattr(one, name) for name in ("faces", "vertices", "visual")):
                 raise TypeError(
                     f"expected a trimesh.Trimesh or a list of them, not {type(one).__name__}; "
-                    "for arrays, use Primitive(positions, normals, indices=faces)"
+                    "for arrays, use Primitive(positions, normals, indices=faces); for a point cloud, use "
+                    "Mesh.from_points(cloud.vertices, cloud.colors)"
                 )
         made = []
         for one in meshes:

@@ -59,6 +59,7 @@ class Node:
         self.children = list(children or ())
         self.skin, self.weights = skin, weights
         self._matrix = np.eye(4)
+        self._turn_and_scale: tuple[Floats, Floats] | None = None
         if matrix is not None:
             self.matrix = matrix
         elif not (translation is None and rotation is None and scale is None):
@@ -83,7 +84,7 @@ class Node:
             raise ValueError(f"matrix of shape {list(matrix.shape)}: expected [4, 4]")
         if not np.allclose(matrix[3], [0, 0, 0, 1]):
             raise ValueError(f"the last row of the matrix is {matrix[3]}: expected 0 0 0 1")
-        self._matrix = matrix
+        self._matrix, self._turn_and_scale = matrix, None
 
     @property
     def translation(self) -> Any:
@@ -106,22 +107,7 @@ class Node:
 
         Assigned elements turn the node. Raises `ValueError` for a quaternion of another length.
         """
-        turn = self._matrix[:3, :3] / np.array(self.scale)
-        trace = np.trace(turn)
-        # The largest component is computed first, to avoid division by a small number.
-        squares = (
-            np.array([turn[0, 0], turn[1, 1], turn[2, 2], trace]) * 2 - np.array([*[trace] * 3, trace]) + 1
-        )
-        k = int(np.argmax(squares))
-        quaternion = np.empty(4)
-        quaternion[k] = squares[k]
-        if k == 3:
-            quaternion[:3] = [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
-        else:
-            i, j = (k + 1) % 3, (k + 2) % 3
-            quaternion[i], quaternion[j] = turn[i, k] + turn[k, i], turn[j, k] + turn[k, j]
-            quaternion[3] = turn[j, i] - turn[i, j]
-        unit = quaternion / np.linalg.norm(quaternion)
+        unit, _ = self._rotation_and_scale()
         return LiveArray(unit, lambda value: setattr(self, "rotation", value))
 
     @rotation.setter
@@ -130,13 +116,25 @@ class Node:
 
     @property
     def scale(self) -> Any:
-        """The scale [3] along the axes; assigned elements scale the node."""
-        lengths = np.linalg.norm(self._matrix[:3, :3], axis=0)
-        return LiveArray(lengths, lambda value: setattr(self, "scale", value))
+        """The scale [3] along the axes; assigned elements scale the node.
+
+        The scale along x of a mirroring matrix is negative.
+        """
+        _, factors = self._rotation_and_scale()
+        return LiveArray(factors, lambda value: setattr(self, "scale", value))
 
     @scale.setter
     def scale(self, value: npt.ArrayLike) -> None:
         self._compose(self.translation, self.rotation, value)
+
+    def _rotation_and_scale(self) -> tuple[Floats, Floats]:
+        """The unit quaternion x, y, z, w and the scale [3], as assigned or as in the matrix."""
+        if self._turn_and_scale is None:
+            columns = self._matrix[:3, :3]
+            factors = np.linalg.norm(columns, axis=0)
+            factors[0] *= -1.0 if np.linalg.det(columns) < 0 else 1.0
+            self._turn_and_scale = (_quaternion(columns / np.where(factors == 0, 1, factors)), factors)
+        return self._turn_and_scale
 
     def _compose(self, translation: npt.ArrayLike, rotation: npt.ArrayLike, scale: npt.ArrayLike) -> None:
         quaternion = np.asarray(rotation, dtype=np.float64)
@@ -150,7 +148,31 @@ class Node:
                 [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
             ]
         )
+        factors = np.array(scale, dtype=np.float64)
+        if factors.shape not in ((), (3,)) or not np.isfinite(factors).all():
+            raise ValueError(f"scale is {scale!r}: expected one or three finite numbers")
+        factors = np.broadcast_to(factors, 3).copy()
         matrix = np.eye(4)
-        matrix[:3, :3] = turn * np.broadcast_to(np.asarray(scale, dtype=np.float64), 3)
+        matrix[:3, :3] = turn * factors
         matrix[:3, 3] = translation
-        self._matrix = matrix
+        self._matrix, self._turn_and_scale = matrix, (np.array([x, y, z, w]), factors)
+
+
+def _quaternion(columns: Floats) -> Floats:
+    """The unit quaternion x, y, z, w of the rotation next to a matrix [3, 3], which may be singular."""
+    left, _, right = np.linalg.svd(columns)
+    left[:, 2] *= np.sign(np.linalg.det(left @ right))
+    turn = left @ right
+    trace = np.trace(turn)
+    # The largest component is computed first, to avoid division by a small number.
+    squares = np.array([turn[0, 0], turn[1, 1], turn[2, 2], trace]) * 2 - np.array([*[trace] * 3, trace]) + 1
+    k = int(np.argmax(squares))
+    quaternion = np.empty(4)
+    quaternion[k] = squares[k]
+    if k == 3:
+        quaternion[:3] = [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
+    else:
+        i, j = (k + 1) % 3, (k + 2) % 3
+        quaternion[i], quaternion[j] = turn[i, k] + turn[k, i], turn[j, k] + turn[k, j]
+        quaternion[3] = turn[j, i] - turn[i, j]
+    return np.asarray(quaternion / np.linalg.norm(quaternion))

@@ -189,7 +189,7 @@ class Primitive(Bounded):
         corners = np.array(
             [[x, y, z, 1] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
         )
-        placed = np.concatenate([corners @ place.T for place in self.places])[:, :3]
+        placed = (corners @ self.places.transpose(0, 2, 1)).reshape(-1, 4)[:, :3]
         return np.stack([placed.min(axis=0), placed.max(axis=0)])
 
     @property
@@ -201,9 +201,12 @@ class Primitive(Bounded):
 
 
 def _positions(value: npt.ArrayLike) -> Floats:
-    """Positions [n, 3]; an empty list means no points."""
+    """Positions [n, 3]; an empty list means no points, and one point [3] is accepted."""
     array = np.ascontiguousarray(value, dtype=np.float64)
-    return array.reshape(0, 3) if array.size == 0 else array
+    array = array.reshape(0, 3) if array.size == 0 else np.atleast_2d(array)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"positions of shape {list(array.shape)}: expected [n, 3]")
+    return array
 
 
 def _mode(value: Any) -> int:

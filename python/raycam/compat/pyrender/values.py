@@ -41,37 +41,62 @@ class Converted:
 
 
 class LiveArray(np.ndarray[Any, Any]):
-    """An array whose elements can be assigned.
+    """An array whose elements can be assigned, also through its views.
 
-    `write` receives the whole changed array, and may raise `ValueError`.
+    `write` receives the whole changed array, and may raise `ValueError`. Changes that `write` would not notice, such as
+    `fill`, raise NumPy's error for read-only arrays.
     """
 
     _write: Callable[[npt.NDArray[Any]], None] | None
+    _whole: LiveArray | None
 
     def __new__(cls, values: npt.ArrayLike, write: Callable[[npt.NDArray[Any]], None]) -> LiveArray:
         """Returns a float64 copy of the values."""
-        array = np.array(values, dtype=np.float64).view(cls)
-        array._write = write
+        memory = np.array(values, dtype=np.float64)
+        array = memory.view(cls)
+        array._write, array._whole = write, array
+        array.flags.writeable = False
         return array
 
     def __array_finalize__(self, whole: Any) -> None:
-        """Makes results of arithmetic plain values."""
+        """Views belong to the same whole array; results of arithmetic do not."""
         self._write = None
+        self._whole = getattr(whole, "_whole", None)
 
     def __setitem__(self, key: Any, value: Any) -> None:
         """Assigns elements in this array and at the source.
 
         If the source refuses the values, the assignment raises `ValueError` and has no effect.
         """
-        before = self[key].copy() if self._write is not None else None
-        super().__setitem__(key, value)
-        if self._write is None:
+        whole = self._whole
+        if whole is None or whole._write is None or not np.may_share_memory(self, whole):
+            super().__setitem__(key, value)
             return
+        before = np.array(whole)
         try:
-            self._write(np.array(self))
+            whole.flags.writeable = self.flags.writeable = True
+            super().__setitem__(key, value)
+            whole._write(np.array(whole))
         except ValueError:
-            super().__setitem__(key, before)
+            np.copyto(whole, before)
             raise
+        finally:
+            whole.flags.writeable = self.flags.writeable = False
+
+
+def _assign_in_place(name: str) -> Any:
+    """Returns an in-place operator, such as `+=`, that assigns the elements of a `LiveArray`."""
+    operator = getattr(np.ndarray, name)
+
+    def assign(self: LiveArray, other: Any) -> LiveArray:
+        self[...] = operator(np.array(self), other)
+        return self
+
+    return assign
+
+
+for _name in ("iadd", "isub", "imul", "itruediv", "ifloordiv", "imod", "ipow"):
+    setattr(LiveArray, f"__{_name}__", _assign_in_place(f"__{_name}__"))
 
 
 def text(value: Any) -> str | None:
@@ -81,7 +106,7 @@ def text(value: Any) -> str | None:
 
 def number(
     name: str,
-    low: float,
+    low: float = -float("inf"),
     high: float = float("inf"),
     *,
     above: bool = False,
@@ -90,7 +115,7 @@ def number(
 ) -> Callable[[Any], float | None]:
     """Returns a function that converts a value to a float and checks its range.
 
-    The function raises `ValueError` for a number outside `low` (excluded if `above`) to `high`. For None, it returns
+    The function raises `ValueError` for NaN, and for a number outside `low` (excluded if `above`) to `high`. For None, it returns
     `default`, if given. Without a default, it returns None if `optional`, and raises `TypeError` otherwise.
     """
 
@@ -102,9 +127,8 @@ def number(
         given = float(value)
         if not (low < given if above else low <= given) or not given <= high:
             most = "" if high == float("inf") else f" and at most {high:g}"
-            raise ValueError(
-                f"{name} is {value}: expected a number {'above' if above else 'of at least'} {low:g}{most}"
-            )
+            least = "" if low == -float("inf") else f" {'above' if above else 'of at least'} {low:g}"
+            raise ValueError(f"{name} is {value}: expected a number{least}{most}")
         return given
 
     return convert

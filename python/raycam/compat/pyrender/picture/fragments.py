@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from ..constants import GLTF, RenderFlags
 from ..node import Node
 from ..primitive import Primitive
 from ..scene import Scene
+from .shader import turn_normals
 
 __all__ = ["Fragments", "by_edges", "fragments_of"]
 
@@ -23,6 +26,8 @@ TIE = 1 + 1e-6
 """Maximum ratio of a line's depth to the surface's depth at which the line is drawn in front."""
 NORMALS = 0.05
 """Length of the lines of `VERTEX_NORMALS` and `FACE_NORMALS`, as a fraction of the primitive's size."""
+MAX_VERTICES = 1 << 20
+"""Maximum number of vertices that are projected at a time."""
 BLUE = (0.0, 0.0, 1.0, 1.0)
 
 
@@ -30,13 +35,14 @@ BLUE = (0.0, 0.0, 1.0, 1.0)
 class Fragments:
     """Pixels [n] at which points or lines of a primitive are the nearest surfaces.
 
-    Each pixel is between two vertices, `ends` [n, 2]; `share` [n] is the weight of the second vertex. `color` is a
-    common colour that replaces the material's colour.
+    `places` [n, 4, 4] are the poses of the primitive that the pixels show. Each pixel is between two vertices, `ends`
+    [n, 2]; `share` [n] is the weight of the second vertex. `color` is a common colour that replaces the material's
+    colour.
     """
 
     node: Node
     primitive: Primitive
-    place: Floats
+    places: Floats
     rows: Whole
     columns: Whole
     position: Floats
@@ -124,20 +130,60 @@ def fragments_of(
         mesh = node.mesh
         if mesh is None or not mesh.is_visible or (shown is not None and node not in shown):
             continue
+        pose = scene.get_pose(node)
         for primitive in mesh.primitives:
-            for place in primitive.places:
-                matrix = scene.get_pose(node) @ place
+            for places in _batches(pose @ primitive.places, len(primitive.positions)):
+                placed = _Placed(node, primitive, places)
                 if primitive.mode == GLTF.POINTS:
-                    found.append(_points(node, primitive, matrix, screen, point_size))
+                    found.append(_points(placed, screen, point_size))
                 elif not primitive.has_faces or by_edges(primitive, flags):
-                    found.append(_lines(node, primitive, matrix, screen))
+                    found.append(_lines(placed, screen))
                 if not flags & (RenderFlags.DEPTH_ONLY | RenderFlags.SEG):
-                    found += _normals(node, primitive, matrix, screen)
+                    found += _normals(placed, screen)
     return found
 
 
-def _points(node: Node, cloud: Primitive, place: Floats, screen: _Screen, size: float) -> Fragments:
-    world = cloud.positions @ place[:3, :3].T + place[:3, 3]
+@dataclass
+class _Placed:
+    """A primitive with n vertices at k poses `places` [k, 4, 4]."""
+
+    node: Node
+    primitive: Primitive
+    places: Floats
+
+    @cached_property
+    def vertices(self) -> Floats:
+        """The vertices of all poses in the world [k n, 3]."""
+        return self.move(self.primitive.positions)
+
+    def move(self, points: Floats) -> Floats:
+        """Points [m, 3] of the primitive at all poses [k m, 3]."""
+        turned = points @ self.places[:, :3, :3].transpose(0, 2, 1)
+        return np.asarray((turned + self.places[:, np.newaxis, :3, 3]).reshape(-1, 3))
+
+    def repeat(self, corners: Whole) -> Whole:
+        """Vertex indices [m, c] of the primitive as indices [k m, c] into `vertices`."""
+        first = len(self.primitive.positions) * np.arange(len(self.places))
+        return np.asarray((corners + first[:, np.newaxis, np.newaxis]).reshape(-1, corners.shape[1]))
+
+    def fragments(self, pixels: Whole, position: Floats, ends: Whole, share: Floats) -> Fragments:
+        """The fragments between vertices with the indices `ends` [n, 2] into `vertices`."""
+        count = max(len(self.primitive.positions), 1)
+        places = self.places[ends[:, 0] // count]
+        return Fragments(
+            self.node, self.primitive, places, pixels[:, 0], pixels[:, 1], position, ends % count, share
+        )
+
+
+def _batches(places: Floats, vertices: int) -> Iterator[Floats]:
+    """Yields poses [k, 4, 4] in batches that have at most `MAX_VERTICES` vertices, or one pose."""
+    size = max(1, MAX_VERTICES // max(vertices, 1))
+    for start in range(0, len(places), size):
+        yield places[start : start + size]
+
+
+def _points(placed: _Placed, screen: _Screen, size: float) -> Fragments:
+    world = placed.vertices
     at, weight, near = screen.project(world)
     good = np.flatnonzero((weight > 0) & screen.reaches(near))
     side = max(1, round(size))
@@ -147,56 +193,54 @@ def _points(node: Node, cloud: Primitive, place: Floats, screen: _Screen, size: 
     which = np.repeat(good, side * side)
     kept = screen.visible(pixels, near[which])
     which, pixels = which[kept], pixels[kept]
-    ends = np.stack([which, which], axis=1)
-    return Fragments(node, cloud, place, pixels[:, 0], pixels[:, 1], world[which], ends, np.zeros(len(which)))
+    return placed.fragments(pixels, world[which], np.stack([which, which], axis=1), np.zeros(len(which)))
 
 
-def _lines(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -> Fragments:
-    world = primitive.positions @ place[:3, :3].T + place[:3, 3]
-    ends = primitive.segments
+def _lines(placed: _Placed, screen: _Screen) -> Fragments:
+    primitive, world = placed.primitive, placed.vertices
+    ends = placed.repeat(primitive.segments)
     if primitive.has_faces and not (
         primitive.material.doubleSided or screen.flags & RenderFlags.SKIP_CULL_FACES
     ):
-        ends = ends.reshape(-1, 3, 2)[
-            _front(world[primitive.faces], screen, mirrored=bool(np.linalg.det(place[:3, :3]) < 0))
-        ].reshape(-1, 2)
+        mirrored = np.repeat(np.linalg.det(placed.places[:, :3, :3]) < 0, len(primitive.faces))
+        ends = ends.reshape(-1, 3, 2)[_front(world[placed.repeat(primitive.faces)], screen, mirrored)]
+        ends = ends.reshape(-1, 2)
     pixels, which, share, position = _drawn(world[ends], screen)
-    return Fragments(node, primitive, place, pixels[:, 0], pixels[:, 1], position, ends[which], share)
+    return placed.fragments(pixels, position, ends[which], share)
 
 
-def _front(corners: Floats, screen: _Screen, *, mirrored: bool) -> npt.NDArray[np.bool_]:
+def _front(corners: Floats, screen: _Screen, mirrored: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """Returns True for triangles [m, 3, 3] whose front faces the camera.
 
-    A mirroring pose reverses the winding.
+    A mirroring pose (`mirrored` [m]) reverses the winding.
     """
     wound = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     starts, ways = screen.camera.rays(np.array([0.0, 1.0]), np.array([0.0, 1.0]), (1, 1))
     parallel = np.ptp(starts) > 0
     along = screen.pose[:3, :3] @ ways[0] if parallel else corners[:, 0] - screen.pose[:3, 3]
     facing = (wound * along).sum(axis=1)
-    return np.asarray(facing > 0 if mirrored else facing < 0)
+    return np.asarray(np.where(mirrored, facing > 0, facing < 0))
 
 
-def _normals(node: Node, primitive: Primitive, place: Floats, screen: _Screen) -> list[Fragments]:
+def _normals(placed: _Placed, screen: _Screen) -> list[Fragments]:
     """The lines of the normals requested by the flags."""
-    found = []
-    world = primitive.positions @ place[:3, :3].T + place[:3, 3]
-    length = NORMALS * primitive.scale
+    found: list[Fragments] = []
+    primitive = placed.primitive
     starts, ways = [], []
     if screen.flags & RenderFlags.VERTEX_NORMALS and primitive.normals is not None:
-        starts.append(world)
-        ways.append(primitive.normals @ np.linalg.inv(place[:3, :3]))
+        starts.append(placed.vertices)
+        turns = np.repeat(placed.places[:, :3, :3], len(primitive.normals), axis=0)
+        ways.append(turn_normals(np.tile(primitive.normals, (len(placed.places), 1)), turns))
     if screen.flags & RenderFlags.FACE_NORMALS and primitive.has_faces:
-        corners = world[primitive.faces]
+        corners = placed.vertices[placed.repeat(primitive.faces)]
         starts.append(corners.mean(axis=1))
         ways.append(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     for start, way in zip(starts, ways, strict=True):
+        length = NORMALS * primitive.scale
         unit = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-30)
         pixels, _, share, position = _drawn(np.stack([start, start + length * unit], axis=1), screen)
         ends = np.zeros((len(pixels), 2), np.int64)
-        found.append(
-            Fragments(node, primitive, place, pixels[:, 0], pixels[:, 1], position, ends, share, BLUE)
-        )
+        found.append(replace(placed.fragments(pixels, position, ends, share), color=BLUE))
     return found
 
 

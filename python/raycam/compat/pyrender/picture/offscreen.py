@@ -18,11 +18,12 @@ from ..camera import Camera
 from ..constants import RenderFlags
 from ..light import DirectionalLight, PointLight, SpotLight
 from ..node import Node
+from ..primitive import Primitive
 from ..scene import Scene
 from .fragments import Fragments, fragments_of
-from .instances import Instance, SceneWorld
+from .instances import SceneWorld
 from .path_traced import path_traced_picture
-from .shader import PlacedLight, Shadow, Surfaces, bent, shade, surface_values
+from .shader import PlacedLight, Shadow, Surfaces, bent, shade, surface_values, turn_normals
 
 __all__ = ["OffscreenRenderer", "Renderer"]
 
@@ -212,8 +213,34 @@ class _View:
     @cached_property
     def _mirrored(self) -> npt.NDArray[np.bool_]:
         """True for instances with a mirroring pose."""
-        places = np.array([one.place[:3, :3] for one in self.shown.instances]).reshape(-1, 3, 3)
-        return np.asarray(np.linalg.det(places) < 0)
+        return np.asarray(np.linalg.det(self._places[:, :3, :3]) < 0)
+
+    @cached_property
+    def _places(self) -> Floats:
+        """The instances' poses [k, 4, 4]."""
+        return np.array([one.place for one in self.shown.instances]).reshape(-1, 4, 4)
+
+    @cached_property
+    def _first_like(self) -> Whole:
+        """For each instance [k], the first instance of the same primitive."""
+        first: dict[int, int] = {}
+        alike = [first.setdefault(id(one.primitive), i) for i, one in enumerate(self.shown.instances)]
+        return np.array(alike, dtype=np.int64)
+
+    def _by_primitive(
+        self, instance: npt.NDArray[Any]
+    ) -> Iterator[tuple[Primitive, npt.NDArray[np.intp], Floats]]:
+        """Yields each primitive of hits, with the indices [n] of its hits and their poses [n, 4, 4].
+
+        The time does not depend on the count of instances.
+        """
+        if len(instance) == 0:
+            return
+        alike = self._first_like[instance]
+        order = np.argsort(alike, kind="stable")
+        numbers, starts = np.unique(alike[order], return_index=True)
+        for number, own in zip(numbers, np.split(order, starts[1:]), strict=True):
+            yield self.shown.instances[number].primitive, own, self._places[instance[own]]
 
     def _both_sides(self, instance: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
         if self.flags & RenderFlags.SKIP_CULL_FACES:
@@ -223,10 +250,9 @@ class _View:
 
     def _corners(self, instance: npt.NDArray[Any], triangle: npt.NDArray[Any]) -> Floats:
         corners = np.empty((len(instance), 3, 3))
-        for number, own in _by_instance(instance):
-            one = self.shown.instances[number]
-            local = one.primitive.positions[one.primitive.faces[triangle[own]]]
-            corners[own] = local @ one.place[:3, :3].T + one.place[:3, 3]
+        for primitive, own, places in self._by_primitive(instance):
+            local = primitive.positions[primitive.faces[triangle[own]]]
+            corners[own] = local @ places[:, :3, :3].transpose(0, 2, 1) + places[:, np.newaxis, :3, 3]
         return corners
 
     def colors(
@@ -264,16 +290,16 @@ class _View:
         origins, directions = self.rays(x, y, size)
         positions = origins + hits.depth[:, np.newaxis] * directions
         colors, blends = np.empty((len(x), 4)), np.zeros(len(x), bool)
-        for number, own in _by_instance(hits.instance):
-            one = self.shown.instances[number]
-            corners = one.primitive.faces[hits.triangle[own]]
+        for primitive, own, places in self._by_primitive(hits.instance):
+            corners = primitive.faces[hits.triangle[own]]
             weights = hits.weights[own][:, :, np.newaxis]
 
             def weighted(values: Floats, corners: Any = corners, weights: Floats = weights) -> Floats:
                 return np.asarray((values[corners] * weights).sum(axis=1))
 
-            colors[own] = self._values(scene, lights, one, positions[own], weighted, corners)
-            blends[own] = one.primitive.material.alphaMode == "BLEND"
+            turn = places[:, :3, :3]
+            colors[own] = self._values(scene, lights, primitive, turn, positions[own], weighted, corners)
+            blends[own] = primitive.material.alphaMode == "BLEND"
         return colors, blends
 
     def fragment_colors(
@@ -283,24 +309,32 @@ class _View:
         if fragments.color is not None:
             colors = np.tile(fragments.color, (len(fragments.rows), 1))
         else:
-            colors = self._values(scene, lights, fragments, fragments.position, fragments.between, None)
+            colors = self._values(
+                scene,
+                lights,
+                fragments.primitive,
+                fragments.places[:, :3, :3],
+                fragments.position,
+                fragments.between,
+                None,
+            )
         return np.asarray(np.round(255 * np.clip(colors, 0, 1)), dtype=np.uint8)
 
     def _values(
         self,
         scene: Scene,
         lights: list[PlacedLight],
-        one: Instance | Fragments,
+        primitive: Primitive,
+        turn: Floats,
         positions: Floats,
         weighted: Callable[[Floats], Floats],
         corners: Whole | None,
     ) -> Floats:
         """Returns the colours [n, 4] at positions of a primitive.
 
-        `weighted` interpolates vertex values at these positions. `corners` [n, 3] are the vertices of each
+        `turn` [3, 3] or [n, 3, 3] is the linear part of the pose. `weighted` interpolates vertex values at these positions. `corners` [n, 3] are the vertices of each
         position's triangle, which orient normal textures.
         """
-        primitive, turn = one.primitive, one.place[:3, :3]
         tint = np.ones((len(positions), 4)) if primitive.color_0 is None else weighted(primitive.color_0)
         uv = None if primitive.texcoord_0 is None else weighted(primitive.texcoord_0)
         flat = bool(self.flags & RenderFlags.FLAT)
@@ -312,15 +346,14 @@ class _View:
         to_eye /= np.maximum(np.linalg.norm(to_eye, axis=1, keepdims=True), 1e-30)
         normal = to_eye
         if primitive.normals is not None:
-            normal = weighted(primitive.normals) @ np.linalg.inv(turn)
-            normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+            normal = turn_normals(weighted(primitive.normals), turn)
         texture = primitive.material.normalTexture
         if texture is not None and uv is not None and corners is not None:
             edges = primitive.positions[corners[:, 1:]] - primitive.positions[corners[:, :1]]
             over = primitive.texcoord_0[corners[:, 1:]] - primitive.texcoord_0[corners[:, :1]]
             grown = edges[:, 0] * over[:, 1, 1:] - edges[:, 1] * over[:, 0, 1:]
             grown *= np.sign(over[:, 0, :1] * over[:, 1, 1:] - over[:, 1, :1] * over[:, 0, 1:])
-            normal = bent(normal, grown @ turn.T, texture.lookup(uv))
+            normal = bent(normal, (turn @ grown[:, :, np.newaxis])[:, :, 0], texture.lookup(uv))
         surfaces = Surfaces(positions, normal, to_eye, vertex_color=tint, **values)
         rgb = shade(surfaces, lights, scene.ambient_light.astype(np.float64), self._shadow())
         return np.concatenate([rgb, alpha[:, np.newaxis]], axis=1)
@@ -392,16 +425,3 @@ def _placed_lights(scene: Scene) -> list[PlacedLight]:
 def _seg_color(color: Any) -> npt.NDArray[np.uint8]:
     """Returns three bytes; one number sets all three."""
     return np.asarray(np.clip(np.broadcast_to(np.asarray(color), 3), 0, 255), dtype=np.uint8)
-
-
-def _by_instance(instance: npt.NDArray[Any]) -> Iterator[tuple[int, npt.NDArray[np.intp]]]:
-    """Yields each distinct number of an array with its indices.
-
-    The time does not depend on the count of distinct numbers.
-    """
-    if len(instance) == 0:
-        return
-    order = np.argsort(instance, kind="stable")
-    numbers, starts = np.unique(instance[order], return_index=True)
-    for number, own in zip(numbers, np.split(order, starts[1:]), strict=True):
-        yield int(number), own

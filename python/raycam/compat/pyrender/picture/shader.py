@@ -18,7 +18,7 @@ from raycam.srgb import linear_from_srgb
 from ..light import DirectionalLight, Light, SpotLight
 from ..material import MetallicRoughnessMaterial
 
-__all__ = ["GAMMA", "PlacedLight", "Surfaces", "bent", "shade", "surface_values"]
+__all__ = ["GAMMA", "PlacedLight", "Surfaces", "bent", "shade", "surface_values", "turn_normals"]
 
 Floats = npt.NDArray[Any]
 Shadow = Callable[["PlacedLight", Floats], npt.NDArray[np.bool_]]
@@ -99,6 +99,18 @@ def bent(normal: Floats, tangent: Floats, texels: Floats) -> Floats:
 
 def _unit(vectors: Floats) -> Floats:
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30))
+
+
+def turn_normals(normals: Floats, turn: Floats) -> Floats:
+    """Returns unit normals [n, 3] after a transform of the vertices by `turn`, [3, 3] or [n, 3, 3].
+
+    The transform may be singular: the normals are multiplied by its cofactors.
+    """
+    cofactors = np.stack(
+        [np.cross(turn[..., (i + 1) % 3, :], turn[..., (i + 2) % 3, :]) for i in range(3)], axis=-2
+    )
+    sides = np.where(np.linalg.det(turn) < 0, -1.0, 1.0)[..., np.newaxis, np.newaxis]
+    return _unit((sides * cofactors @ normals[:, :, np.newaxis])[:, :, 0])
 
 
 def shade(at: Surfaces, lights: list[PlacedLight], ambient: Floats, shadow: Shadow | None) -> Floats:
