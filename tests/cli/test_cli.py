@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import json
 import os
 import re
@@ -551,3 +553,16 @@ def test_dataset_help_lists_all_formats(capsys: pytest.CaptureFixture[str]) -> N
         main(["dataset", "--help"])
     words = set(re.findall(r"[\w-]+", capsys.readouterr().out))
     assert set(dataset.FORMATS) <= words
+
+
+def test_dataset_command_prints_notices_of_file_systems_without_locks(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    assert run("dataset box.toml -o set --samples 1") == 0
+    printed = capsys.readouterr().err.splitlines()
+    assert sum("notice: set:" in line for line in printed) == 1
+    assert len(printed) == len(set(printed))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import raycam
 import raycam.video
-from PIL import Image
+from PIL import Image, ImageOps
 from raycam.cli import main
 from support.gltf_document import variant_square
 
@@ -378,3 +378,30 @@ def test_unsupported_output_combinations_are_refused_before_rendering(
     assert run(f"render ball.glb {options} {SMALL}") == 2
     assert words in capsys.readouterr().err
     assert sorted(path.suffix for path in folder.iterdir()) == [".glb"]
+
+
+def test_orientation_option_rotates_the_background(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Pillow's `exif_transpose` defines the rotated photo."""
+    monkeypatch.chdir(tmp_path)
+    photo = Image.fromarray(np.arange(6 * 8 * 3, dtype=np.uint8).reshape(6, 8, 3))
+    exif = photo.getexif()
+    exif[0x112] = 3
+    photo.save("photo.png", exif=exif)
+    camera = "[camera]\nsize = [8, 6]\nfov = 40\nlocation = [0, -9, 0]\n"
+    world = f"{camera}[[object]]\nbox = {{ size = 1 }}\nlocation = [0, -20, 0]\n"
+    Path("world.toml").write_text(world)
+    with Image.open("photo.png") as read:
+        expected = {"apply": np.asarray(ImageOps.exif_transpose(read)), "ignore": np.asarray(photo)}
+    for orientation, pixels in expected.items():
+        command = (
+            f"render world.toml -o a.png --background photo.png --orientation {orientation} --channels color"
+        )
+        assert main(command.split()) == 0
+        with Image.open("a.png") as image:
+            np.testing.assert_allclose(np.asarray(image).astype(int), pixels, atol=1)
+    capsys.readouterr()
+    assert main(["render", "world.toml", "-o", "a.png", "--background", "photo.png"]) == 0
+    assert "--orientation apply" in capsys.readouterr().err
+    assert main(["render", "world.toml", "-o", "a.png", "--orientation", "apply"]) == 2

@@ -321,6 +321,21 @@ def test_mesh_methods_equal_open3d(o3d: Any) -> None:
     assert found["points"][0, 0].cpu().item() == pytest.approx(4)
 
 
+def test_meshes_are_copied_and_added(o3d: Any) -> None:
+    box, ball = o3d.geometry.TriangleMesh.create_box(), o3d.geometry.TriangleMesh.create_sphere(0.5)
+    copied = o3d.geometry.TriangleMesh(box)
+    copied.translate([5, 0, 0])
+    np.testing.assert_array_equal(box.get_max_bound(), [1, 1, 1])
+    ball.compute_vertex_normals()
+    both = box + ball
+    assert not both.has_vertex_normals()
+    assert len(both.vertices) == len(box.vertices) + len(ball.vertices)
+    assert both.get_surface_area() == pytest.approx(box.get_surface_area() + ball.get_surface_area())
+    copied += copied
+    assert copied.get_surface_area() == pytest.approx(12)
+    assert o3d.__version__.split(".")[0] == "0"
+
+
 def test_tensor_methods_equal_open3d(o3d: Any) -> None:
     tensor = o3d.core.Tensor([[1.0, 2, 3], [4, 5, 6]])
     assert tensor[1, 2].cpu().item() == 6

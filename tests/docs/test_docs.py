@@ -209,6 +209,17 @@ def test_doctest_with_a_wrong_result_fails() -> None:
         run_doctest(">>> 1 + 1\n3\n", "page", 1, {})
 
 
+@pytest.mark.parametrize("page", PAGES)
+def test_python_code_does_not_load_bundled_files_from_the_current_folder(page: str) -> None:
+    """Commands find raycam's own files by name; in Python, `raycam.data.path` returns their paths."""
+    assets = [path.name for path in (Path(raycam.__file__).parent / "assets").iterdir()]
+    own = re.compile(rf"""\bload(?:_\w+)?\(["'](?:{"|".join(map(re.escape, assets))})["']""")
+    for language, text, line in blocks(page):
+        if language in ("python", "pycon"):
+            code = re.sub(r"#.*", "", text)
+            assert not own.search(code), f"{page}:{line}"
+
+
 def test_every_local_link_has_a_target() -> None:
     for page in [*PAGES, "CONTRIBUTING.md"]:
         text = (ROOT / page).read_text(encoding="utf-8")

@@ -135,6 +135,7 @@ LOOK_OPTIONS = (
     "ground",
     "background",
     "background_camera",
+    "orientation",
 )
 """The options of a model's look."""
 
@@ -210,6 +211,8 @@ def _picture(
     if options.background is None:
         if options.background_camera is not None:
             raise SettingsError("--background-camera requires --background FILE", code="missing_value")
+        if options.orientation is not None:
+            raise SettingsError("--orientation requires --background FILE", code="missing_value")
         return one("rendering", names, dict(settings))
     if "color" not in names:
         raise SettingsError(
@@ -230,14 +233,17 @@ def _picture(
 
 
 def _background(options: argparse.Namespace) -> Any:
-    """The colour or image of `--background`, with the camera of `--background-camera`."""
+    """The colour or image of `--background`, with its camera and orientation."""
     from ..camera import Background
     from ..data import bundled
 
     found = bundled(options.background) or options.background
-    if options.background_camera is None:
+    if options.background_camera is None and options.orientation is None:
         return found
-    return Background(found, load_camera(options.background_camera, options))
+    orientation: Any = options.orientation or "auto"
+    if options.background_camera is None:
+        return Background(found, fit="cover", orientation=orientation)
+    return Background(found, load_camera(options.background_camera, options), orientation=orientation)
 
 
 def _turntable(options: argparse.Namespace) -> None:

@@ -54,6 +54,13 @@ def _add(command: argparse.ArgumentParser) -> None:
         "off: use the photographs unchanged",
     )
     command.add_argument(
+        "--orientation",
+        metavar="NAME",
+        default="auto",
+        help="EXIF orientation of the photographs: auto (default), which rotates a photograph if it fits its camera "
+        "only after rotation; apply; or ignore",
+    )
+    command.add_argument(
         "--memory",
         metavar="SIZE",
         default="1 GiB",
@@ -80,6 +87,7 @@ def _run(options: argparse.Namespace) -> None:
             atlas=options.atlas,
             method=options.method,
             exposure=options.exposure,
+            orientation=options.orientation,
             show_unseen=options.show_unseen,
             memory=options.memory,
             threads=options.threads,

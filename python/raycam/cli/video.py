@@ -147,7 +147,7 @@ def _run(options: argparse.Namespace) -> None:
     shard = parse_shard(options)
     if options.background == "transparent":
         options.transparent_background, options.background = True, None
-    reject_options(options, ("background",), "videos support only --background transparent")
+    reject_options(options, ("background", "orientation"), "videos support only --background transparent")
     world = load_world(options)
     if options.trajectory is not None:
         _follow(world, options)

@@ -251,6 +251,10 @@ def _size(pixels: Colors) -> str:
 
 def _color(color: Any) -> Colors:
     """A colour as linear red, green, blue."""
+    if color == "transparent":
+        raise SettingsError(
+            "background 'transparent' is not a colour; use transparent_background=True", code="wrong_type"
+        )
     probe = _core.World("z", "", None)
     try:
         _core.world_add_object(probe, {"box": {}, "color": color}, None)

@@ -66,6 +66,12 @@ def add_look(command: argparse.ArgumentParser) -> None:
         metavar="FILE[:NAME]",
         help="camera that took the photo of --background, if it differs from --camera; the photo is warped",
     )
+    group.add_argument(
+        "--orientation",
+        metavar="NAME",
+        help="EXIF orientation of the photo of --background: auto (default), which rotates the photo if it fits the "
+        "camera only after rotation; apply; or ignore",
+    )
 
 
 def apply_look(

@@ -15,6 +15,7 @@ ARGUMENTS_AS_TYPED = {
     r"\bretry_failed=True\b": "--retry-failed",
     r"\bshard=\(I, N\)": "--shard I/N",
     r"\bexposure=(-?[\d.]+)": r"--exposure=\1",
+    r'\borientation="(\w+)"': r"--orientation \1",
 }
 """Arguments of Python functions in messages, and the options to type instead."""
 

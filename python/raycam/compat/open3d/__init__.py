@@ -18,6 +18,8 @@ from .t.geometry import RaycastingScene
 
 __all__ = ["core", "geometry", "install", "io", "t", "uninstall", "utility"]
 
+__version__ = "0.19.0"
+"""The Open3D version whose interface this module implements."""
 _originals: dict[str, Any] = {}
 
 

@@ -16,6 +16,8 @@ from .utility import Vector3dVector, Vector3iVector
 __all__ = ["TriangleMesh"]
 
 Floats = npt.NDArray[np.float64]
+PARTS = ("vertices", "triangles", "vertex_normals", "triangle_normals", "vertex_colors")
+"""The arrays of a mesh."""
 
 
 class TriangleMesh(Hints):
@@ -27,11 +29,30 @@ class TriangleMesh(Hints):
     """
 
     def __init__(self, vertices: Any = (), triangles: Any = ()) -> None:
+        """Creates a mesh from arrays, or a copy of another mesh."""
+        if isinstance(vertices, TriangleMesh):
+            for name in PARTS:
+                setattr(self, name, getattr(vertices, name).copy())
+            return
         self.vertices = Vector3dVector(vertices)
         self.triangles = Vector3iVector(triangles)
         self.vertex_normals = Vector3dVector()
         self.triangle_normals = Vector3dVector()
         self.vertex_colors = Vector3dVector()
+
+    def __add__(self, other: TriangleMesh) -> TriangleMesh:
+        """Returns a mesh of both meshes' triangles; normals and colours are kept if both meshes have them."""
+        if not isinstance(other, TriangleMesh):
+            return NotImplemented
+        both = TriangleMesh(
+            np.concatenate([self.vertices, other.vertices]),
+            np.concatenate([self.triangles, np.asarray(other.triangles) + len(self.vertices)]),
+        )
+        for name in PARTS[2:]:
+            parts = (getattr(self, name), getattr(other, name))
+            if all(len(part) for part in parts):
+                setattr(both, name, Vector3dVector(np.concatenate(parts)))
+        return both
 
     def compute_triangle_normals(self, normalized: bool = True) -> TriangleMesh:
         """Sets `triangle_normals` and returns the mesh.

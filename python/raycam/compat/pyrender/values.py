@@ -115,8 +115,9 @@ def number(
 ) -> Callable[[Any], float | None]:
     """Returns a function that converts a value to a float and checks its range.
 
-    The function raises `ValueError` for NaN, and for a number outside `low` (excluded if `above`) to `high`. For None, it returns
-    `default`, if given. Without a default, it returns None if `optional`, and raises `TypeError` otherwise.
+    The function raises `ValueError` for NaN, and for a number outside `low` (excluded if `above`) to `high`. For
+    None, it returns `default`, if given. Without a default, it returns None if `optional`, and raises `TypeError`
+    otherwise.
     """
 
     def convert(value: Any) -> float | None:

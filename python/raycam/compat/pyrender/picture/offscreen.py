@@ -332,8 +332,8 @@ class _View:
     ) -> Floats:
         """Returns the colours [n, 4] at positions of a primitive.
 
-        `turn` [3, 3] or [n, 3, 3] is the linear part of the pose. `weighted` interpolates vertex values at these positions. `corners` [n, 3] are the vertices of each
-        position's triangle, which orient normal textures.
+        `turn` [3, 3] or [n, 3, 3] is the linear part of the pose. `weighted` interpolates vertex values at these
+        positions. `corners` [n, 3] are the vertices of each position's triangle, which orient normal textures.
         """
         tint = np.ones((len(positions), 4)) if primitive.color_0 is None else weighted(primitive.color_0)
         uv = None if primitive.texcoord_0 is None else weighted(primitive.texcoord_0)
