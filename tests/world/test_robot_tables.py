@@ -72,7 +72,7 @@ def test_joint_keyframes_follow_the_curve_at_frames_and_between(tmp_path: Path) 
         expected = world.robots["left"].pose("slide", {"turn": 1.5 * min(time, 1)})
         np.testing.assert_allclose(world.at(time).objects[number].matrix, expected, atol=1e-14)
     between = world.robots["left"].pose("slide", {"turn": 1.5 * 0.333})
-    np.testing.assert_allclose(world.at(0.333).objects[number].matrix, between, atol=1e-4)
+    np.testing.assert_allclose(world.at(0.333).objects[number].matrix, between, atol=1e-5)
     still = next(item.id for item in world.objects if item.name == "arm/slide")
     np.testing.assert_array_equal(world.at(0.5).objects[still].matrix, world.objects[still].matrix)
 

@@ -28,5 +28,10 @@ class JointMotion:
 
     def at(self, time: float) -> Floats:
         """Returns the joint vector [k] at a time in seconds."""
-        columns = [np.interp(time, self.times, column) for column in self.vectors.T]
-        return np.array(columns, np.float64)
+        found: Floats = self.at_all(np.array([time]))[0]
+        return found
+
+    def at_all(self, times: Floats) -> Floats:
+        """Returns the joint vectors [n, k] at times [n] in seconds."""
+        columns = [np.interp(times, self.times, column) for column in self.vectors.T]
+        return np.array(columns, np.float64).reshape(-1, len(times)).T

@@ -247,10 +247,11 @@ class Robot:
             own = values[:, column]
             if joint.type not in ("revolute", "prismatic"):
                 continue
-            if joint.type == "revolute" and np.isfinite(joint.upper) and (abs(own) > 2 * np.pi).any():
-                turns.append(name)
             margin = 1e-9 * max(1.0, abs(joint.lower), abs(joint.upper)) if np.isfinite(joint.upper) else 0.0
-            if ((own < joint.lower - margin) | (own > joint.upper + margin)).any():
+            outside = (own < joint.lower - margin) | (own > joint.upper + margin)
+            if joint.type == "revolute" and (outside & (abs(own) > 2 * np.pi)).any():
+                turns.append(name)
+            if outside.any():
                 worst = own[np.argmax(np.maximum(joint.lower - own, own - joint.upper))]
                 beyond.append(f"{name} = {worst:g} ({joint.lower:g} to {joint.upper:g})")
             held[:, column] = np.clip(own, joint.lower, joint.upper)

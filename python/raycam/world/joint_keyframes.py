@@ -13,6 +13,7 @@ from ..arguments import Floats, floats, real
 from ..errors import Notice, WorldError, nearest
 from ..notices import warn, warn_all
 from ..robots import JointMotion, Robot, is_bag, place_camera, read_joint_states
+from .joint_curves import curve_times, limit_turns
 from .robot_joints import find_robot
 
 if TYPE_CHECKING:
@@ -20,10 +21,10 @@ if TYPE_CHECKING:
 
 __all__ = ["expand_joint_keyframes", "read_trajectory"]
 
-STEPS_PER_FRAME = 4
-"""Keyframes of each object per video frame, which replace joint keyframes."""
 MAX_KEYFRAMES = 2_000_000
-"""Maximum number of keyframes of objects and cameras that replace a robot's joint keyframes."""
+"""Maximum number of keyframes of objects and cameras that replace joint keyframes."""
+CAMERA_REACH = 1.0
+"""Distance in metres from a camera at which the tolerance of curved paths applies to what it sees."""
 
 
 def expand_joint_keyframes(
@@ -34,8 +35,9 @@ def expand_joint_keyframes(
     Returns the new description, and the motions of robots by name.
 
     Joint values are interpolated linearly; continuous joints turn in the shorter direction. Objects, and cameras on
-    links, get `STEPS_PER_FRAME` keyframes per video frame, so that their curved paths are exact at the frames and close
-    in between. Raises `WorldError` for unknown robots, joints and keys, and for mirrored objects.
+    links, get keyframes at each video frame and as many in between as their curved paths require (`curve_times`), so
+    that they are exact at the frames and deviate by at most `MAX_DEVIATION` in between. Raises `WorldError` for unknown
+    robots, joints and keys, for mirrored objects, and for too many keyframes.
     """
     frames = description.get("keyframe") or []
     if not any(isinstance(frame, Mapping) and "robot" in frame for frame in frames):
@@ -54,8 +56,14 @@ def expand_joint_keyframes(
         motion = _motion(robot, [frame for frame in frames if frame.get("robot") == name], fps, alone)
         if motion is not None:
             motions[name] = motion
-            expanded += _object_keyframes(robot, motion)
+            expanded += _object_keyframes(world, robot, motion)
             expanded += _camera_keyframes(robot, motion, present)
+        if len(expanded) > MAX_KEYFRAMES:
+            raise WorldError(
+                f"video.keyframe: robot {robot.name!r} requires more than {MAX_KEYFRAMES} keyframes of objects and "
+                "cameras; use a shorter video or slower joints",
+                code="too_large",
+            )
     return {**description, "keyframe": [*others, *expanded]}, motions
 
 
@@ -79,11 +87,11 @@ def _motion(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: float, alone
     ends = [time for track in tracks.values() for time, _ in track]
     if not ends:
         return None
-    times = np.unique(np.concatenate([ends, np.arange(0.0, max(ends), 1.0 / (fps * STEPS_PER_FRAME))]))
-    if len(times) * (len(robot._parts) + len(robot._cameras)) > MAX_KEYFRAMES:
+    times = np.unique(np.concatenate([ends, np.arange(0.0, max(ends), 1.0 / fps)]))
+    if len(times) > MAX_KEYFRAMES:
         raise WorldError(
-            f"video.keyframe: robot {robot.name!r} requires more than {MAX_KEYFRAMES} keyframes of objects and "
-            "cameras; shorten the video or lower its fps",
+            f"video.keyframe: robot {robot.name!r} moves for {len(times)} frames; the limit is {MAX_KEYFRAMES}; "
+            "shorten the video or lower its fps",
             code="too_large",
         )
     vectors = np.tile(robot._values, (len(times), 1))
@@ -97,40 +105,42 @@ def _motion(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: float, alone
             vectors[:, start + column] = np.interp(times, [time for time, _ in track], values[:, column])
     vectors, notices = robot._limited(vectors, clamp=False)
     warn_all(notices)
-    return JointMotion(times, vectors, alone)
+    return limit_turns(robot, JointMotion(times, vectors, alone))
 
 
 def _camera_keyframes(robot: Robot, motion: JointMotion, present: set[str]) -> list[dict[str, Any]]:
     """Keyframes of the robot's cameras that move."""
     found: list[dict[str, Any]] = []
     for name, link, on_link in robot._cameras:
-        poses = robot.pose(link, motion.vectors)
-        if name not in present or np.ptp(poses, axis=0).max() == 0.0:
+        if name not in present or np.ptp(robot.pose(link, motion.vectors), axis=0).max() == 0.0:
             continue
-        for time, pose in zip(motion.times, poses, strict=True):
+        times = curve_times(robot, motion, link, on_link.C, CAMERA_REACH)
+        for time, pose in zip(times, robot.pose(link, motion.at_all(times)), strict=True):
             camera = place_camera(on_link, pose)
             matrix = np.column_stack([camera.R.T, camera.C])
             found.append({"time": float(time), "camera": name, "matrix": matrix, "interpolation": "linear"})
     return found
 
 
-def _object_keyframes(robot: Robot, motion: JointMotion) -> list[dict[str, Any]]:
-    found = []
-    times, vectors = motion.times, motion.vectors
-    for name, matrices in robot._object_matrices(vectors).items():
-        if (
-            np.array_equal(matrices, np.broadcast_to(matrices[0], matrices.shape))
-            and (vectors == vectors[0]).all()
-        ):
+def _object_keyframes(world: WorldContents, robot: Robot, motion: JointMotion) -> list[dict[str, Any]]:
+    """Keyframes of the robot's objects that move."""
+    found: list[dict[str, Any]] = []
+    numbers = {item.name: item.id for item in world.objects}
+    for name, link, link_from_mesh in robot._parts:
+        poses = robot.pose(link, motion.vectors)
+        if np.ptp(poses, axis=0).max() == 0.0:
             continue
-        if np.ptp(matrices, axis=0).max() == 0.0:
-            continue
-        if np.linalg.det(matrices[0, :3, :3]) < 0:
+        if np.linalg.det(link_from_mesh[:3, :3]) < 0:
             raise WorldError(
                 f"object {name!r} is mirrored (a mesh with a negative scale), and keyframes cannot move mirrored"
                 " objects; use render_many(joints=...), or mirror the mesh file",
                 code="unsupported_feature",
             )
+        item = world.objects[numbers[name]]
+        offsets = world.triangles(item.id).reshape(-1, 3) - item.matrix[:3, 3]
+        reach = float(np.sqrt((offsets**2).sum(axis=1).max(initial=0.0)))
+        times = curve_times(robot, motion, link, link_from_mesh[:3, 3], reach)
+        matrices = robot.pose(link, motion.at_all(times)) @ link_from_mesh
         found += [
             {"time": float(time), "object": name, "matrix": matrix, "interpolation": "linear"}
             for time, matrix in zip(times, matrices, strict=True)
