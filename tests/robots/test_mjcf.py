@@ -241,7 +241,10 @@ def test_lights_are_loaded_with_the_model_and_reported_as_ignored_by_add_robot(t
         '<mujoco><worldbody><light type="directional" dir="0 0 -1"/><geom size=".1"/></worldbody></mujoco>'
     )
     world = raycam.load(path)
-    assert [light["type"] for light in world.lights] == ["sun", "sky"]
+    assert [light["type"] for light in world.lights] == ["sun", "sky", "sun"]
+    # A white surface that faces MuJoCo's headlight has the radiance 0.1 (ambient) + 0.4 (diffuse).
+    sky, headlight = world.lights[1]["radiance"], world.lights[2]["irradiance"]
+    np.testing.assert_allclose(np.array(sky) + np.array(headlight) / np.pi, 0.5, rtol=1e-6)
     assert list(world.robots) == ["lit"]
     with warns(raycam.Notice, code="ignored_element", mentions=["lights"]):
         raycam.World().add_robot(path)

@@ -13,13 +13,20 @@ from .model import DIRECTIONAL, POINT, SPOT, element_name
 
 __all__ = ["LightSources"]
 
+SUN_SHARE = 0.5
+"""Fraction of the headlight's diffuse light that becomes a sun; the rest becomes part of the sky."""
+SUN_DIRECTION = [1.0, 2.0, -3.0]
+"""Direction of this sun, which is the direction of raycam's default sun in a z-up world."""
+
 
 class LightSources:
     """The lights that were added to a world, with the numbers of MuJoCo's lights."""
 
     def __init__(self, world: World, model: Any, data: Any, notices: list[Notice]) -> None:
-        """Adds the active lights, and all ambient light as a uniform sky.
+        """Adds the active lights, all ambient light as a uniform sky, and the headlight as a sky and a sun.
 
+        The headlight moves with MuJoCo's camera, so it cannot be part of a world. Half of its diffuse light becomes
+        part of the sky, and half a sun, because a uniform sky alone would hide the shape of white surfaces.
         A surface of albedo 1 that faces a light has the radiance `diffuse`. MuJoCo's spot and point lights usually do
         not become weaker with distance. raycam's lights become weaker; their strength is correct at the centre of the
         model.
@@ -28,8 +35,9 @@ class LightSources:
         self._numbers: dict[int, int] = {}
         self._poses: dict[int, tuple[list[float], list[float]]] = {}
         ambient = np.zeros(3)
-        if model.vis.headlight.active:
-            ambient += np.asarray(model.vis.headlight.ambient) + np.asarray(model.vis.headlight.diffuse)
+        headlight = model.vis.headlight
+        if headlight.active:
+            ambient += np.asarray(headlight.ambient) + (1.0 - SUN_SHARE) * np.asarray(headlight.diffuse)
         faded = []
         for light in np.flatnonzero(np.asarray(model.light_active)):
             ambient += np.asarray(model.light_ambient[light])
@@ -48,6 +56,9 @@ class LightSources:
             notices.append(Notice(text, "approximated_value"))
         if ambient.any():
             world.add_light("sky", radiance=ambient.tolist())
+        if headlight.active and np.asarray(headlight.diffuse).any():
+            irradiance = np.pi * SUN_SHARE * np.asarray(headlight.diffuse, np.float64)
+            world.add_light("sun", direction=SUN_DIRECTION, irradiance=irradiance.tolist())
 
     def _add(self, light: int, data: Any) -> None:
         model, kind = self._model, int(self._model.light_type[light])

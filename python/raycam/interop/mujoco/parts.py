@@ -113,8 +113,7 @@ def add_model_lights(world: World, model: Any) -> list[Notice]:
     """Adds a model's lights to a world, and returns notices.
 
     The lights are in the model's initial state, as in `from_mujoco`. A model that has only a headlight adds
-    no lights, so that raycam's own lights show the model's shape. Uniform ambient light, as a replacement of
-    the headlight, would not show the shape.
+    no lights, so that raycam's own lights or the studio show it.
     """
     notices: list[Notice] = []
     if not np.asarray(model.light_active).any():

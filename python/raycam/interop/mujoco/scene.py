@@ -212,8 +212,8 @@ def from_mujoco(
     shows them; colour textures (2D and cube maps) are mapped as in MuJoCo 4.
 
     Directional lights become suns; spot and point lights become weaker with the square of the distance, with a notice;
-    ambient light and the headlight become a uniform sky. Cables, image lights and the thickness of flexes are
-    omitted, with notices. An opaque geom is also omitted if a later geom of the same shape and place covers it, as in
+    ambient light becomes a uniform sky, and the headlight a sky and a sun. Cables, image lights and the thickness of
+    flexes are omitted, with notices. An opaque geom is also omitted if a later geom of the same shape and place covers it, as in
     MuJoCo's images. `MujocoScene.render` shows such a world in MuJoCo's own light.
 
     Raises `WorldError` if `model` is not a MuJoCo model or `data` has no poses. Also raises `WorldError`, with both
