@@ -57,9 +57,15 @@ def test_joint_that_turns_several_times_per_frame_keeps_its_direction_and_speed(
         {"time": time, "robot": "rods", "joints": {"shoulder": angle}} for time, angle in ((0, -90), (1, 90))
     ]
     world.set_video(fps=10, keyframe=frames)
+    world.to_gltf(tmp_path / "rods.glb")
+    copy = raycam.load(tmp_path / "rods.glb", up="y")
+    y_up_from_z_up = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
     for time in (0.0125, 0.0313, 0.7871):
-        expected = world.robots["rods"].pose("upper", {"shoulder": -90 + 180 * time})
-        np.testing.assert_allclose(world.at(time).objects[0].matrix[:3, :3], expected[:3, :3], atol=1e-9)
+        expected = world.robots["rods"].pose("upper", {"shoulder": -90 + 180 * time})[:3, :3]
+        np.testing.assert_allclose(world.at(time).objects[0].matrix[:3, :3], expected, atol=1e-9)
+        np.testing.assert_allclose(
+            copy.at(time).objects[0].matrix[:3, :3], y_up_from_z_up @ expected, atol=1e-6
+        )
 
 
 def test_path_with_too_many_keyframes_is_refused(tmp_path: Path) -> None:

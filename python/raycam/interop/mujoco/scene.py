@@ -213,8 +213,8 @@ def from_mujoco(
 
     Directional lights become suns; spot and point lights become weaker with the square of the distance, with a notice;
     ambient light becomes a uniform sky, and the headlight a sky and a sun. Cables, image lights and the thickness of
-    flexes are omitted, with notices. An opaque geom is also omitted if a later geom of the same shape and place covers it, as in
-    MuJoCo's images. `MujocoScene.render` shows such a world in MuJoCo's own light.
+    flexes are omitted, with notices. An opaque geom is also omitted if a later geom of the same shape and place covers
+    it, as in MuJoCo's images. `MujocoScene.render` shows such a world in MuJoCo's own light.
 
     Raises `WorldError` if `model` is not a MuJoCo model or `data` has no poses. Also raises `WorldError`, with both
     versions, if the model's MuJoCo version lacks arrays that are read here. Raises `ImportError` if `data` is not given
