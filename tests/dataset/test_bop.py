@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import raycam
 from pycocotools.coco import COCO
 from raycam.dataset import write
+from scipy.spatial.transform import Rotation
 from support.box_table import picture, ring, table, truth
 from support.raises import raises, warns
 
@@ -201,3 +203,47 @@ def test_bop_reports_categories_with_several_shapes(tmp_path: Path) -> None:
     for wrong in ({"cup": 1}, {"5": 0}, {"5": 2.5}, [1]):
         with pytest.raises(raycam.SettingsError):
             write(world, tmp_path / "wrong", "bop", cameras=ring(1), model_ids=wrong)
+
+
+def model_points(folder: Path, model: int) -> np.ndarray:
+    """The vertices of a model in millimetres."""
+    data = (folder / f"models/obj_{model:06d}.ply").read_bytes()
+    start = data.index(b"end_header\n") + len(b"end_header\n")
+    count = int(data.split(b"element vertex ")[1].split()[0])
+    return np.frombuffer(data[start : start + 12 * count], np.float32).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2, 3], [3, 2, 1, 0]])
+def test_bop_mesh_is_one_model_in_the_axes_of_its_file_and_of_the_world(
+    tmp_path: Path, order: list[int]
+) -> None:
+    source = raycam.World()
+    source.add_object(
+        vertices=[[0, 0, 0], [0.3, 0, 0], [0, 0.2, 0], [0, 0.05, 0.1]],
+        triangles=[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+    )
+    source.to_gltf(tmp_path / "part.glb")
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_rotvec([0.4, -0.3, 0.9]).as_matrix()
+    matrix[:3, 3] = [0.5, 0.1, 0.2]
+    placements: list[dict[str, Any]] = [
+        {"location": [-0.5, 0, 0.2], "yaw": 40},
+        {"matrix": matrix.tolist()},
+        {"location": [0, 0.5, 0.2], "roll": 10, "upright": False},
+        {"matrix": matrix.tolist(), "upright": True},
+    ]
+    world = raycam.World()
+    for place in order:
+        world.add_object(mesh=str(tmp_path / "part.glb"), name=f"part{place}", **placements[place])
+    (camera,) = ring(1)
+    write(world, tmp_path / "set", "bop", cameras=[camera], samples=1, integrator="flat")
+    assert pose_ids(tmp_path / "set") == [1, 1, 1, 1]
+    rows = json.loads((tmp_path / "set/train_pbr/000000/scene_gt.json").read_text())["0"]
+    points = model_points(tmp_path / "set", 1)
+    for number, row in enumerate(rows):
+        found = points @ np.reshape(row["cam_R_m2c"], (3, 3)).T + row["cam_t_m2c"]
+        corners = world.triangles(number).reshape(-1, 3)
+        expected = (corners @ camera.R.T + camera.t) * 1000
+        apart = np.linalg.norm(found[:, None] - expected, axis=2)
+        assert apart.min(axis=0).max() < 1e-3
+        assert apart.min(axis=1).max() < 1e-3

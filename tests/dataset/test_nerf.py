@@ -75,3 +75,25 @@ def test_nerf_refuses_unsupported_coefficients(tmp_path: Path) -> None:
     rational = ring(1, distortion=[-0.2, 0.05, 1e-3, 2e-3, 0.01, 0.1, 0.0, 0.0])
     with raises(raycam.CameraError, code="unsupported_camera", mentions=["k3"]):
         write(table(), tmp_path, "nerf", cameras=rational)
+
+
+@pytest.mark.parametrize("model", ["equirectangular", "fisheye"])
+def test_depth_of_wide_angle_cameras_is_the_distance(tmp_path: Path, model: str) -> None:
+    """All rays from the centre of a sphere have the same length; nerfstudio expects it for these lenses."""
+    world = raycam.World()
+    world.add_object(sphere={"radius": 2.0, "level": 6}, location=[1, 0, 0])
+    if model == "equirectangular":
+        camera = raycam.Camera.equirectangular([1, 0, 0], 10, 20, 30, size=(64, 32))
+    else:
+        camera = raycam.Camera.look_at(
+            [1, 0, 0],
+            [3, 1, 0],
+            K=[[20, 0, 32], [0, 20, 32], [0, 0, 1]],
+            size=(64, 64),
+            model=model,
+            distortion=[0] * 4,
+        )
+    write(world, tmp_path, "nerf", cameras=[camera], samples=1, integrator="flat")
+    depth = cv2.imread(str(next((tmp_path / "depths").glob("*.png"))), cv2.IMREAD_UNCHANGED)
+    assert depth.shape == camera.size[::-1]
+    np.testing.assert_allclose(depth, 2000, atol=2)

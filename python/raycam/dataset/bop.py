@@ -15,7 +15,7 @@ from ..arguments import product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from ..notices import warn_all
-from .bop_models import MILLIMETRES, ModelCatalogue, models, scene
+from .bop_models import MILLIMETRES, QUARTER_TURN, ModelCatalogue, models, scene
 from .coco import segmentation
 from .lost import DEPTH_SCALES, check_depth_scale, depth_units
 from .per_world import in_world
@@ -169,14 +169,14 @@ def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
     catalogue = ModelCatalogue(plan, records())
     warn_all(catalogue.notices)
     views = len(plan.shots) // len(catalogue.ids)
-    for world, ids in enumerate(catalogue.ids):
+    for world, (ids, turns) in enumerate(zip(catalogue.ids, catalogue.turns, strict=True)):
 
         def own(first: int = world * views) -> Iterator[Record]:
             return records(first, first + views)
 
         base = base_of(plan, world)
         for name, key in (("scene_camera", "camera"), ("scene_gt", "gt"), ("scene_gt_info", "gt_info")):
-            yield f"{base}/{name}.json", rows(own, key, ids)
+            yield f"{base}/{name}.json", rows(own, key, ids, turns)
         yield (
             f"{base}/scene_gt_coco.json",
             coco_rows(own, ids, [one.id for one in catalogue.all], modal=False),
@@ -194,18 +194,29 @@ def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
     yield "models/models_info.json", [json.dumps(information, indent=2).encode()]
 
 
-def rows(records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, int]) -> Iterator[bytes]:
+def rows(
+    records: Callable[[], Iterator[Record]], key: str, ids: Mapping[int, int], turns: Mapping[int, int]
+) -> Iterator[bytes]:
     """Iterates over the text of a JSON object with a row per image.
 
-    In the rows of scene_gt, the model numbers are replaced by the ids of the data set, `ids`.
+    In the rows of scene_gt, the model numbers are replaced by the ids of the data set, `ids`, and poses refer to the
+    axes of the data set's model, which differ from the object's by a number of quarter turns.
     """
     yield b"{"
     for number, record in enumerate(records()):
         row = record[key]
         if key == "gt":
-            row = [{**one, "obj_id": ids[one["obj_id"]]} for one in row]
+            row = [{**turned_pose(one, turns[one["obj_id"]]), "obj_id": ids[one["obj_id"]]} for one in row]
         yield (b",\n" if number else b"\n") + f'"{number}": {json.dumps(row)}'.encode()
     yield b"\n}\n"
+
+
+def turned_pose(row: Record, turns: int) -> Record:
+    """Returns a row of scene_gt for a model that has been rotated by this number of quarter turns."""
+    rotation = np.reshape(row["cam_R_m2c"], (3, 3))
+    for _ in range(turns):
+        rotation = product(rotation, QUARTER_TURN.T)
+    return {**row, "cam_R_m2c": rotation.ravel().tolist()}
 
 
 def coco_rows(

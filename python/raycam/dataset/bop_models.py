@@ -5,6 +5,7 @@ The models are the distinct shapes of the data set's objects.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import count
@@ -26,6 +27,8 @@ MAX_EXACT_VERTICES = 20_000
 """Number of vertices up to which a model's diameter is exact."""
 MAX_PAIRS = 32_768
 """Number of vertex pairs compared at a time, which limits the memory."""
+QUARTER_TURN = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""Rotation about x that makes y up to z up."""
 SHAPE_TOLERANCE = 1e-7
 """Tolerance for equal shapes, as a fraction of their size, because vertices are converted from world space."""
 
@@ -48,6 +51,14 @@ class Shape:
             and abs(self.size / other.size - 1) <= SHAPE_TOLERANCE
             and max(abs(a - b) for a, b in zip(self.moments, other.moments, strict=True)) <= SHAPE_TOLERANCE
         )
+
+    def turned(self) -> Shape:
+        """Returns the shape after `QUARTER_TURN`: (x, y, z) becomes (x, -z, y)."""
+        mean, squares, cubes, before, after, *vertices = np.array(self.moments).reshape(-1, 3)
+        # `before` contains the means of x z^2, y x^2 and z y^2, `after` those of x y^2, y z^2 and z x^2.
+        odd = [product(QUARTER_TURN, values) for values in (mean, cubes, after, before, *vertices)]
+        values = np.concatenate([odd[0], squares[[0, 2, 1]], *odd[1:]])
+        return Shape(self.triangles, self.size, tuple(values.tolist()))
 
 
 def own_id(given: Mapping[str, int], name: str, category: str | None) -> int | None:
@@ -148,6 +159,8 @@ class ModelCatalogue:
     def __init__(self, plan: Plan, records: Iterable[Record]) -> None:
         self.ids: list[dict[int, int]] = [{} for _ in range(world_count(plan))]
         """For each world, a map from the shape's number in the world to the model's id in the data set."""
+        self.turns: list[Counter[int]] = [Counter() for _ in self.ids]
+        """For each world, the number of quarter turns about x from the shape to its model."""
         self.all: list[Model] = []
         """The models, by id."""
         self.notices: list[Notice] = []
@@ -164,6 +177,7 @@ class ModelCatalogue:
                 for model, found in record["models"].items():
                     self._add(found, world, int(model), pairs[world])
         self._merge_equal_shapes(pairs)
+        self._merge_turned_shapes(pairs)
         self._set_ids()
         for ids, found in zip(self.ids, pairs, strict=True):
             ids.update({number: model.id for number, model in found.items()})
@@ -194,6 +208,29 @@ class ModelCatalogue:
             self.all.remove(model)
             for models in pairs:
                 models.update({number: other for number, found in models.items() if found is model})
+
+    def _merge_turned_shapes(self, pairs: list[dict[int, Model]]) -> None:
+        """Replaces each model by the model of the same shape after a quarter turn about x.
+
+        A file's mesh has both forms: in the file's own axes, and rotated to the world's up axis.
+        """
+        for model in list(self.all):
+            shape = model.shape.turned()
+            near = (other for other in self.all if other is not model and other.shape.equals(shape))
+            other = next(
+                (other for other in near if None in (ids := {model.own_id, other.own_id}) or len(ids) == 1),
+                None,
+            )
+            if other is None:
+                continue
+            other.own_id = other.own_id or model.own_id
+            other.names |= model.names
+            other.categories |= model.categories
+            self.all.remove(model)
+            for models, turns in zip(pairs, self.turns, strict=True):
+                for number in [number for number, found in models.items() if found is model]:
+                    models[number] = other
+                    turns[number] += 1
 
     def _set_ids(self) -> None:
         given = self._given
@@ -269,12 +306,13 @@ def measure_shape(plan: Plan, number: int) -> Shape:
     points = to_model_space(plan, number, corners)
     size = float(np.sqrt((points**2).mean())) or 1.0
     unit = points / size
-    others = np.roll(unit, 1, axis=1)
+    before, after = np.roll(unit, 1, axis=1), np.roll(unit, -1, axis=1)
     moments = [
         unit.mean(axis=0),
         (unit**2).mean(axis=0),
         (unit**3).mean(axis=0),
-        (unit * others**2).mean(axis=0),
+        (unit * before**2).mean(axis=0),
+        (unit * after**2).mean(axis=0),
     ]
     values = np.concatenate([*moments, *unit[[0, len(unit) // 2, -1]]])
     return Shape(len(corners) // 3, size, tuple(values.tolist()))

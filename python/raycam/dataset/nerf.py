@@ -89,11 +89,17 @@ def check_whole_panorama(camera: Camera, number: int) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes colour, depth in steps of `depth_scale`, and a row of `transforms.json`."""
+    """Makes colour, depth in steps of `depth_scale`, and a row of `transforms.json`.
+
+    Depth is along the optical axis for pinhole cameras with or without lens coefficients, and the distance from the
+    camera for fisheye lenses and panoramas: nerfstudio multiplies depth by the length of the ray's direction, which is
+    1 for them. Source: nerfstudio, cameras/cameras.py (`directions_norm`), model_components/losses.py (`depth_loss`).
+    """
     shot = plan.shot(number)
-    frame = shot.render(["color", "depth"])
+    channel = "distance" if shot.camera.model in ("fisheye", "equirectangular") else "depth"
+    frame = shot.render(["color", channel])
     picture, distance = f"images/{plan.picture_name(number)}.png", f"depths/{plan.picture_name(number)}.png"
-    depth, _, loss = depth_units(frame["depth"], plan.options["depth_scale"])
+    depth, _, loss = depth_units(frame[channel], plan.options["depth_scale"])
     row = {
         "file_path": picture,
         "depth_file_path": distance,
