@@ -211,6 +211,13 @@ def test_xacro_warnings_become_notices(folder: Path) -> None:
     assert "what" in str(notices[0])  # the unknown attribute
 
 
+def test_xacro_argument_without_effect_adds_a_notice(folder: Path) -> None:
+    path = written(folder, ROBOTS["argument"])
+    _, notices = expand_xacro(path, FileResolver(path), {"n": "foot", "m": "toe"})
+    assert [notice.code for notice in notices] == ["xacro_warning"]
+    assert "effect: m; arguments of the file: n" in str(notices[0])
+
+
 def test_xacro_args_of_wrong_type_or_for_urdf_files_are_refused(folder: Path) -> None:
     path = written(folder, ROBOTS["argument"])
     with pytest.raises(SettingsError) as refused:

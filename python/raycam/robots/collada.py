@@ -99,7 +99,10 @@ class _Converter:
         if up in TO_Z_UP and self._up_axis == "apply":
             turn[:3, :3] = TO_Z_UP[up]
         elif up in TO_Z_UP:
-            text = f'the up axis {up} is ignored, as in RViz; if parts of the robot are turned, set up_axis="apply"'
+            text = (
+                f"the up axis {up} is ignored, as in RViz; if parts of the robot are turned, use"
+                ' world.add_robot(..., up_axis="apply")'
+            )
             self._note("ignored_key", text)
         for error in document.errors[:5]:
             self._note("invalid_file", f"ignored: {error}")

@@ -73,6 +73,24 @@ class Guard:
         raise Refused(text)
 
 
+class Arguments(dict[str, str]):
+    """Arguments of a description; records the names that the description declares or reads."""
+
+    def __init__(self, values: dict[str, str]) -> None:
+        super().__init__(values)
+        self.used: set[object] = set()
+
+    def __contains__(self, name: object) -> bool:
+        """Records the name."""
+        self.used.add(name)
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        """Records the name."""
+        self.used.add(name)
+        return super().__getitem__(name)
+
+
 def expand(request: dict[str, Any]) -> tuple[str, list[str]]:
     """Returns the document of the request, and the warnings."""
     path = Path(request["path"])
@@ -92,11 +110,16 @@ def expand(request: dict[str, Any]) -> tuple[str, list[str]]:
     _replace_messages(warnings)
     xacro.substitution_args._eval_find = find
     os.environ.clear()
+    arguments = Arguments(request["arguments"])
     guard.start()
     try:
-        document: str = xacro.process_file(os.fspath(path), mappings=request["arguments"]).toxml()
+        document: str = xacro.process_file(os.fspath(path), mappings=arguments).toxml()
     finally:
         guard.stop()
+    unused = sorted(set(request["arguments"]) - arguments.used)
+    if unused:
+        known = ", ".join(sorted(set(arguments) - set(unused))) or "none"
+        warnings.append(f"arguments without effect: {', '.join(unused)}; arguments of the file: {known}")
     # Paths in folders that $(find) returned become package:// names again, so that meshes are found as in URDF files.
     for package, folder in found.items():
         for prefix in (f"file://{folder}/", f"{folder}/"):

@@ -158,7 +158,8 @@ class _Builder:
             raise FormatError(
                 f"{self._robot.description.file}: {len(faults)} meshes cannot be used: "
                 + "; ".join(list(faults.values())[:SHOWN_FAULTS])
-                + f'{rest}; pass packages=[...] or folder=, or missing="box" for boxes instead',
+                + f"{rest}; pass packages=[...] or folder=, or show boxes instead with"
+                ' world.add_robot(..., missing="box")',
                 code="file_not_found",
             )
         for name, fault in faults.items():
