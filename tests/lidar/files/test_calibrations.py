@@ -50,6 +50,21 @@ def hesai_csv(lasers: int = 32, row: str = "3,-2.5,0.75") -> str:
 TABLE = "Time/s,Azimuth/deg,Zenith/deg\n0.0,10,80\n0.001,20,100\n"
 
 
+def test_ouster_kinds_without_a_device_of_their_rows_use_a_device_of_their_kind(tmp_path: Path) -> None:
+    (tmp_path / "unit.json").write_text(ouster(prod_line="OS-0-16"), encoding="utf-8")
+    lidar = raycam.load_lidar(tmp_path / "unit.json")
+    assert "OS0-16" in lidar.title
+    assert lidar.pattern().shape == (16, 512)
+    assert lidar.settings["max_range"] == raycam.Lidar("os0-128").settings["max_range"]
+    assert lidar.settings["max_range"] != raycam.Lidar("os1-16").settings["max_range"]
+
+
+def test_ouster_mode_is_read_from_the_data_format_if_missing(tmp_path: Path) -> None:
+    text = ouster(lidar_mode=None, data_format={"columns_per_frame": 2048, "fps": 10})
+    (tmp_path / "unit.json").write_text(text, encoding="utf-8")
+    assert raycam.load_lidar(tmp_path / "unit.json").pattern().shape == (16, 2048)
+
+
 def test_velodyne_yaml_and_xml_are_read(tmp_path: Path) -> None:
     (tmp_path / "unit.yaml").write_text(velodyne_yaml(vert_correction="0.1234"), encoding="utf-8")
     pattern = raycam.load_lidar(tmp_path / "unit.yaml").pattern()
@@ -168,7 +183,7 @@ def ouster(**replaced: object) -> str:
         ("a.csv", hesai_csv(row="1e300,1,0"), "duplicate_name", ["1 to 32"]),
         ("a.csv", hesai_csv(31), "wrong_device", ["31 lasers"]),
         ("a.csv", TABLE.replace("20,100", "20,nan"), "out_of_range", ["line 3", "zenith"]),
-        ("a.csv", TABLE.replace("20,100", "20,181"), "out_of_range", ["line 3", "-91"]),
+        ("a.csv", TABLE.replace("20,100", "20,181"), "out_of_range", ["line 3", "zenith", "181"]),
         ("a.csv", TABLE.replace("0.001", "-0.001"), "unordered_times", ["line 3", "-0.001"]),
         ("a.csv", TABLE.replace("0.001,20,100", "0.001,20"), "missing_value", ["line 3"]),
         ("a.csv", "a,b\n1,2\n", "wrong_shape", ["line 1"]),

@@ -56,8 +56,8 @@ def load_lidar(
     ================= ==========================================================================================
 
     `device` is a device name (`raycam lidars`), whose other settings apply (default: by the number of lasers in the
-    file); `up` and `settings` as for `Lidar`. Raises `LidarError` with file, line and value for a malformed file or
-    the calibration of another device, and `FileNotFoundError`.
+    file, and Ouster's product line); `up` and `settings` as for `Lidar`. Raises `LidarError` with file, line and value
+    for a malformed file or the calibration of another device, and `FileNotFoundError`.
     """
     file = Path(path)
     reader = READERS.get(file.suffix.lower())

@@ -11,7 +11,12 @@ from .reading import base_description, finite, read_text
 
 __all__ = ["read_ouster"]
 
-BY_ROWS = {16: "os1-16", 32: "os1-32", 64: "os1-64", 128: "os1-128"}
+DEVICES = {
+    "os0": {128: "os0-128"},
+    "os1": {16: "os1-16", 32: "os1-32", 64: "os1-64", 128: "os1-128"},
+    "os2": {128: "os2-128"},
+}
+"""The devices of each kind by their number of rows."""
 PREFIXES = {"OS-0": "os0", "OS-1": "os1", "OS-2": "os2", "OS0": "os0", "OS1": "os1", "OS2": "os2"}
 SECTIONS = (
     "sensor_info",
@@ -52,10 +57,12 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
             "expected equal numbers",
             code="wrong_shape",
         )
-    description = base_description(
-        path, device or _device(keys, len(altitudes)), "ouster", len(altitudes), BY_ROWS
-    )
-    mode = keys.get("lidar_mode")
+    kind = _kind(keys)
+    similar = DEVICES[kind][128] if len(altitudes) in DEVICES["os1"] else None
+    description = base_description(path, device, "ouster", len(altitudes), DEVICES[kind], similar)
+    if device is None and len(altitudes) not in DEVICES[kind]:
+        description["title"] = f"Ouster {kind.upper()}-{len(altitudes)}, {path.name}"
+    mode = keys.get("lidar_mode") or _mode_of_format(keys)
     if isinstance(mode, str) and mode in description["modes"]:
         description["mode"] = mode
     elif mode is not None:
@@ -87,15 +94,16 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
     return description
 
 
-def _device(keys: dict[str, Any], rows: int) -> str | None:
-    """Returns the device for a product line such as "OS-1-128" and a number of rows.
+def _kind(keys: dict[str, Any]) -> str:
+    """Returns the kind of device, such as "os1", for a product line such as "OS-1-128"; without one, "os1"."""
+    line = str(keys.get("prod_line", "")).upper()
+    return next((kind for prefix, kind in PREFIXES.items() if line.startswith(prefix)), "os1")
 
-    If this package lacks the device, returns the OS1 with this number of rows, or None.
-    """
-    line = str(keys.get("prod_line", ""))
-    kind = next((name for prefix, name in PREFIXES.items() if line.upper().startswith(prefix)), "os1")
-    names = {"os0": {128: "os0-128"}, "os1": BY_ROWS, "os2": {128: "os2-128"}}[kind]
-    return names.get(rows) or BY_ROWS.get(rows)
+
+def _mode_of_format(keys: dict[str, Any]) -> str | None:
+    """Returns the mode of a file without `lidar_mode`, from the columns and frames per second of its data format."""
+    columns, rate = keys.get("columns_per_frame"), keys.get("fps", 10)
+    return None if columns is None else f"{columns}x{rate}"
 
 
 def _angles(path: Path, keys: dict[str, Any], name: str, limit: float) -> list[float]:

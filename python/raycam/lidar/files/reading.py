@@ -34,15 +34,21 @@ def finite(text: object, where: str) -> float:
 
 
 def base_description(
-    path: Path, device: str | None, family: str, lasers: int, by_lasers: dict[int, str]
+    path: Path,
+    device: str | None,
+    family: str,
+    lasers: int,
+    by_lasers: dict[int, str],
+    similar: str | None = None,
 ) -> dict[str, Any]:
     """Returns the device description for a calibration with `lasers` lasers.
 
-    The description is not marked as generic.
+    The description is not marked as generic. `similar` is a device of the same kind, which is used if no device has
+    this number of lasers.
 
     Raises `LidarError` if `device` has another family or number of lasers, or if no device has this number.
     """
-    name = device or by_lasers.get(lasers)
+    name = device or by_lasers.get(lasers) or similar
     if name is None:
         counts = ", ".join(str(count) for count in sorted(by_lasers))
         raise LidarError(
@@ -54,7 +60,7 @@ def base_description(
             f"{path}: this calibration requires a {family} device, got {name}", code="wrong_device"
         )
     own = laser_count(description)
-    if own != lasers:
+    if own != lasers and (device is not None or name != similar):
         raise LidarError(
             f"{path}: this calibration has {lasers} lasers, but {name} has {own}", code="wrong_device"
         )

@@ -183,10 +183,10 @@ def _read_text_table(path: Path) -> dict[str, Any]:
         if at["zenith"] is not None:
             values[2] = 90.0 - values[3]
         if abs(values[2]) > 90.0:
-            raise LidarError(
-                f"{path}, line {number}: elevation is {values[2]:g}; expected degrees within +-90",
-                code="out_of_range",
-            )
+            given = f"elevation is {values[2]:g}; expected degrees within +-90"
+            if at["zenith"] is not None:
+                given = f"zenith is {values[3]:g}; expected 0 to 180 degrees"
+            raise LidarError(f"{path}, line {number}: {given}", code="out_of_range")
         if rows and values[0] < rows[-1][0]:
             raise LidarError(
                 f"{path}, line {number}: time is {values[0]:g}, less than the previous time {rows[-1][0]:g}",

@@ -60,7 +60,10 @@ def read_velodyne_yaml(path: Path, device: str | None) -> dict[str, Any]:
         elif lasers and key in ("two_pt_correction_available",):
             continue
         else:
-            raise LidarError(f"{where}: {key} must be a laser's number, got {value!r}", code="wrong_type")
+            raise LidarError(
+                f"{where}: expected lasers, num_lasers, distance_resolution, or a laser's number; got {key}: {value}",
+                code="wrong_type",
+            )
     return _description(path, device, header, lasers)
 
 
