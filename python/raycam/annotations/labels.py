@@ -230,7 +230,7 @@ def label(
                 (x, y, w, h),
                 amodal,
                 visible,
-                box3d(world, number),
+                _box(world, number),
                 camera.size,
             )
         )
@@ -253,5 +253,10 @@ def box3d(world: World | str | os.PathLike[str], number: int | str) -> Box3D:
     Source: the nearest rotation is the orthogonal polar factor, N. J. Higham, Computing the Polar Decomposition, 1986.
     """
     world = world_of(world)
-    rotation, center, size = _core.oriented_box(world._core, _number(world.objects, number))
+    return _box(world, _number(world.objects, number))
+
+
+def _box(world: World, number: int) -> Box3D:
+    """Returns the oriented box around an object of the world, by a valid id."""
+    rotation, center, size = _core.oriented_box(world._core, number)
     return Box3D(np.array(rotation), np.array(center), np.array(size))
