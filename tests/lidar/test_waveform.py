@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import raycam
 from lidar.conftest import beams, quad
-from raycam.lidar.scanning import trace_pulses
+from raycam.lidar.pulse_tracer import PulseTracer
 from support.raises import raises
 
 LIGHT = 299792458.0
@@ -43,7 +43,7 @@ def test_waveform_of_a_wide_beam_sums_its_rays(yard: raycam.World) -> None:
     lidar = raycam.Lidar("os1-16", mode="512x10", beam_samples=7, noise=False, waveform=True, range_10=None)
     lidar = lidar.placed([0, 0, 1.8])
     scan = raycam.scan(yard, lidar)
-    found = trace_pulses(yard, lidar, scan.pattern, 0, None)
+    found = PulseTracer(yard, lidar, scan.pattern, 0, None).trace(range(len(scan.pattern)))
     sigma = lidar.pulse_extent / 2.3548200450309493
     mixed = np.flatnonzero(scan["purity"] < 0.9)[:20]
     assert len(mixed) > 3

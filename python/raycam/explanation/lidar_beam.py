@@ -16,8 +16,9 @@ from ..arguments import Floats, whole
 from ..errors import LidarError, SettingsError
 from ..io import atomic_files
 from ..lidar import Lidar
+from ..lidar.pulse_tracer import PulseTracer
 from ..lidar.scan_notices import LOST
-from ..lidar.scanning import detect_echoes, lidar_named, select_echoes, trace_pulses
+from ..lidar.scanning import detect_echoes, lidar_named, select_echoes
 from .digits import number, vector
 from .lidar_figure import beam_figure
 from .lidar_steps import BeamSteps
@@ -117,8 +118,10 @@ def explain_beam(world: World, lidar: Lidar | str, firing: int, *, frame: int = 
     frame = whole("frame", frame, 0, 2**31 - 1)
     pattern = lidar.pattern(frame)
     firing = whole("firing", firing, 0, len(pattern) - 1)
-    found = trace_pulses(world, lidar, pattern, frame, None, (firing, firing + 1))
-    echoes, lost, signal = detect_echoes(pattern, found, lidar, frame)
+    tracer, block = PulseTracer(world, lidar, pattern, frame, None), range(firing, firing + 1)
+    found = tracer.trace(block)
+    tracer.warn_of_colors()
+    echoes, lost, signal = detect_echoes(tracer, found, block)
     chosen = select_echoes(echoes, lost == 0, lidar)
     reasons = [LOST[code] for code in lost.tolist()]
     for row in set(np.flatnonzero(lost == 0).tolist()) - set(chosen.tolist()):

@@ -10,13 +10,17 @@ import numpy.typing as npt
 
 from ..arguments import Floats
 from .lidar import Lidar
-from .scan_notices import warn_of_device, warn_of_empty_scan, warn_of_times
-from .scanning import KEPT, detect_echoes, lost_reasons, select_echoes, trace_pulses
+from .pulse_tracer import PulseTracer
+from .scan_notices import LOST, warn_of_device, warn_of_empty_scan, warn_of_times
+from .scanning import KEPT, detect_echoes, lost_reasons, select_echoes
 
 if TYPE_CHECKING:
     from ..world import World
 
 __all__ = ["MeasuredFaces", "measured_faces"]
+
+FIELDS = ("instance", "triangle", "barycentric", "incidence", "front")
+"""Fields of contributions that describe a measured face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,16 +46,21 @@ def measured_faces(world: World, lidar: Lidar, *, threads: int | None = None) ->
     exact = lidar.replace(noise=False)
     warn_of_device(lidar)
     warn_of_times(world, lidar)
-    pattern = exact.pattern()
-    is_detected_by_energy = exact.settings["range_10"] is not None
-    found = trace_pulses(world, exact, pattern, 0, threads, uses_energy=is_detected_by_energy)
-    echoes, lost, _ = detect_echoes(pattern, found, exact, 0)
-    chosen = select_echoes(echoes, lost == KEPT, exact)
-    if not len(chosen):
-        warn_of_empty_scan(lidar, lost_reasons(len(pattern), echoes, lost, found, chosen))
-    row = echoes.main[chosen]
-    row = row[(found.bounces[row] == 0) & (found.fields["instance"][row] >= 0)]
-    fields = {name: array[row] for name, array in found.fields.items()}
+    tracer = PulseTracer(world, exact, exact.pattern(), 0, threads)
+    parts, counts = [], np.zeros(len(LOST), np.int64)
+    for block in tracer.blocks():
+        found = tracer.trace(block)
+        echoes, lost, _ = detect_echoes(tracer, found, block)
+        chosen = select_echoes(echoes, lost == KEPT, exact)
+        counts += np.bincount(lost_reasons(block, echoes, lost, found, chosen), minlength=len(LOST))
+        row = echoes.main[chosen]
+        row = row[(found.bounces[row] == 0) & (found.fields["instance"][row] >= 0)]
+        parts.append({name: found.fields[name][row] for name in FIELDS})
+    if exact.settings["range_10"] is not None:  # otherwise, every echo is detected
+        tracer.warn_of_colors()
+    if not counts[KEPT]:
+        warn_of_empty_scan(lidar, counts)
+    fields = {name: np.concatenate([part[name] for part in parts]) for name in FIELDS}
     return MeasuredFaces(
         np.stack([fields["instance"], fields["triangle"]], axis=1),
         fields["barycentric"],

@@ -18,7 +18,7 @@ Integers = npt.NDArray[np.int32]
 
 MAX_PULSES = 1 << 26
 """The largest number of pulses per frame."""
-PULSE_BYTES = 400
+PULSE_BYTES = 350
 """Approximate memory of a pulse while a frame is scanned."""
 
 
@@ -79,7 +79,10 @@ def grid_pattern(
     every = np.arange(columns * lasers)
 
     def spread(values: npt.ArrayLike) -> Floats:
-        return np.broadcast_to(np.asarray(values, dtype=float), times.shape).reshape(-1)
+        array = np.asarray(values, dtype=float)
+        if not array.ndim:
+            return np.broadcast_to(array, every.shape)  # a single value in memory
+        return np.broadcast_to(array, times.shape).reshape(-1)
 
     return Pattern(
         times=times.reshape(-1),

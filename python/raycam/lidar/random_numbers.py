@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arguments import Floats
 
-__all__ = ["standard_normals", "uniform_numbers"]
+__all__ = ["PulseNumbers", "standard_normals"]
 
 USES = {"distance": 1, "detection": 2, "azimuth": 3, "beam": 4}
 """Uses of random numbers; each has its own stream."""
@@ -19,10 +19,36 @@ def _generator(seed: int, frame: int, use: str, echo: int) -> np.random.Generato
 
 
 def standard_normals(count: int, seed: int, frame: int, use: str, echo: int = 0) -> Floats:
-    """Returns one standard normal number per pulse or column, for an echo, float64 [count]."""
+    """Returns one standard normal number per column or pulse, for an echo, float64 [count]."""
     return _generator(seed, frame, use, echo).standard_normal(count)
 
 
-def uniform_numbers(count: int, seed: int, frame: int, use: str) -> Floats:
-    """Returns one number from 0 to 1 per pulse, float64 [count]."""
-    return _generator(seed, frame, use, 0).random(count)
+class PulseNumbers:
+    """The random numbers of a frame's pulses, for ranges of pulses from `first` to before `stop`.
+
+    A pulse has the same number in every range that contains it. Ascending ranges are the fastest.
+    """
+
+    def __init__(self, seed: int, frame: int) -> None:
+        self._seed, self._frame = seed, frame
+        self._streams: dict[tuple[str, int], tuple[np.random.Generator, int]] = {}
+        """The generator of each use and echo, and the pulse whose number is the next."""
+
+    def normals(self, use: str, echo: int, first: int, stop: int) -> Floats:
+        """Returns one standard normal number per pulse, for an echo, float64 [stop - first]."""
+        return self._stream(use, echo, first, stop, "standard_normal")
+
+    def uniforms(self, use: str, first: int, stop: int) -> Floats:
+        """Returns one number from 0 to 1 per pulse, float64 [stop - first]."""
+        return self._stream(use, 0, first, stop, "random")
+
+    def _stream(self, use: str, echo: int, first: int, stop: int, distribution: str) -> Floats:
+        fresh = _generator(self._seed, self._frame, use, echo), 0
+        generator, position = self._streams.get((use, echo), fresh)
+        if position > first:
+            generator, position = fresh
+        draw = getattr(generator, distribution)
+        draw(first - position)
+        self._streams[use, echo] = generator, stop
+        numbers: Floats = draw(stop - first)
+        return numbers

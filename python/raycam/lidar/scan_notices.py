@@ -60,7 +60,7 @@ def warn_of_assumed_reflectance(wavelength: float, colored: bool) -> None:
         warn(Notice(text, "assumed_reflectance"))
 
 
-def warn_of_empty_scan(lidar: Lidar, reasons: npt.NDArray[np.int8]) -> None:
-    """Warns about a scan without points and reports how many pulses were lost for each reason."""
-    counts = ", ".join(f"{LOST[code]}: {np.count_nonzero(reasons == code)}" for code in np.unique(reasons))
-    warn(Notice(f"{lidar.name}: the scan has no points; pulses lost: {counts}", "empty_scan"))
+def warn_of_empty_scan(lidar: Lidar, counts: npt.NDArray[np.int64]) -> None:
+    """Warns about a scan without points; `counts` is the number of pulses for each value of `lost`."""
+    reasons = ", ".join(f"{reason}: {count}" for reason, count in zip(LOST, counts, strict=True) if count)
+    warn(Notice(f"{lidar.name}: the scan has no points; pulses lost: {reasons}", "empty_scan"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -12,21 +11,17 @@ import numpy.typing as npt
 from ..arguments import Floats, flag, whole
 from ..errors import LidarError, nearest
 from ..notices import collected, warn
-from .beam import beam_rays
-from .beam_axes import azimuth_errors, rotate_about_z
+from .column_buffer import ColumnBuffer
 from .echoes import Echoes, find_echoes
-from .fog import Fog, attenuation, find_fog, fog_contributions, soft_echo
 from .intensity import device_intensity, signal_counts
 from .lidar import LIGHT_SPEED, Lidar
 from .near_ir import near_infrared
-from .paths import Contributions, rows, trace_paths
+from .paths import Contributions, rows
 from .pattern import Pattern
-from .pose import transform
-from .radial_velocity import radial_velocities, sensor_drift
-from .random_numbers import standard_normals, uniform_numbers
-from .scan_notices import LOST, warn_of_assumed_reflectance, warn_of_device, warn_of_empty_scan, warn_of_times
+from .pulse_tracer import THRESHOLD, PulseTracer
+from .radial_velocity import radial_velocities
+from .scan_notices import LOST, warn_of_device, warn_of_empty_scan, warn_of_times
 from .scan_result import Scan
-from .surfaces import SurfaceTable
 from .waveform import sample_waveforms
 
 if TYPE_CHECKING:
@@ -41,14 +36,8 @@ __all__ = [
     "scan",
     "scan_many",
     "select_echoes",
-    "trace_pulses",
 ]
 
-THRESHOLD = 5.0
-"""The detection threshold, in standard deviations of the receiver's noise."""
-CERTAIN = 4.9
-"""Margin below the threshold, in standard deviations, at which fewer than one echo in a million is detected."""
-RAYS_PER_BLOCK = 1 << 19
 KEPT, NOTHING_HIT, TOO_WEAK, TOO_NEAR, TOO_FAR, REFLECTED_AWAY, BY_CHANCE = range(7)
 
 Columns = dict[str, npt.NDArray[Any]]
@@ -124,25 +113,42 @@ def _scan(
     warn_of_device(lidar)
     warn_of_times(world, lidar)
     pattern = lidar.pattern(frame)
-    found = trace_pulses(world, lidar, pattern, frame, threads)
-    echoes, lost, signal = detect_echoes(pattern, found, lidar, frame)
+    tracer = PulseTracer(world, lidar, pattern, frame, threads)
+    buffer, counts = ColumnBuffer(len(pattern)), np.zeros(len(LOST), np.int64)
+    for block in tracer.blocks():
+        rows_of_block, reasons = _scan_block(tracer, block, keep_lost)
+        counts += np.bincount(reasons, minlength=len(LOST))
+        buffer.append(rows_of_block)
+    tracer.warn_of_colors()
+    if not counts[KEPT]:
+        warn_of_empty_scan(lidar, counts)
+    columns = buffer.finish()
+    if lidar.settings["near_ir_samples"]:
+        kept = np.flatnonzero(columns["lost"] == KEPT)
+        columns["near_ir"] = np.full(len(columns["pulse"]), np.nan, np.float32)
+        light = near_infrared(world, lidar, pattern, frame, columns["pulse"][kept], threads)
+        columns["near_ir"][kept] = light
+    return columns, pattern
+
+
+def _scan_block(tracer: PulseTracer, block: range, keep_lost: bool) -> tuple[Columns, npt.NDArray[np.int8]]:
+    """Returns the fields of a block of pulses, and the reason why each pulse has no point (0: it has one)."""
+    lidar, pattern, threads = tracer.lidar, tracer.pattern, tracer.threads
+    found = tracer.trace(block)
+    echoes, lost, signal = detect_echoes(tracer, found, block)
     chosen = select_echoes(echoes, lost == KEPT, lidar)
-    columns = _columns(pattern, echoes, found, chosen, signal, lidar, frame)
+    columns = _columns(tracer, echoes, found, chosen, signal, block)
     main = echoes.main.take(chosen)
     columns["radial_velocity"] = radial_velocities(
-        world, found.drift.take(main), rows(found.arrival, main), columns, columns["time"], threads
+        tracer.world, found.drift.take(main), rows(found.arrival, main), columns, columns["time"], threads
     )
     if lidar.settings["waveform"]:
         length = echoes.length.take(chosen)
         columns["waveform"] = sample_waveforms(found, columns["pulse"], length, lidar.pulse_extent)
-    if lidar.settings["near_ir_samples"]:
-        columns["near_ir"] = near_infrared(world, lidar, pattern, frame, columns["pulse"], threads)
-    reasons = lost_reasons(len(pattern), echoes, lost, found, chosen)
-    if not len(chosen):
-        warn_of_empty_scan(lidar, reasons)
+    reasons = lost_reasons(block, echoes, lost, found, chosen)
     if keep_lost:
-        columns = _with_lost(pattern, columns, reasons, _along_axis(found, len(pattern)))
-    return columns, pattern
+        columns = _with_lost(pattern, columns, block, reasons, _along_axis(found, block))
+    return columns, reasons
 
 
 def scan_many(
@@ -185,114 +191,17 @@ def lidar_named(world: World, name: str) -> Lidar:
     raise LidarError(known, code="unknown_name")
 
 
-def trace_pulses(
-    world: World,
-    lidar: Lidar,
-    pattern: Pattern,
-    frame: int,
-    threads: int | None,
-    pulses: tuple[int, int] | None = None,
-    uses_energy: bool = True,
-) -> Contributions:
-    """Returns the light that surfaces and fog return to pulses.
-
-    `pulses` (start, stop) selects the pulses from `start` to before `stop` (default: all pulses of the pattern).
-
-    With `uses_energy=False`, the caller does not use the energy, and no notice reports that reflectances are derived
-    from colours.
-    """
-    settings = lidar.settings
-    count, samples = len(pattern), settings["beam_samples"]
-    surfaces = SurfaceTable(world)
-    turns = uniform_numbers(count, settings["seed"], frame, "beam") if samples > 1 else np.zeros(count)
-    spin = azimuth_errors(lidar, pattern, frame)
-    step = max(1, RAYS_PER_BLOCK // samples)
-    parts, drifts, in_fog = [], [], []
-    fog = find_fog(world, settings["visibility"])
-    start, stop = (0, count) if pulses is None else pulses
-    for first in range(start, max(stop, start + 1), step):
-        block = slice(first, min(stop, first + step))
-        rotations, places = lidar.track.at(pattern.times[block])
-        starts, ways, weights = beam_rays(
-            pattern.origins[block],
-            rotate_about_z(pattern.directions[block], spin[block]),
-            settings["beam_width"],
-            settings["beam_divergence"],
-            samples,
-            turns[block],
-        )
-        n = len(starts)
-        if rotations.strides[0]:
-            turn = np.repeat(rotations, samples, axis=0)
-        else:  # the same pose for all pulses
-            turn = np.broadcast_to(lidar.track.rotations[0], (n * samples, 3, 3))
-        offsets = transform(turn, starts.reshape(-1, 3)).reshape(n, samples, 3)
-        directions = transform(turn, ways.reshape(-1, 3)).reshape(n, samples, 3)
-        drift = None
-        if lidar.is_moving:
-            drift = sensor_drift(lidar.track, pattern.times[block], offsets, directions)
-        drifts.append(np.zeros(n) if drift is None else drift[:, 0])
-        origins = offsets + places[:, None]
-        in_fog.append(np.zeros(0, bool) if fog is None else fog.contains(origins[:, 0]))
-        part = trace_paths(
-            world,
-            surfaces,
-            origins,
-            directions,
-            weights,
-            None if world._core.time is None else pattern.times[block],
-            drift=drift,
-            fog_top=None if fog is None else fog.top,
-            max_bounces=settings["max_bounces"],
-            threads=threads,
-        )
-        part.pulse = part.pulse + first
-        parts.append(part)
-    warn_of_assumed_reflectance(settings["wavelength"], surfaces.is_colored and uses_energy)
-    found = Contributions.joined(parts, np.concatenate([part.deflected for part in parts]))
-    if settings["overlap"] is not None:
-        distances, shares = np.array(settings["overlap"]).T
-        found.energy = found.energy * np.interp(found.length, distances, shares)
-    if fog is not None:
-        found.energy = found.energy * np.exp(-2.0 * attenuation(fog.visibility) * found.fogged)
-        inside = np.flatnonzero(np.concatenate(in_fog))
-        return _with_fog(found, lidar, fog, start + inside, np.concatenate(drifts)[inside])
-    return found
-
-
-def _with_fog(
-    found: Contributions, lidar: Lidar, fog: Fog, pulses: npt.NDArray[np.int64], drift: Floats
-) -> Contributions:
-    """Returns the contributions with the fog's own echo of each pulse.
-
-    The fog's echo is omitted if it is far too weak to be detected.
-    """
-    settings = lidar.settings
-    reach = settings["range_10"]
-    signal = (
-        math.inf
-        if reach is None
-        else THRESHOLD * soft_echo(fog.visibility, lidar.pulse_extent)[1] * reach**2 / 0.1
-    )
-    if signal < THRESHOLD - CERTAIN:
-        return found
-    echo = fog_contributions(
-        pulses, fog.visibility, lidar.pulse_extent, settings["beam_samples"], drift, found
-    )
-    return Contributions.joined([found, echo], found.deflected).sorted()
-
-
-def _along_axis(found: Contributions, count: int) -> Columns:
-    """Returns the length and position of the first surface on the axis of each pulse.
+def _along_axis(found: Contributions, block: range) -> Columns:
+    """Returns the length and position of the first surface on the axis of each pulse of a block.
 
     The length is [n], and the position in the world is [n, 3]. Without a surface, the length is infinite and
     the position is NaN.
     """
-    length, position = np.full(count, np.inf), np.full((count, 3), np.nan)
+    length, position = np.full(len(block), np.inf), np.full((len(block), 3), np.nan)
     axis = np.flatnonzero(found.ray == 0)
     first = axis[np.unique(found.pulse[axis], return_index=True)[1]]
-    length[found.pulse[first]] = found.length[first]
-    position[found.pulse[first]] = found.fields["position"][first]
+    length[found.pulse[first] - block.start] = found.length[first]
+    position[found.pulse[first] - block.start] = found.fields["position"][first]
     return {"length": length, "position": position}
 
 
@@ -322,14 +231,14 @@ def _nearest_on_axis(found: Contributions, pulse: npt.NDArray[np.int64], length:
 
 
 def detect_echoes(
-    pattern: Pattern, found: Contributions, lidar: Lidar, frame: int
+    tracer: PulseTracer, found: Contributions, block: range
 ) -> tuple[Echoes, npt.NDArray[np.int8], Floats]:
-    """Returns the echoes, the reasons why they are lost (0: kept), and signal-to-noise ratios.
+    """Returns the echoes of a block, the reasons why they are lost (0: kept), and signal-to-noise ratios.
 
     The ratios are infinite without the setting `range_10`.
     """
-    settings = lidar.settings
-    echoes = find_echoes(found, lidar.pulse_extent)
+    pattern, settings = tracer.pattern, tracer.lidar.settings
+    echoes = find_echoes(found, tracer.lidar.pulse_extent)
     signal = np.full(len(echoes.pulse), np.inf)
     if settings["range_10"] is not None:
         signal = THRESHOLD * echoes.energy * settings["range_10"] ** 2 / 0.1
@@ -339,17 +248,28 @@ def detect_echoes(
     margin = signal - THRESHOLD
     lost[margin < 0.0] = TOO_WEAK
     if settings["noise"] and settings["range_10"] is not None:
-        rank = _rank(echoes.pulse)
-        z = np.zeros(len(signal))
-        for echo in range(int(rank.max()) + 1 if len(rank) else 0):
-            normals = standard_normals(len(pattern), settings["seed"], frame, "detection", echo)
-            z[rank == echo] = normals[echoes.pulse[rank == echo]]
-        heard = margin + z >= 0.0
+        heard = margin + _normals(tracer, block, "detection", echoes.pulse, _rank(echoes.pulse)) >= 0.0
         lost = np.where(heard, KEPT, np.where(margin < 0.0, TOO_WEAK, BY_CHANCE)).astype(np.int8)
     counted = pattern.range_scale[echoes.pulse] * echoes.length + pattern.range_offset[echoes.pulse]
     lost[counted < settings["min_range"]] = TOO_NEAR
     lost[counted > settings["max_range"]] = TOO_FAR
     return echoes, lost, signal
+
+
+def _normals(
+    tracer: PulseTracer,
+    block: range,
+    use: str,
+    pulse: npt.NDArray[np.int64],
+    rank: npt.NDArray[np.int64],
+) -> Floats:
+    """Returns the standard normal number of each echo, given by its pulse and its number within the pulse."""
+    z = np.zeros(len(pulse))
+    for echo in range(int(rank.max(initial=-1)) + 1):
+        own = np.flatnonzero(rank == echo)
+        numbers = tracer.numbers.normals(use, echo, block.start, block.stop)
+        z[own] = numbers[pulse[own] - block.start]
+    return z
 
 
 def _rank(pulse: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
@@ -396,16 +316,15 @@ def select_echoes(echoes: Echoes, heard: npt.NDArray[np.bool_], lidar: Lidar) ->
 
 
 def _columns(
-    pattern: Pattern,
+    tracer: PulseTracer,
     echoes: Echoes,
     found: Contributions,
     chosen: npt.NDArray[np.int64],
     signal: Floats,
-    lidar: Lidar,
-    frame: int,
+    block: range,
 ) -> Columns:
     """Returns the fields of the reported echoes."""
-    settings = lidar.settings
+    pattern, settings = tracer.pattern, tracer.lidar.settings
     pulse, main = echoes.pulse.take(chosen), echoes.main.take(chosen)
     scale, offset = rows(pattern.range_scale, pulse), rows(pattern.range_offset, pulse)
     distance = scale * echoes.length.take(chosen) + offset
@@ -416,10 +335,11 @@ def _columns(
     else:
         true = _nearest_on_axis(found, pulse, length)
     if settings["noise"]:
-        distance = _noisy(distance, signal[chosen], pulse, rank, len(pattern), settings, frame)
+        z = _normals(tracer, block, "distance", pulse, rank)
+        distance = _noisy(distance, signal[chosen], z, settings)
     along = (distance - offset) / scale
     reflectivity = (echoes.energy.take(chosen) * length**2).astype(np.float32)
-    returns = np.bincount(pulse, minlength=len(pattern))[pulse] if len(pulse) else np.zeros(0, np.int64)
+    returns = np.bincount(pulse - block.start, minlength=len(block))[pulse - block.start]
     columns: Columns = {
         "position": pattern.origins.take(pulse, axis=0)
         + along[:, None] * pattern.directions.take(pulse, axis=0),
@@ -430,7 +350,7 @@ def _columns(
         "column": pattern.columns.take(pulse, axis=0),
         "return": rank.astype(np.int32),
         "returns": returns.astype(np.int32),
-        "intensity": device_intensity(lidar.family, reflectivity),
+        "intensity": device_intensity(tracer.lidar.family, reflectivity),
         "reflectivity": reflectivity,
         "signal": signal_counts(echoes.energy.take(chosen), settings["signal_gain"]),
         "true_distance": scale * true["length"] + offset,
@@ -446,23 +366,11 @@ def _columns(
     return columns
 
 
-def _noisy(
-    distance: Floats,
-    signal: Floats,
-    pulse: npt.NDArray[np.int64],
-    rank: npt.NDArray[np.int64],
-    pulses: int,
-    settings: dict[str, Any],
-    frame: int,
-) -> Floats:
-    """Returns the distances with noise, rounded to the device's step."""
+def _noisy(distance: Floats, signal: Floats, z: Floats, settings: dict[str, Any]) -> Floats:
+    """Returns the distances with noise of the standard normal numbers `z`, rounded to the device's step."""
     with np.errstate(divide="ignore"):
         weak = np.where(np.isfinite(signal), LIGHT_SPEED * settings["rise_time"] / (2.0 * signal), 0.0)
     sigma = np.sqrt(settings["range_noise"] ** 2 + weak**2)
-    z = np.zeros(len(distance))
-    for echo in range(int(rank.max()) + 1 if len(rank) else 0):
-        chosen = rank == echo
-        z[chosen] = standard_normals(pulses, settings["seed"], frame, "distance", echo)[pulse[chosen]]
     noisy = distance + sigma * z
     step = settings["step"]
     counted: Floats = np.round(noisy / step) * step if step > 0.0 else noisy
@@ -470,30 +378,34 @@ def _noisy(
 
 
 def lost_reasons(
-    pulses: int,
+    block: range,
     echoes: Echoes,
     lost: npt.NDArray[np.int8],
     found: Contributions,
     chosen: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.int8]:
-    """Returns the reason why each pulse has no point; 0 for a pulse with a point.
+    """Returns the reason why each pulse of a block has no point; 0 for a pulse with a point.
 
     The pulse's strongest echo determines the reason.
     """
-    reasons = np.full(pulses, NOTHING_HIT, np.int8)
+    reasons = np.full(len(block), NOTHING_HIT, np.int8)
     reasons[found.deflected] = REFLECTED_AWAY
-    if (np.diff(echoes.pulse) > 0).all():
-        reasons[echoes.pulse] = lost
+    pulse = echoes.pulse - block.start
+    if (np.diff(pulse) > 0).all():
+        reasons[pulse] = lost
     else:
         order = np.argsort(echoes.energy, kind="stable")
-        reasons[echoes.pulse[order]] = lost[order]
-    reasons[echoes.pulse[chosen]] = KEPT
+        reasons[pulse[order]] = lost[order]
+    reasons[pulse[chosen]] = KEPT
     return reasons
 
 
-def _with_lost(pattern: Pattern, columns: Columns, reasons: npt.NDArray[np.int8], axis: Columns) -> Columns:
-    """Returns the fields with a row for each lost pulse, in the order of pulses."""
-    gone = np.flatnonzero(reasons != KEPT)
+def _with_lost(
+    pattern: Pattern, columns: Columns, block: range, reasons: npt.NDArray[np.int8], axis: Columns
+) -> Columns:
+    """Returns the fields with a row for each lost pulse of a block, in the order of pulses."""
+    own = np.flatnonzero(reasons != KEPT)
+    gone = own + block.start
     lost: Columns = {}
     for name, array in columns.items():
         shape = (len(gone), *array.shape[1:])
@@ -505,10 +417,10 @@ def _with_lost(pattern: Pattern, columns: Columns, reasons: npt.NDArray[np.int8]
         laser=pattern.lasers[gone],
         column=pattern.columns[gone],
         pulse=gone,
-        lost=reasons[gone],
+        lost=reasons[own],
         returns=np.zeros(len(gone), np.int32),
-        true_distance=pattern.range_scale[gone] * axis["length"][gone] + pattern.range_offset[gone],
-        true_position=axis["position"][gone],
+        true_distance=pattern.range_scale[gone] * axis["length"][own] + pattern.range_offset[gone],
+        true_position=axis["position"][own],
     )
     order = np.argsort(np.concatenate([columns["pulse"], gone]), kind="stable")
     return {name: np.concatenate([array, lost[name]]).take(order, axis=0) for name, array in columns.items()}
