@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.dataset import FORMATS, write
+from raycam.dataset.lost import depth_units, lost_notices
 from support.box_table import picture
 from support.raises import check_mentions, has_notice
 
@@ -217,3 +218,14 @@ def test_kitti_flow_beyond_its_range_is_reported(tmp_path: Path) -> None:
     assert not valid[:, :31].any()
     assert valid[:, 33:].all()
     np.testing.assert_allclose((encoded[:, 33:, 2] - 32768.0) / 64, 60.0, atol=1 / 64)
+
+
+def test_depth_behind_the_camera_is_reported_without_a_depth_scale() -> None:
+    depth = np.array([[-1.0, 0.0004, 1.0, 70.0, np.inf]], np.float32)
+    values, unit, record = depth_units(depth, 1.0)
+    assert values.tolist() == [[0, 0, 1000, 0, 0]]
+    assert unit == 1.0
+    behind, beyond = lost_notices([record], "photos")
+    check_mentions(str(behind), ["2 of 4", "behind the camera"])
+    check_mentions(str(beyond), ["1 of 4", "65.535 m", "depth_scale"])
+    assert "depth_scale" not in str(behind)

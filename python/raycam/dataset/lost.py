@@ -49,12 +49,18 @@ def depth_units(
     fitting = [unit for unit in DEPTH_SCALES if farthest <= 65535 * unit]
     unit = float(scale if scale is not None else (fitting or DEPTH_SCALES[-1:])[0])
     steps = np.rint(millimetres / unit)
-    kept = (steps >= 1) & (steps <= 65535)
-    what = f"depth of 0 or beyond {65.535 * unit:.6g} m"
-    return np.where(kept, steps, 0).astype(np.uint16), unit, lost("depth", what, seen & ~kept, seen)
+    near, far = seen & (steps < 1), seen & (steps > 65535)
+    counts = {
+        **lost("small_depth", f"depth below {unit / 2:g} mm, or behind the camera", near, seen).get(KEY, {}),
+        **lost("depth", f"depth beyond {65.535 * unit:.6g} m", far, seen).get(KEY, {}),
+    }
+    kept = seen & ~near & ~far
+    return np.where(kept, steps, 0).astype(np.uint16), unit, {KEY: counts} if counts else {}
 
 
-def lost(kind: Literal["depth", "disparity", "flow"], what: str, pixels: Bools, of: Bools) -> Record:
+def lost(
+    kind: Literal["depth", "small_depth", "disparity", "flow"], what: str, pixels: Bools, of: Bools
+) -> Record:
     """Returns the part of a record that counts lost pixels among the pixels with a value.
 
     The part is empty if no pixel is lost. `what` describes the values that the format cannot represent, for
