@@ -18,7 +18,7 @@ class Code(NamedTuple):
 
 _OWN_NOTICES = {
     "studio": Code(
-        "The world has no lights and no camera, so it is shown in a studio.",
+        "The world has no lights, and its camera is placed by raycam, so it is shown in a studio.",
         "Add lights or a camera to the world to replace the studio.",
     ),
     "shadow_catchers_visible": Code(

@@ -1,9 +1,9 @@
 """Code in the documentation.
 
 Every block of every page runs, in order, in the page's own folder. `pycon` and `console` blocks are compared
-with their printed output. `python` blocks are run. `toml` blocks whose first line names a file are written to
-it and loaded. `raycam` lines of `sh` blocks are run. To save time, renders without `samples` use one sample
-per pixel, and the demo's video has a few frames.
+with their printed output. `python` blocks are run. `toml` blocks are loaded; a first line that names a file
+is its name, and other blocks may refer to missing files. `raycam` lines of `sh` blocks are run. To save time,
+renders without `samples` use one sample per pixel, and the demo's video has a few frames.
 """
 
 from __future__ import annotations
@@ -68,11 +68,14 @@ def run_doctest(code: str, page: str, line: int, names: dict[str, object]) -> No
 
 def write_world(text: str, page: str) -> None:
     named = re.match(r"# (\S+\.toml)\n", text)
-    if named:
-        Path(named[1]).write_text(text, encoding="utf-8")
-        (raycam.Recipe if " uniform = " in text else raycam.load)(named[1])
-    else:
-        assert tomllib.loads(text), page
+    name = named[1] if named else "block.toml"
+    Path(name).write_text(text, encoding="utf-8")
+    assert tomllib.loads(text), page
+    try:
+        (raycam.Recipe if " uniform = " in text else raycam.load)(name)
+    except FileNotFoundError:
+        if named:
+            raise  # other blocks are fragments that may name files of the reader
 
 
 def type_commands(text: str, page: str) -> None:

@@ -29,8 +29,8 @@ __all__ = [
 STUDIO_OPTIONS = {"integrator": "path", "max_depth": 6, "samples": 8, "view": "pbr_neutral"}
 """Default options of images in the studio."""
 STUDIO_NOTICE = Notice(
-    "the world has no lights and no camera: it is rendered in the studio, viewed from the front right and "
-    'from above, with integrator="path" and max_depth=6; add lights or a camera to replace the studio',
+    'the world has no lights: it is rendered in the studio, with integrator="path" and max_depth=6; add lights, or a '
+    "camera at a pose, to replace the studio",
     "studio",
 )
 SURROUNDING_LIGHTS = {"environment", "sky", "daylight"}
