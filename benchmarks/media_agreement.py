@@ -249,9 +249,10 @@ def contains(vertices: Any, point: list[float]) -> bool:
 def measure(picture: Any, samples: int) -> tuple[Any, float]:
     """Returns independent images [n, h, w, 3], and the processor seconds of one image.
 
-    A first image, which prepares the scene, is not measured.
+    A first image, which prepares the scene, is not measured. It has the same number of samples, because Mitsuba
+    compiles kernels for each number of samples.
     """
-    picture(4, 999)
+    picture(samples, 999)
     start = time.process_time()
     images = np.array([picture(samples, 1 + 100_003 * number) for number in range(PICTURES)])
     return images, (time.process_time() - start) / PICTURES

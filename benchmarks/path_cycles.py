@@ -86,7 +86,8 @@ def material(bpy: Any, style: dict[str, Any]) -> Any:
         fresnel = node("Fresnel", IOR=ior).outputs[0]
         share = math_node("DIVIDE", math_node("MULTIPLY", fresnel, 2.0), math_node("ADD", fresnel, 1.0))
         mirror = node("BsdfAnisotropic", Roughness=0.0, Color=[1, 1, 1, 1])
-        through = node("BsdfRefraction", Roughness=0.0, IOR=1.0, Color=[1, 1, 1, 1])
+        # Shadow rays pass transparent surfaces, but not refracting ones, and both renderers do not count the segment.
+        through = node("BsdfTransparent", Color=[1, 1, 1, 1])
         surface = tree.nodes.new("ShaderNodeMixShader")
         tree.links.new(share, surface.inputs[0])
         tree.links.new(through.outputs[0], surface.inputs[1])
