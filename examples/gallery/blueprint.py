@@ -28,7 +28,15 @@ def ink(frame: raycam.Frame) -> np.ndarray:
         jump = np.abs(np.diff(depth, 2, axis=axis, prepend=depth.take([0, 0], axis)))
         bend = np.linalg.norm(np.diff(normal, axis=axis, prepend=normal.take([0], axis)), axis=2)
         lines += [(jump - 0.012) * 60, (bend - 0.35) * 2]
-    return np.clip(np.max(lines, axis=0), 0, 1)
+    drawn = np.clip(np.max(lines, axis=0), 0, 1)
+    return drawn * (count_near(drawn > 0.2) >= 13)  # without isolated dots, where the mesh has slivers
+
+
+def count_near(mask: np.ndarray, reach: int = 6) -> np.ndarray:
+    """Returns the number of true values within `reach` pixels in x and y, [h, w]."""
+    padded = np.pad(mask.astype(int), reach)
+    windows = np.lib.stride_tricks.sliding_window_view(padded, (2 * reach + 1, 2 * reach + 1))
+    return windows.sum(axis=(2, 3))
 
 
 def picture(assets: Path, quality: Quality) -> Picture:
