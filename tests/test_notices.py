@@ -219,3 +219,10 @@ def test_core_errors_have_codes(tmp_path: Path) -> None:
         world = raycam.World()
         world.add_object(box={}, name="box")
         world.remove_object("bxo")
+
+
+def test_collected_contains_each_notice_once() -> None:
+    with notices.collected() as found:
+        for number in (1, 2, 1, 2, 1):
+            notices.warn(raycam.Notice(f"object {number}", "ignored_key"))
+    assert [str(notice) for notice in found] == ["object 1", "object 2"]

@@ -37,7 +37,7 @@ def strict() -> Iterator[None]:
 
 @contextmanager
 def collected() -> Iterator[list[Notice]]:
-    """Context that collects notices in the list that it yields, instead of issuing warnings."""
+    """Context that collects different notices in the list that it yields, instead of issuing warnings."""
     found: list[Notice] = []
     token = _COLLECTED.set(found)
     try:
@@ -61,7 +61,8 @@ def warn(notice: Notice) -> None:
     """
     found = _COLLECTED.get()
     if found is not None:
-        found.append(notice)
+        if notice not in found:
+            found.append(notice)
         return
     frame = _asking_frame()
     registry = frame.f_globals.setdefault("__warningregistry__", {})

@@ -62,7 +62,10 @@ def add_usd_object(core: _core.World, keys: dict[str, Any], root: str | None) ->
             number = _core.world_add_polygons(core, plain(keys), stage.polygons, folder)
         own = stage.world["up"]
         if up is not None and up != own:
-            text = f"the file's up axis, {own}, is rotated to {up}; upright=False keeps the axis"
+            text = (
+                f"the file's up axis, {own}, is rotated to {up}; upright=False keeps the axis, for example if poses "
+                "from a physics engine are applied later"
+            )
             stage.notices.append(("converted_up_axis", text))
         if up is None and upright is None and core.up != own:
             text = (
