@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 
 import mujoco
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.compat import mujoco as stand_in
-from support.raises import raises
+from support.raises import raises, warns
 
 MODEL = """<mujoco>
   <statistic center="0 0 0.5" extent="2"/>
@@ -136,3 +137,18 @@ def test_unknown_cameras_raise(
     model, data = state
     with raises(raycam.SettingsError, code=code, mentions=["camera"]):
         stand_in.Renderer(model).update_scene(data, camera)
+
+
+def test_lights_are_reported_as_approximated_only_in_physically_based_looks() -> None:
+    model = mujoco.MjModel.from_xml_string(MODEL.replace('type="directional"', 'pos="0 0 3"'))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    renderer = stand_in.Renderer(model, 12, 16)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", raycam.Notice)
+        renderer.update_scene(data)
+        renderer.render()
+    renderer = stand_in.Renderer(model, 12, 16)
+    renderer.look = "direct"
+    with warns(raycam.Notice, code="approximated_value", mentions=["light0"]):
+        renderer.update_scene(data)

@@ -82,7 +82,10 @@ class Renderer:
         """Creates a new scene with the elements of the visible groups, and copies the old flags."""
         flags = None if self._scene is None else self._scene.flags
         geoms, sites, tendons = groups
-        self._scene = from_mujoco(self._model, data, groups=geoms, sites=sites, tendons=tendons)
+        own_light = self.look == "mujoco"
+        self._scene = from_mujoco(
+            self._model, data, groups=geoms, sites=sites, tendons=tendons, own_light=own_light
+        )
         self._groups = groups
         if flags is not None:
             self._scene.flags[:] = flags

@@ -65,20 +65,27 @@ class MujocoScene:
                     self._add_rigid(kind, number, notices)
         for deformable in deformables(model, groups, tendons, notices):
             self._add_deformable(deformable, data)
-        self._lights = LightSources(self.world, model, data, notices)
+        self._world_notices: list[Notice] = []
+        self._lights = LightSources(self.world, model, data, self._world_notices)
         for camera in range(model.ncam):
             self.world.add_camera(model_camera(model, camera, data), element_name(model, "cam", camera))
         if skybox_faces(model) is not None:
             text = "the skybox is not part of the world; only MujocoScene.render shows it"
-            notices.append(Notice(text, "ignored_element"))
+            self._world_notices.append(Notice(text, "ignored_element"))
         surfaces = Surfaces(model, self.elements, self._densities)
         self._look = MujocoLook(model, self.world, surfaces, self.elements)
         self.flags = np.array(DEFAULT_FLAGS, np.uint8)
         """Parts of the image of `render` by `mjtRndFlag`: shadows, reflections, the skybox, fog and haze."""
         self.update(data)
-        warn_all(notices)
-        self.notices = notices
-        """Parts of the model that are not shown or approximated."""
+        self._notices = notices
+
+    @property
+    def notices(self) -> list[Notice]:
+        """Parts of the model that are not shown or approximated in `world`.
+
+        `render` approximates no lights and shows the skybox.
+        """
+        return [*self._notices, *self._world_notices]
 
     def update(self, data: Any) -> None:
         """Moves objects, lights and cameras to the state in `data` (`geom_xpos`, `cam_xpos`, ...).
@@ -201,6 +208,7 @@ def from_mujoco(
     groups: tuple[int, ...] = SHOWN_GROUPS,
     sites: tuple[int, ...] = (),
     tendons: tuple[int, ...] = SHOWN_GROUPS,
+    own_light: bool = False,
 ) -> MujocoScene:
     """Creates a world from a `mujoco.MjModel`; returns a scene with `world` and `update(data)`.
 
@@ -214,7 +222,8 @@ def from_mujoco(
     Directional lights become suns; spot and point lights become weaker with the square of the distance, with a notice;
     ambient light becomes a uniform sky, and the headlight a sky and a sun. Cables, image lights and the thickness of
     flexes are omitted, with notices. An opaque geom is also omitted if a later geom of the same shape and place covers
-    it, as in MuJoCo's images. `MujocoScene.render` shows such a world in MuJoCo's own light.
+    it, as in MuJoCo's images. `MujocoScene.render` shows such a world in MuJoCo's own light. With `own_light=True`,
+    notices that do not apply to this method are omitted.
 
     Raises `WorldError` if `model` is not a MuJoCo model or `data` has no poses. Also raises `WorldError`, with both
     versions, if the model's MuJoCo version lacks arrays that are read here. Raises `ImportError` if `data` is not given
@@ -226,4 +235,6 @@ def from_mujoco(
 
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
-    return MujocoScene(model, data, tuple(groups), tuple(sites), tuple(tendons))
+    scene = MujocoScene(model, data, tuple(groups), tuple(sites), tuple(tendons))
+    warn_all(scene._notices if own_light else scene.notices)
+    return scene
