@@ -97,3 +97,11 @@ def test_jacobians_of_planar_and_floating_joints_equal_closed_forms() -> None:
     np.testing.assert_allclose(planar, np.eye(6)[:, [0, 1, 5]], atol=1e-15)
     floating = one_joint("floating").jacobian("b", [0.5, 0.25, 1.0, 0, 0, 0, 1])
     np.testing.assert_allclose(floating, np.eye(6), atol=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_pose_of_one_link_equals_its_pose_among_all_links(seed: int) -> None:
+    robot = robot_of(random_robot(seed))
+    q = np.random.default_rng(seed).uniform(-3, 3, (3, len(robot.joints)))
+    for link, expected in robot._kinematics.poses(q).items():
+        np.testing.assert_array_equal(robot.pose(link, q), robot.world_from_root @ expected)

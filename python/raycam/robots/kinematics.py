@@ -99,6 +99,18 @@ class Kinematics:
             poses[joint.child] = poses[joint.parent] @ self.parent_from_child(joint, values)
         return poses
 
+    def pose(self, values: Floats, link: str) -> Floats:
+        """Returns root_from_link [n, 4, 4] of one link, as `poses` does, but without the other branches."""
+        joints = {joint.child: joint for joint in self.order}
+        chain = []
+        while link != self.root:
+            chain.append(joints[link])
+            link = joints[link].parent
+        found: Floats = np.broadcast_to(np.eye(4), (len(values), 4, 4))
+        for joint in reversed(chain):
+            found = found @ self.parent_from_child(joint, values)
+        return found
+
     def parent_from_child(self, joint: Joint, values: Floats) -> Floats:
         """Returns the transforms of a joint's child link in its parent link.
 

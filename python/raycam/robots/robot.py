@@ -97,7 +97,7 @@ class Robot:
         """
         self._check_link(link)
         values, single = self._vectors(joints)
-        poses = self.world_from_root @ self._kinematics.poses(values)[link]
+        poses = self.world_from_root @ self._kinematics.pose(values, link)
         return poses[0] if single else poses
 
     def jacobian(self, link: str, joints: JointValues | None = None) -> Floats:
