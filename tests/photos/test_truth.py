@@ -13,6 +13,7 @@ import pycolmap
 import pytest
 import raycam
 from raycam.cli import main
+from raycam.dataset.photographs.format import normal_steps
 from support.box_table import picture, ring, table
 from support.raises import raises, warns
 
@@ -108,6 +109,20 @@ def test_confidence_is_the_cosine_and_zero_at_edges(tmp_path: Path) -> None:
     edge = mask & ~(cv2.erode(mask.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))) > 0)
     assert edge.any()
     assert (read[edge] == 0).all()
+
+
+@pytest.mark.parametrize("axes", ["opencv", "opengl"])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_normals_are_rounded_to_the_nearest_step(bits: int, axes: str) -> None:
+    normals = np.random.default_rng(1).normal(size=(40, 50, 3)).astype(np.float32)
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    mask = np.ones((40, 50), bool)
+    mask[3:7, :9] = False
+    steps = normal_steps(normals, mask, bits, axes)
+    assert steps.dtype == (np.uint8 if bits == 8 else np.uint16)
+    exact = (normals.astype(float) * ([1, 1, 1] if axes == "opencv" else [1, -1, -1]) + 1) / 2 * (2**bits - 1)
+    np.testing.assert_allclose(steps[mask], exact[mask], rtol=0, atol=0.51)
+    assert (steps[~mask] == 0).all()
 
 
 def test_opengl_normals_have_y_and_z_reversed(tmp_path: Path) -> None:

@@ -347,9 +347,12 @@ def check_poses(plan: Plan, format: str) -> None:
             )
 
 
-def png(pixels: npt.NDArray[Any]) -> bytes:
-    """Encodes uint8 or uint16 [height, width] or [height, width, channels] as PNG."""
-    return _core.encode_png(np.ascontiguousarray(pixels))
+def png(pixels: npt.NDArray[Any], *, fast: bool = False) -> bytes:
+    """Encodes uint8 or uint16 [height, width] or [height, width, channels] as PNG.
+
+    `fast` takes less time, but the file is larger.
+    """
+    return _core.encode_png(np.ascontiguousarray(pixels), fast=fast)
 
 
 def k_with_half_centers(camera: Camera) -> npt.NDArray[np.float64]:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _core
-from ...arguments import one_of, words
+from ...arguments import Bools, one_of, words
 from ...errors import CameraError, SettingsError
 from ..lost import check_depth_scale, depth_units
 from ..plan import Format, Index, Made, Plan, Record, png
@@ -137,11 +137,8 @@ def _plain(
     if channel == "position":
         return ("exr", exr(channel, values)), {}
     if channel == "normal":
-        axes = [1, 1, 1] if options["normal_axes"] == "opencv" else [1, -1, -1]
-        top = 255 if options["normal_bits"] == 8 else 65535
-        steps = np.rint((values * axes * 0.5 + 0.5) * top)
-        steps = np.where(found["mask"][..., None], steps, 0)
-        return ("png", png(steps.astype(np.uint8 if top == 255 else np.uint16))), {}
+        steps = normal_steps(values, found["mask"], options["normal_bits"], options["normal_axes"])
+        return ("png", png(steps, fast=True)), {}
     if channel == "instance":
         ids = values + 1
         if ids.max(initial=0) > 65535:
@@ -153,6 +150,22 @@ def _plain(
     if channel == "confidence":
         return ("png", png(np.rint(values * 255).astype(np.uint8))), {}
     return ("png", png(np.where(values, 255, 0).astype(np.uint8))), {}
+
+
+def normal_steps(
+    normals: npt.NDArray[np.float32], mask: Bools, bits: int, axes: str
+) -> npt.NDArray[np.uint8 | np.uint16]:
+    """Encodes unit normals [h, w, 3] as integers of 8 or 16 bits: 0..max is -1..1.
+
+    `axes` is "opencv" or "opengl". The result is 0 outside of the mask [h, w].
+    """
+    half = np.float32((2**bits - 1) / 2)
+    signs = np.array([1, 1, 1] if axes == "opencv" else [1, -1, -1], np.float32)
+    steps = normals * (half * signs)
+    steps += half
+    np.rint(steps, out=steps)
+    steps[~mask] = 0
+    return steps.astype(np.uint8 if bits == 8 else np.uint16)
 
 
 def exr(channel: str, values: npt.NDArray[Any]) -> bytes:
