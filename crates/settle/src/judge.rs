@@ -10,8 +10,8 @@ use crate::surface::Placed;
 
 /// Tolerated penetration in metres, for objects of 0.1 m and more.
 const MAX_PENETRATION: f64 = 2e-4;
-/// Maximum distance in metres by which a resting object can be lowered before it touches something, for objects of 0.1
-/// m and more.
+/// Maximum distance in metres by which a resting object can be lowered before it touches something. The gap of the
+/// contact skins is smaller, but a ball between steep surfaces must be lowered by several times this gap.
 const MAX_GAP: f64 = 5e-4;
 /// The same distance as a fraction of the object's size, for objects with several convex parts, because the parts
 /// enclose some empty space around the mesh.
@@ -151,7 +151,7 @@ impl<'a> Judge<'a> {
     fn lowered(&self, number: usize) -> Placed<'a> {
         let body = &self.bodies[number];
         let parts = if body.parts.len() > 1 { MAX_GAP_OF_PARTS * body.size } else { 0.0 };
-        let gap = f64::max(MAX_GAP * body.tolerance(), parts);
+        let gap = f64::max(MAX_GAP, parts);
         let pose = self.placed[number].pose;
         body.surface.at(Pose::from_parts(pose.translation - self.up * gap, pose.rotation))
     }

@@ -112,13 +112,13 @@ fn try_once<'a>(
 ) -> Result<std::result::Result<(Measures, f64), Rejection>> {
     let mut rejection = Rejection { bodies: Vec::new(), text: String::new() };
     for _ in 0..=MAX_LIFTS {
-        simulation.fall(starts, seconds, lowest, stop).ok_or(SettleError::Cancelled)?;
-        let lost = lowest.map(|lowest| simulation.below(lowest)).unwrap_or_default();
+        let motions = simulation.fall(starts, seconds, lowest, stop).ok_or(SettleError::Cancelled)?;
+        let mut lost = lowest.map(|lowest| simulation.below(lowest)).unwrap_or_default();
         if let Some(&first) = lost.first() {
             let text = format!("{} fell next to its target", simulation.name(first));
+            lost.extend(simulation.missing());
             return Ok(Err(Rejection { bodies: lost, text }));
         }
-        let motions = simulation.wait();
         let moving: Vec<usize> = (0..motions.len()).filter(|i| motions[*i] > REST_MOTION).collect();
         let motion = motions.iter().copied().fold(0.0, f64::max);
         if let Some(&worst) = moving.iter().max_by(|a, b| motions[**a].total_cmp(&motions[**b])) {

@@ -12,9 +12,9 @@ use crate::start::Start;
 const STEP: f64 = 1.0 / 240.0;
 /// Number of steps between two checks for motion.
 const WINDOW_STEPS: usize = 60;
-/// Number of consecutive checks without motion after which all bodies count as resting (one second).
-const REST_WINDOWS: usize = 4;
-/// Maximum motion in metres per second that counts as rest.
+/// Number of steps of the final check, one second.
+const REST_STEPS: usize = 240;
+/// Maximum motion in metres during the final check that counts as rest.
 pub(crate) const REST_MOTION: f64 = 1e-4;
 /// Skin thickness in metres around each shape, for objects of 0.1 m and more, so that contacts leave a gap instead of
 /// an overlap.
@@ -23,11 +23,12 @@ const SKIN: f64 = 1e-4;
 /// because the sag under a load decreases with the square of the frequency.
 const CONTACT_FREQUENCY: f64 = 240.0;
 const CONTACT_DAMPING: f64 = 10.0;
-/// Damping rates in 1/s: while objects fall, and towards the end of the simulated time, so that rolling stops too.
-const DAMPING: f64 = 0.1;
-const FINAL_DAMPING: f64 = 10.0;
-/// Fraction of the simulated time after which damping increases.
-const DAMPING_BEGINS: f64 = 0.2;
+/// Damping rates of rotations and translations in 1/s.
+const ANGULAR_DAMPING: f64 = 0.1;
+const LINEAR_DAMPING: f64 = 0.02;
+/// Coefficient of rolling resistance: the ratio of the force that stops a rolling ball to its weight. rapier has no
+/// rolling friction. Without it, balls roll for a long time, and small errors of the contacts turn cylinders forever.
+const ROLLING_RESISTANCE: f64 = 0.01;
 
 /// Falling bodies among obstacles.
 pub(crate) struct Simulation<'a> {
@@ -35,6 +36,7 @@ pub(crate) struct Simulation<'a> {
     bodies: &'a [Body],
     handles: Vec<Option<RigidBodyHandle>>,
     up: Vector,
+    gravity: f64,
     /// Number of steps so far.
     pub(crate) steps: usize,
 }
@@ -49,23 +51,24 @@ impl<'a> Simulation<'a> {
         for (shape, properties) in obstacles {
             physics.insert_collider(collider(shape.clone(), properties, tolerance), None);
         }
-        Self { physics, bodies, handles: vec![None; bodies.len()], up, steps: 0 }
+        Self { physics, bodies, handles: vec![None; bodies.len()], up, gravity: request.gravity, steps: 0 }
     }
 
-    /// Inserts each missing body at its start time, and simulates until nothing moves, `seconds` have passed after the
-    /// last start, or a body is lost because it is completely below `lowest`. Returns `None` if `stop` returns true.
+    /// Inserts each missing body at its start time, and simulates until nothing moves during one further second,
+    /// `seconds` have passed after the last start, or a body is lost because it is completely below `lowest`. Returns
+    /// the motion of each body during the last second, or `None` if `stop` returns true.
     pub(crate) fn fall(
         &mut self,
         starts: &[Start],
         seconds: f64,
         lowest: Option<f64>,
         stop: &dyn Fn() -> bool,
-    ) -> Option<()> {
+    ) -> Option<Vec<f64>> {
         let last = starts.iter().map(|start| start.time).fold(0.0, f64::max);
         let count = ((last + seconds) / STEP).ceil() as usize;
-        let mut calm = 0;
         let mut before = self.poses();
-        for step in 0..count {
+        let mut step = 0;
+        while step < count {
             let time = step as f64 * STEP;
             for (i, start) in starts.iter().enumerate() {
                 if self.handles[i].is_none() && start.time <= time {
@@ -73,38 +76,41 @@ impl<'a> Simulation<'a> {
                     before = self.poses();
                 }
             }
-            let late = ((time - last) / seconds - DAMPING_BEGINS) / (1.0 - DAMPING_BEGINS);
-            self.damp(DAMPING + (FINAL_DAMPING - DAMPING) * late.clamp(0.0, 1.0));
             self.step();
-            if step % WINDOW_STEPS == WINDOW_STEPS - 1 {
+            step += 1;
+            if step % WINDOW_STEPS == 0 {
                 if stop() {
                     return None;
                 }
+                let motions = self.motions_since(&before);
                 if lowest.is_some_and(|lowest| !self.below(lowest).is_empty()) {
-                    break;
+                    return Some(motions);
                 }
-                let is_calm = self.handles.iter().all(Option::is_some)
-                    && self.motions_since(&before).iter().all(|motion| *motion < REST_MOTION);
-                calm = if is_calm { calm + 1 } else { 0 };
-                if !is_calm {
-                    before = self.poses();
+                if self.missing().is_empty() && is_rest(&motions) {
+                    let motions = self.wait();
+                    if is_rest(&motions) {
+                        return Some(motions);
+                    }
+                    step += REST_STEPS;
                 }
-                if calm >= REST_WINDOWS {
-                    break;
-                }
+                before = self.poses();
             }
         }
-        Some(())
+        Some(self.wait())
     }
 
-    /// Simulates one more second with the initial damping; returns the motion of each body.
-    pub(crate) fn wait(&mut self) -> Vec<f64> {
+    /// Simulates one more second; returns the motion of each body.
+    fn wait(&mut self) -> Vec<f64> {
         let before = self.poses();
-        self.damp(DAMPING);
-        for _ in 0..WINDOW_STEPS * REST_WINDOWS {
+        for _ in 0..REST_STEPS {
             self.step();
         }
         self.motions_since(&before)
+    }
+
+    /// Returns the bodies that are not in the simulation.
+    pub(crate) fn missing(&self) -> Vec<usize> {
+        (0..self.bodies.len()).filter(|number| self.handles[*number].is_none()).collect()
     }
 
     /// Returns the bodies that are completely below a height.
@@ -150,15 +156,13 @@ impl<'a> Simulation<'a> {
     fn step(&mut self) {
         self.physics.step();
         self.steps += 1;
-    }
-
-    /// Sets the damping of rotations, and a fifth of this value as the damping of translations.
-    fn damp(&mut self, rate: f64) {
-        for &handle in self.handles.iter().flatten() {
-            if let Some(body) = self.physics.bodies.get_mut(handle) {
-                body.set_angular_damping(rate);
-                body.set_linear_damping(0.2 * rate);
-            }
+        for (handle, body) in self.handles.iter().zip(self.bodies) {
+            let Some(moving) = handle.and_then(|handle| self.physics.bodies.get_mut(handle)) else { continue };
+            // A ball of radius r with the moment of inertia 0.4 m r² loses this angular speed per step.
+            let loss = ROLLING_RESISTANCE * self.gravity / (0.4 * body.radius) * STEP;
+            let speed = moving.angvel().length();
+            let kept = if speed > loss { 1.0 - loss / speed } else { 0.0 };
+            moving.set_angvel(moving.angvel() * kept, false);
         }
     }
 
@@ -190,13 +194,23 @@ impl<'a> Simulation<'a> {
                 pose.translation += self.up * (other.maxs - own.mins).dot(self.up);
             }
         }
-        let built = RigidBodyBuilder::dynamic().pose(pose).can_sleep(false).allow_fast_rotation(false);
+        let built = RigidBodyBuilder::dynamic()
+            .pose(pose)
+            .can_sleep(false)
+            .allow_fast_rotation(false)
+            .angular_damping(ANGULAR_DAMPING)
+            .linear_damping(LINEAR_DAMPING);
         let handle = self.physics.insert_body(built);
         for part in &body.parts {
             self.physics.insert_collider(collider(part.clone(), &body.physics, body.tolerance()), Some(handle));
         }
         self.handles[number] = Some(handle);
     }
+}
+
+/// True if no body moves.
+fn is_rest(motions: &[f64]) -> bool {
+    motions.iter().all(|motion| *motion <= REST_MOTION)
 }
 
 fn collider(shape: SharedShape, physics: &Physics, tolerance: f64) -> ColliderBuilder {
