@@ -31,7 +31,9 @@ def test_footprint_is_exit_width_plus_range_times_divergence() -> None:
     The root mean square of the samples' offsets is a quarter of the width.
     """
     ones = np.array([[1.0, 0, 0]])
-    starts, ways, _ = beam_rays(np.zeros((1, 3)), ones, (0.01, 0.004), (3e-3, 1e-3), 37, np.zeros(1))
+    starts, ways, _ = beam_rays(
+        np.zeros((1, 3)), ones, np.eye(3)[None], (0.01, 0.004), (3e-3, 1e-3), 37, np.zeros(1)
+    )
     at = starts[0] + ways[0] * (50 / ways[0, :, 0])[:, None]
     horizontal, vertical = 0.01 + 50 * 3e-3, 0.004 + 50 * 1e-3
     np.testing.assert_allclose(2 * 2 * np.sqrt((at[:, 1] ** 2).mean()), horizontal, rtol=1e-5)
@@ -40,7 +42,13 @@ def test_footprint_is_exit_width_plus_range_times_divergence() -> None:
 
 def test_single_beam_sample_is_the_axis() -> None:
     starts, ways, weights = beam_rays(
-        np.ones((2, 3)), np.array([[1.0, 0, 0], [0, 0, 1.0]]), (0.1, 0.1), (0.1, 0.1), 1, np.zeros(2)
+        np.ones((2, 3)),
+        np.array([[1.0, 0, 0], [0, 0, 1.0]]),
+        np.eye(3)[None],
+        (0.1, 0.1),
+        (0.1, 0.1),
+        1,
+        np.zeros(2),
     )
     np.testing.assert_array_equal(ways[:, 0], [[1, 0, 0], [0, 0, 1]])
     np.testing.assert_array_equal(starts[:, 0], np.ones((2, 3)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import pytest
-from raycam.lidar.echoes import FWHM_TO_SIGMA, _leaders, _order_by_length, _order_by_surface, find_echoes
+from raycam.lidar.echoes import FWHM_TO_SIGMA, find_echoes
 from raycam.lidar.paths import Contributions
 
 
@@ -83,20 +83,3 @@ def test_echoes_of_different_pulses_are_independent() -> None:
 
 def test_empty_waveforms_have_no_echoes() -> None:
     assert len(find_echoes(contributions([], []), 0.6).pulse) == 0
-
-
-@pytest.mark.parametrize("is_sorted", [True, False])
-def test_orders_of_contributions_equal_a_sort_by_several_keys(is_sorted: bool) -> None:
-    random = np.random.default_rng(5)
-    pulse = random.integers(0, 60, 400)
-    number = np.unique(random.integers(0, 90, 400), return_inverse=True)[1]
-    if is_sorted:
-        pulse, number = np.sort(pulse), np.sort(number)
-    length, surface = random.integers(0, 5, 400).astype(float), random.integers(0, 2, (400, 2))
-    np.testing.assert_array_equal(_order_by_length(pulse, length), np.lexsort((length, pulse)))
-    by_surface = np.lexsort((surface[:, 1], surface[:, 0], number))
-    np.testing.assert_array_equal(_order_by_surface(surface, number), by_surface)
-    energy, order = random.integers(0, 3, 400).astype(float), random.permutation(400)
-    best = np.lexsort((order, -energy, -length, number))
-    leaders = best[np.flatnonzero(np.diff(number[best], prepend=-1))]
-    np.testing.assert_array_equal(_leaders(number, (length, energy, -order)), leaders)

@@ -1,4 +1,4 @@
-"""Blocks of pulses."""
+"""Blocks of pulses, and reflectances of textures."""
 
 from __future__ import annotations
 
@@ -46,3 +46,50 @@ def test_scans_do_not_depend_on_the_size_of_blocks(
     assert ("visibility" in settings) != (len(np.unique(whole["lost"])) > 2)
     for name in whole:
         assert whole[name].tobytes() == parts[name].tobytes(), name
+
+
+def sign(image: object, **keys: object) -> raycam.World:
+    """A square that faces the beams, with a texture of reflectances."""
+    world = raycam.World()
+    corners = [[10.0, 1, -1], [10, -1, -1], [10, -1, 1], [10, 1, 1]]
+    world.add_mesh(
+        corners,
+        [[0, 2, 1], [0, 3, 2]],
+        uvs=[[0, 1], [1, 1], [1, 0], [0, 0]],
+        name="sign",
+        textures={"reflectance": raycam.Texture(image, filter="nearest")},
+        **keys,  # type: ignore[arg-type]
+    )
+    return world
+
+
+def scan_left_and_right(world: raycam.World) -> raycam.Scan:
+    ways = [[10, 0.5, 0.3], [10, -0.5, 0.3]]
+    return raycam.scan(world, raycam.Lidar.of(ways, noise=False))
+
+
+def test_textures_of_reflectance_replace_the_colour() -> None:
+    image = np.array([[0.25, 0.75]])
+    with collected() as notices:
+        scan = scan_left_and_right(sign(image, color=[0.9, 0.1, 0.1]))
+    cosine = np.cos(np.radians(scan["incidence"].astype(float)))
+    np.testing.assert_allclose(scan["reflectivity"], [0.25, 0.75] * cosine, rtol=1e-6)
+    assert [notice.code for notice in notices] == []
+    world = sign((image * 255).round().astype(np.uint8), color=[0.9, 0.1, 0.1], lidar={"reflectance": 0.5})
+    expected = (image[0] * 255).round() / 255 * 0.5
+    np.testing.assert_allclose(scan_left_and_right(world)["reflectivity"], expected * cosine, rtol=1e-6)
+
+
+def test_surfaces_with_a_texture_of_reflectance_scatter_light() -> None:
+    scan = scan_left_and_right(sign(np.array([[0.25, 0.75]]), type="glass"))
+    assert scan["bounces"].tolist() == [0, 0]
+    assert scan["reflectivity"][1] == pytest.approx(3 * scan["reflectivity"][0], rel=1e-6)
+
+
+def test_field_reflectance_is_nan_without_a_texture() -> None:
+    world = sign(np.array([[0.25, 0.75]]))
+    world.add_object(box={"size": [1, 1, 1]}, location=[0, 10, 0], name="plain")
+    ways = [[10, 0.5, 0], [10, -0.5, 0], [0, 1, 0], [-1, 0, 0]]
+    found = world.cast_rays([[0, 0, 0]], ways, fields=("instance", "reflectance"))
+    np.testing.assert_array_equal(found["instance"], [0, 0, 1, -1])
+    np.testing.assert_array_equal(found["reflectance"], np.array([0.25, 0.75, np.nan, np.nan], np.float32))

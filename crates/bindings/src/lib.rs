@@ -34,6 +34,8 @@ mod core {
     #[pymodule_export]
     use crate::notice::codes;
     #[pymodule_export]
+    use crate::queries::lidar::{lidar_beam_rays, lidar_echoes, lidar_returned_light};
+    #[pymodule_export]
     use crate::queries::points::{
         world_closest_points, world_distance, world_faces_in_sight, world_inside, world_points_in_sight,
         world_signed_distance, world_topology, world_velocities, world_visible, world_winding_number,
@@ -43,7 +45,7 @@ mod core {
         ray_fields, world_cast_rays, world_count_intersections, world_intersections, world_occluded,
     };
     #[pymodule_export]
-    use crate::render::annotations::{amodal_masks, flow, keypoints, oriented_box};
+    use crate::render::annotations::{amodal_masks, flow, keypoints, oriented_boxes};
     #[pymodule_export]
     use crate::render::encode::{
         check_stand_in, compress_lzf, encode_exr, encode_hdr, encode_jpeg, encode_png, linear_from_srgb8,
@@ -81,7 +83,8 @@ mod core {
 
     #[pymodule_export]
     use crate::world::rigs::{
-        world_add_rig, world_add_sensor, world_lidar_surfaces, world_rig_at, world_rigs, world_sensors,
+        world_add_rig, world_add_sensor, world_has_reflectances, world_lidar_surfaces, world_rig_at, world_rigs,
+        world_sensors,
     };
 
     #[pymodule_init]

@@ -29,6 +29,7 @@
 //! | `ground_truth` | exact rays through pixel centres and their channels |
 //! | `tile_renderer` | camera rays, shading and resolve of one tile |
 //! | `annotations` | flow, keypoints and amodal masks |
+//! | `lidar` | beams, returned energy and echoes of lidars |
 //! | `queries` | ray and point queries: closest hits, crossings, inside tests, distances |
 //!
 //! A folder uses only folders above it in this table. `prepare/world.rs`, which composes the prepared world, is placed
@@ -62,6 +63,7 @@ mod guiding;
 mod guiding_switch;
 mod integrator;
 mod interaction;
+pub mod lidar;
 mod light;
 mod lobes;
 mod media;

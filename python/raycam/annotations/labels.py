@@ -212,9 +212,9 @@ def label(
         )
     columns, rows = (width, height) if margin is None else wholes("margin", margin, 0, 1 << 16, count=2)
     found = []
-    for number, (x, y, w, h), amodal in _core.silhouettes(
-        world._core, camera._core, wanted, (columns, rows), thread_count(threads)
-    ):
+    silhouettes = _core.silhouettes(world._core, camera._core, wanted, (columns, rows), thread_count(threads))
+    boxes = _boxes(world, [number for number, _, _ in silhouettes])
+    for (number, (x, y, w, h), amodal), box in zip(silhouettes, boxes, strict=True):
         visible = np.zeros_like(amodal)
         left, top, right, bottom = max(x, 0), max(y, 0), min(x + w, width), min(y + h, height)
         if left < right and top < bottom:
@@ -230,7 +230,7 @@ def label(
                 (x, y, w, h),
                 amodal,
                 visible,
-                _box(world, number),
+                box,
                 camera.size,
             )
         )
@@ -253,10 +253,10 @@ def box3d(world: World | str | os.PathLike[str], number: int | str) -> Box3D:
     Source: the nearest rotation is the orthogonal polar factor, N. J. Higham, Computing the Polar Decomposition, 1986.
     """
     world = world_of(world)
-    return _box(world, _number(world.objects, number))
+    return _boxes(world, [_number(world.objects, number)])[0]
 
 
-def _box(world: World, number: int) -> Box3D:
-    """Returns the oriented box around an object of the world, by a valid id."""
-    rotation, center, size = _core.oriented_box(world._core, number)
-    return Box3D(np.array(rotation), np.array(center), np.array(size))
+def _boxes(world: World, numbers: list[int]) -> list[Box3D]:
+    """Returns the oriented boxes around objects of the world, by valid ids."""
+    found = _core.oriented_boxes(world._core, numbers)
+    return [Box3D(np.array(rotation), np.array(center), np.array(size)) for rotation, center, size in found]

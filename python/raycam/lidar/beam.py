@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from .. import _core
 from ..arguments import Floats
-from .pattern import cosines, sines
 
 __all__ = ["beam_rays", "hexagonal_set"]
 
@@ -52,41 +52,30 @@ def _moment(share: float) -> float:
 def beam_rays(
     origins: Floats,
     directions: Floats,
+    rotations: Floats,
     width: tuple[float, float],
     divergence: tuple[float, float],
     samples: int,
     turns: Floats,
+    threads: int | None = None,
 ) -> tuple[Floats, Floats, Floats]:
-    """Returns the origins and directions [n, k, 3] of the rays of beams, and their weights [k].
+    """Returns the starts and directions [n, k, 3] of the rays of beams, and their weights [k].
 
-    The beams are along `directions` [n, 3]. `turns` [n] rotate the set of rays about each beam's axis by a
-    fraction of a full turn, which prevents moiré. The beam's horizontal axis is perpendicular to z.
+    Starts are relative to the sensor's position. The beams are along `directions` [n, 3] in sensor axes; `rotations`
+    [n, 3, 3] or [1, 3, 3] convert them to the axes of the result. `turns` [n] rotate the set of rays about each beam's
+    axis by a fraction of a full turn, which prevents moiré. The beam's horizontal axis is perpendicular to the
+    sensor's z axis.
     """
     places, weights = hexagonal_set(samples)
-    if samples == 1:
-        return origins[:, None], directions[:, None], weights
-    flat = np.sqrt(directions[:, 0] ** 2 + directions[:, 1] ** 2)
-    steep = flat < 1e-9
-    safe = np.where(steep, 1.0, flat)
-    zero = np.zeros_like(flat)
-    side = np.stack(
-        [np.where(steep, 0.0, -directions[:, 1] / safe), np.where(steep, 1.0, directions[:, 0] / safe), zero],
-        1,
-    )
-    above = np.cross(directions, side)
-    angles = (2.0 * math.pi * turns).tolist()
-    c, s = cosines(angles)[:, None], sines(angles)[:, None]
-    u, v = c * places[:, 0] - s * places[:, 1], s * places[:, 0] + c * places[:, 1]
-    half_tan = [math.tan(angle / 2.0) for angle in divergence]
-    starts = (
-        origins[:, None]
-        + (u * width[0] / 2.0)[..., None] * side[:, None]
-        + (v * width[1] / 2.0)[..., None] * above[:, None]
-    )
-    ways = (
-        directions[:, None]
-        + (u * half_tan[0])[..., None] * side[:, None]
-        + (v * half_tan[1])[..., None] * above[:, None]
-    )
-    ways /= np.sqrt((ways**2).sum(axis=-1, keepdims=True))
+    beams = {
+        "origins": np.ascontiguousarray(origins),
+        "directions": np.ascontiguousarray(directions),
+        "turns": np.ascontiguousarray(turns),
+        "rotations": np.ascontiguousarray(rotations),
+        "samples": places,
+        "width": tuple(width),
+        "half_tangents": [math.tan(angle / 2.0) for angle in divergence],
+        "threads": threads,
+    }
+    starts, ways = _core.lidar_beam_rays(beams)
     return starts, ways, weights

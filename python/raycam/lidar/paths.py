@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from ..arguments import Floats
 from .surface_motion import surface_velocities, world_moves
-from .surfaces import SurfaceTable, conductor_reflectance, dielectric_reflectance, retroreflectance
+from .surfaces import SurfaceTable, conductor_reflectance, dielectric_reflectance
 
 if TYPE_CHECKING:
     from ..world import World
@@ -34,8 +35,6 @@ HIT_FIELDS = (
 LEAST_ENERGY = 1e-4
 """A path ends if its share of the pulse's energy is below this value."""
 NOTHING = -1
-LEAST_LENGTH = 1e-6
-"""Minimum distance in metres: nearer surfaces return as much light as surfaces at this distance."""
 CLEARANCE = 1e-7
 """Distance in metres behind an interface within which hits, which are on neighbouring triangles, are ignored."""
 
@@ -101,6 +100,11 @@ def rows(array: npt.NDArray[Any], chosen: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return array.take(chosen, axis=0)
 
 
+def _first_if_uniform(array: Floats) -> Floats:
+    """Returns the array, or its first value [1] if the array repeats one value."""
+    return array[:1] if len(array) and not array.strides[0] else array
+
+
 @dataclass
 class _Rays:
     """The rays after a given number of interfaces.
@@ -136,7 +140,7 @@ def trace_paths(
     surfaces: SurfaceTable,
     origins: Floats,
     directions: Floats,
-    weights: Floats,
+    weight: float,
     times: Floats | None,
     *,
     drift: Floats | None = None,
@@ -144,7 +148,7 @@ def trace_paths(
     max_bounces: int,
     threads: int | None,
 ) -> Contributions:
-    """Returns the light that surfaces return to beams of rays [n, k, 3] with weights [k].
+    """Returns the light that surfaces return to beams of rays [n, k, 3], each with the share `weight`.
 
     `times` [n] are the times of the beams (None: the world's time). `drift` [n, k] is the rate of change of distances
     along each ray because the sensor moves (default: 0). Fog is below the coordinate `fog_top[1]` of the axis
@@ -164,7 +168,7 @@ def trace_paths(
         directions.reshape(-1, 3),
         every if samples == 1 else every // samples,
         constant(0, np.int64) if samples == 1 else every % samples,
-        constant(weights[0]) if samples == 1 else np.broadcast_to(weights, (count, samples)).reshape(-1),
+        constant(weight),
         ones,
         constant(0.0),
         constant(0.0),
@@ -179,6 +183,7 @@ def trace_paths(
     parts: list[Contributions] = []
     deflected = np.zeros(count, bool)
     moves = times is not None and world_moves(world)
+    has_textures = _core.world_has_reflectances(world._core)
     while len(rays.pulse):
         at_surface = bool((rays.skip >= 0).any())
         hits = world.cast_rays(
@@ -187,19 +192,19 @@ def trace_paths(
             times=None if times is None else rows(times, rays.pulse),
             t_min=np.where(rays.skip >= 0, CLEARANCE, 0.0) if at_surface else 0.0,
             skip=(rays.skip, rays.skip_triangle) if at_surface else None,
-            fields=HIT_FIELDS,
+            fields=(*HIT_FIELDS, "reflectance") if has_textures else HIT_FIELDS,
             threads=threads,
         )
         missed = hits["instance"] < 0
-        deflected[rays.pulse[missed & (rays.bounces > 0)]] = True
         if missed.any():
+            deflected[rays.pulse[missed & (rays.bounces > 0)]] = True
             met = np.flatnonzero(~missed)
             rays, hits = rays.take(met), {name: rows(array, met) for name, array in hits.items()}
         hits["surface"] = surfaces.read(hits["material"], hits["instance"], hits["triangle"])
-        surfaces.note_colors(hits["surface"], hits["albedo"])
+        surfaces.note_colors(hits["surface"], hits["albedo"], hits.get("reflectance"))
         rays.first_instance = np.where(rays.first_instance < 0, hits["instance"], rays.first_instance)
         hits["fogged"] = rays.fogged + _length_in_fog(rays, hits, fog_top)
-        part, cosine = _returned(surfaces, rays, hits, deflected, moves)
+        part, cosine = _returned(surfaces, rays, hits, deflected, moves, threads)
         parts.append(part)
         velocities = _InterfaceVelocities(world, times, threads) if moves else None
         rays = _onward(surfaces, rays, hits, cosine, max_bounces, deflected, velocities)
@@ -244,21 +249,27 @@ def _returned(
     hits: dict[str, npt.NDArray[Any]],
     deflected: npt.NDArray[np.bool_],
     moves: bool,
+    threads: int | None,
 ) -> tuple[Contributions, Floats]:
     """Returns the scattering hits' contributions, and the cosines of incidence of all hits.
 
     Scattering hits are hits on surfaces that scatter light.
     """
-    dot = -(rays.directions * hits["normal"]).sum(axis=1)
-    cosine = np.clip(np.abs(dot), 0.0, 1.0)
-    solid = surfaces.column(hits["surface"], "kind") == "solid" if len(cosine) else np.zeros(0, bool)
-    opacity = surfaces.column(hits["surface"], "opacity") if len(cosine) else np.zeros(0)
-    share = retroreflectance(surfaces, hits["surface"], hits["albedo"][:, 0].astype(float), cosine)
-    geometric = rays.geometric + hits["distance"]
+    share = _first_if_uniform(rays.weight) * _first_if_uniform(rays.one_way) ** 2
+    query = {
+        "directions": np.ascontiguousarray(rays.directions),
+        "normals": hits["normal"],
+        "albedos": hits["albedo"],
+        "reflectances": hits.get("reflectance"),
+        "materials": hits["surface"],
+        "lengths": rays.geometric + hits["distance"],
+        "shares": share,
+        "threads": threads,
+    }
+    cosine, incidence, energy = _core.lidar_returned_light(query, surfaces.energy_terms())
     optical = rays.optical + hits["distance"] * rays.index
-    energy = rays.weight * rays.one_way**2 * opacity * share / np.maximum(geometric, LEAST_LENGTH) ** 2
     fields = {name: hits[name] for name in HIT_FIELDS if name not in ("albedo", "distance")}
-    fields["incidence"] = np.degrees(np.arccos(cosine)).astype(np.float32)
+    fields["incidence"] = incidence
     columns: tuple[npt.NDArray[Any], ...] = (
         rays.pulse,
         rays.ray,
@@ -270,8 +281,8 @@ def _returned(
         rays.directions * rays.index[:, None] if moves else np.broadcast_to(np.zeros(3), (len(cosine), 3)),
         hits["fogged"],
     )
-    if not solid.all():
-        chosen = np.flatnonzero(solid)
+    if not surfaces.is_opaque_and_rough:
+        chosen = np.flatnonzero(surfaces.column(hits["surface"], "kind") == "solid")
         columns = tuple(rows(column, chosen) for column in columns)
         fields = {name: rows(array, chosen) for name, array in fields.items()}
     named: dict[str, Any] = dict(zip(COLUMNS, columns, strict=True))
@@ -290,7 +301,7 @@ def _onward(
     """Returns the continued rays: behind translucent surfaces, reflected, and refracted."""
     if not len(cosine):
         return rays
-    if (surfaces.values("kind") == "solid").all() and (surfaces.values("opacity") == 1.0).all():
+    if surfaces.is_opaque_and_rough:
         return rays.take(np.zeros(0, np.int64))
     kind = surfaces.column(hits["surface"], "kind")
     opacity = surfaces.column(hits["surface"], "opacity")

@@ -15,7 +15,6 @@ from .beam_axes import azimuth_errors, rotate_about_z
 from .fog import attenuation, find_fog, fog_contributions, soft_echo
 from .paths import Contributions, trace_paths
 from .pattern import Pattern
-from .pose import transform
 from .radial_velocity import sensor_drift
 from .random_numbers import PulseNumbers
 from .scan_notices import warn_of_assumed_reflectance
@@ -61,21 +60,16 @@ class PulseTracer:
         chosen = slice(block.start, block.stop)
         times = pattern.times[chosen]
         rotations, places = self.lidar.track.at(times)
-        starts, ways, weights = beam_rays(
+        offsets, directions, weights = beam_rays(
             pattern.origins[chosen],
             rotate_about_z(pattern.directions[chosen], self._azimuth_errors[chosen]),
+            rotations[:1] if not rotations.strides[0] else rotations,
             settings["beam_width"],
             settings["beam_divergence"],
             settings["beam_samples"],
             self._beam_turns(block),
+            self.threads,
         )
-        n, samples = starts.shape[:2]
-        if rotations.strides[0]:
-            turn = np.repeat(rotations, samples, axis=0)
-        else:  # the same pose for all pulses
-            turn = np.broadcast_to(self.lidar.track.rotations[0], (n * samples, 3, 3))
-        offsets = transform(turn, starts.reshape(-1, 3)).reshape(n, samples, 3)
-        directions = transform(turn, ways.reshape(-1, 3)).reshape(n, samples, 3)
         drift = None
         if self.lidar.is_moving:
             drift = sensor_drift(self.lidar.track, times, offsets, directions)
@@ -85,7 +79,7 @@ class PulseTracer:
             self._surfaces,
             origins,
             directions,
-            weights,
+            float(weights[0]),
             None if self.world._core.time is None else times,
             drift=drift,
             fog_top=None if fog is None else fog.top,

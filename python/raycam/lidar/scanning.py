@@ -238,7 +238,7 @@ def detect_echoes(
     The ratios are infinite without the setting `range_10`.
     """
     pattern, settings = tracer.pattern, tracer.lidar.settings
-    echoes = find_echoes(found, tracer.lidar.pulse_extent)
+    echoes = find_echoes(found, tracer.lidar.pulse_extent, tracer.threads)
     signal = np.full(len(echoes.pulse), np.inf)
     if settings["range_10"] is not None:
         signal = THRESHOLD * echoes.energy * settings["range_10"] ** 2 / 0.1

@@ -17,10 +17,22 @@ from ..arguments import Floats
 if TYPE_CHECKING:
     from ..world import World
 
-__all__ = ["Surface", "SurfaceTable", "dielectric_reflectance", "retroreflectance"]
+__all__ = ["Surface", "SurfaceTable", "conductor_reflectance", "dielectric_reflectance"]
 
 UNKNOWN = -2
 """Number of a surface that was not read yet."""
+ENERGY_TERMS = (
+    "diffuse",
+    "phong",
+    "alpha",
+    "f0",
+    "metallic",
+    "opacity",
+    "reflectance",
+    "retroreflection",
+    "retroreflection_table",
+)
+"""Properties of `Surface` that determine the returned energy."""
 SMOOTH = 0.03
 """Largest roughness at which a surface is a mirror: it returns light only along its mirror direction."""
 
@@ -53,6 +65,8 @@ class Surface:
     """The opacity, from 0 to 1."""
     reflectance: float = math.nan
     """Diffuse reflectance at the wavelength, independent of the base colour; NaN: derived from the material."""
+    textured: bool = False
+    """True if a texture of the material contains the reflectance, which `reflectance` multiplies."""
     retroreflection: float = 0.0
     """Coefficient of retroreflection R_A at normal incidence, in cd/(lx m²)."""
     retroreflection_table: tuple[tuple[float, float], ...] = ()
@@ -79,13 +93,20 @@ class SurfaceTable:
         self.is_colored = False
         """True if any hit surface has a base colour other than grey."""
 
-    def note_colors(self, surface: npt.NDArray[np.int64], albedo: npt.NDArray[Any]) -> None:
-        """Records whether the base colours [n, 3] from which reflectances derive are grey."""
+    def note_colors(
+        self, surface: npt.NDArray[np.int64], albedo: npt.NDArray[Any], reflectance: npt.NDArray[Any] | None
+    ) -> None:
+        """Records whether the base colours [n, 3] from which reflectances derive are grey.
+
+        `reflectance` [n] are the values of textures, NaN without one; None if no surface has such a texture.
+        """
         if not self.is_colored:
-            colored = (albedo != albedo[:, :1]).any(axis=1)
-            self.is_colored = bool(colored.any()) and bool(
-                np.isnan(self.column(surface[colored], "reflectance")).any()
-            )
+            red, green, blue = albedo.T
+            colored = np.flatnonzero((red != green) | (red != blue))
+            own = np.isnan(self.column(surface[colored], "reflectance"))
+            if reflectance is not None:
+                own &= np.isnan(reflectance[colored])
+            self.is_colored = bool(own.any())
 
     def read(
         self, material: npt.NDArray[Any], instance: npt.NDArray[Any], triangle: npt.NDArray[Any]
@@ -130,13 +151,18 @@ class SurfaceTable:
         return len(self._known) - 1
 
     @property
-    def has_tables(self) -> bool:
-        """True if a surface that was read has a table of retroreflection coefficients."""
-        return any(surface.retroreflection_table for surface in self._known)
+    def has_textures(self) -> bool:
+        """True if a surface that was read has a texture of reflectances."""
+        return any(surface.textured for surface in self._known)
 
-    def surface(self, number: int) -> Surface:
-        """Returns a surface by its number."""
-        return self._known[number]
+    @property
+    def is_opaque_and_rough(self) -> bool:
+        """True if all surfaces that were read scatter light and none is translucent, so that no path continues."""
+        return all(surface.kind == "solid" and surface.opacity == 1.0 for surface in self._known)
+
+    def energy_terms(self) -> dict[str, Any]:
+        """Returns the properties that determine the returned energy, with one value per surface that was read."""
+        return {name: [getattr(surface, name) for surface in self._known] for name in ENERGY_TERMS}
 
     def values(self, name: str) -> npt.NDArray[Any]:
         """Returns a property of all surfaces that were read, followed by the value for "no surface"."""
@@ -169,7 +195,9 @@ def with_own(
     if reflectance is None and (retroreflection or table) and surface.kind != "solid":
         reflectance = 0.0
     if reflectance is not None:
-        surface = Surface("solid", reflectance=reflectance, opacity=surface.opacity)
+        surface = Surface(
+            "solid", reflectance=reflectance, opacity=surface.opacity, textured=surface.textured
+        )
     pairs = tuple((float(angle), float(value)) for angle, value in table or ())
     return replace(surface, retroreflection=retroreflection or 0.0, retroreflection_table=pairs)
 
@@ -178,6 +206,8 @@ def read_surface(material: dict[str, Any]) -> Surface:
     """Returns the surface of a material, given as JSON data with the core's names (`Material`)."""
     model = material["model"]
     opacity = float(material["opacity"]) if material["alpha"] == "Blend" else 1.0
+    if material.get("reflectance") is not None:
+        return Surface("solid", diffuse=1.0, opacity=opacity, textured=True)
     if model == "Unlit":
         return Surface("solid", diffuse=1.0, opacity=opacity)
     (kind, values), *_ = model.items()
@@ -224,62 +254,6 @@ def _principled(values: dict[str, Any], opacity: float) -> Surface:
 
 def _normal_reflectance(ior: float) -> float:
     return ((ior - 1.0) / (ior + 1.0)) ** 2
-
-
-def retroreflectance(
-    table: SurfaceTable, surface: npt.NDArray[Any], albedo: Floats, cosine: Floats
-) -> Floats:
-    """Returns pi f(d, d) cos(theta) [n]: 1 for a diffuse white surface at normal incidence.
-
-    `albedo` [n] is the base colour at the wavelength, `cosine` [n] the cosine of the angle of incidence. The lobes are
-    Lafortune and Willems' modified Phong and GGX (Walter et al. 2007), with the half vector along the ray. A
-    retroreflector of coefficient R_A(theta) = R_A cos(theta)^4 adds pi R_A(theta) / cos(theta) (ASTM E808).
-    """
-    own = table.column(surface, "reflectance")
-    lambert: Floats = np.where(np.isnan(own), table.column(surface, "diffuse") * albedo, own) * cosine
-    tabulated = _tabulated_sheeting(table, surface, cosine)
-    if tabulated is None and not any(
-        table.values(name).any() for name in ("retroreflection", "phong", "alpha")
-    ):
-        return lambert
-    sheeting = np.pi * table.column(surface, "retroreflection") * cosine**3
-    if tabulated is not None:
-        sheeting = sheeting + tabulated
-    lobes = table.column(surface, "phong").reshape(-1, 2) if len(surface) else np.zeros((0, 2))
-    doubled = np.clip(2.0 * cosine**2 - 1.0, 0.0, 1.0)  # cosine between ray and mirror direction
-    phong = lobes[:, 0] * (lobes[:, 1] + 2.0) / 2.0 * doubled ** lobes[:, 1] * cosine * (doubled > 0.0)
-    alpha = table.column(surface, "alpha")
-    f0 = table.column(surface, "f0") + table.column(surface, "metallic") * albedo
-    square = alpha**2
-    spread = cosine**2 * (square - 1.0) + 1.0
-    density = np.divide(square, spread**2, out=np.zeros_like(cosine), where=alpha > 0.0)
-    tangent = np.divide(1.0 - cosine**2, cosine**2, out=np.full_like(cosine, np.inf), where=cosine > 0.0)
-    masking = 1.0 / np.sqrt(1.0 + square * tangent)  # Smith's masking-shadowing: 1 / (1 + 2 lambda)
-    rough = np.divide(f0 * density * masking, 4.0 * cosine, out=np.zeros_like(cosine), where=cosine > 1e-9)
-    total: Floats = lambert + phong + rough + sheeting
-    return total
-
-
-def _tabulated_sheeting(table: SurfaceTable, surface: npt.NDArray[Any], cosine: Floats) -> Floats | None:
-    """Returns pi R_A(theta) / cos(theta) [n] of retroreflectors with a table of R_A.
-
-    Other surfaces have the value 0. Without any table, the result is None. R_A is linear between the table's
-    angles, constant below the first angle, and decreases as cos^4 above the last angle.
-    """
-    if not table.has_tables:
-        return None
-    found = np.zeros(len(cosine))
-    for number in np.unique(surface[surface >= 0]).tolist():
-        pairs = table.surface(number).retroreflection_table
-        if pairs:
-            own = np.flatnonzero(surface == number)
-            angles, values = np.array(pairs).T
-            theta = np.degrees(np.arccos(cosine[own]))
-            last = math.cos(math.radians(angles[-1]))
-            beyond = values[-1] * (cosine[own] / last) ** 4 if last > 1e-9 else values[-1]
-            coefficient = np.where(theta > angles[-1], beyond, np.interp(theta, angles, values))
-            found[own] = np.pi * coefficient / np.maximum(cosine[own], 1e-9)
-    return found
 
 
 def dielectric_reflectance(cosine: Floats, ratio: Floats) -> Floats:

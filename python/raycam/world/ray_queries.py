@@ -113,6 +113,7 @@ class RayQueries:
         roughness      float32 [...]    perceptual roughness with its texture; 1 without a glossy lobe   0
         metallic       float32 [...]    1 for metals, with its texture                                   0
         emission       float32 [..., 3] radiance emitted against the ray, linear, W/(m² sr)              0
+        reflectance    float32 [...]    texture of reflectances for lidars; NaN without such a texture   NaN
         ============== ================ ================================================================ =====
 
         The last column is the value of a miss. The first six are the default. Rays that are not finite or have a zero

@@ -31,7 +31,7 @@ ORDER = {
     "render": """
         error control memory thread_pool soa lobes sampling film settings prepare interaction media bsdf light
         path_guiding prepare/world motion ground_truth integrator guiding guiding_switch tile_renderer annotations
-        queries render render_many progressive lib
+        lidar queries render render_many progressive lib
     """,
     "settle": """
         error convert random surface parts request bodies start simulation judge overlap settle lib

@@ -1,5 +1,6 @@
 //! Queries of worlds: rays, points and pairs of points.
 
+pub(crate) mod lidar;
 pub(crate) mod points;
 pub(crate) mod rays;
 

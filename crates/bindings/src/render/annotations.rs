@@ -112,14 +112,15 @@ pub(crate) fn keypoints<'py>(
 /// Rotation world_from_box, centre and size of a box.
 type OrientedBox = ([[f64; 3]; 3], [f64; 3], [f64; 3]);
 
-/// Returns the box around an object along the object's own axes.
+/// Returns the box around each object along the object's own axes.
 #[pyfunction]
-pub(crate) fn oriented_box(py: Python<'_>, world: &World, object: usize) -> PyResult<OrientedBox> {
+pub(crate) fn oriented_boxes(py: Python<'_>, world: &World, objects: Vec<usize>) -> PyResult<Vec<OrientedBox>> {
     let inner = world.snapshot();
-    let found = py.detach(|| inner.oriented_box(object));
-    let found = found.ok_or_else(|| {
+    let found: Result<Vec<_>, usize> =
+        py.detach(|| objects.iter().map(|&object| inner.oriented_box(object).ok_or(object)).collect());
+    let boxes = found.map_err(|object| {
         let count = inner.objects.len();
         settings_error(format!("object {object} does not exist; the world has {count} objects"))
     })?;
-    Ok((rows_of(found.rotation), found.center.to_array(), found.size.to_array()))
+    Ok(boxes.iter().map(|one| (rows_of(one.rotation), one.center.to_array(), one.size.to_array())).collect())
 }

@@ -52,6 +52,12 @@ pub(crate) fn world_lidar_surfaces(world: &World) -> Vec<LidarSurfaceParts> {
     world.objects.iter().enumerate().filter_map(parts).collect()
 }
 
+/// True if a material of the world has a texture of reflectances for lidars.
+#[pyfunction]
+pub(crate) fn world_has_reflectances(world: &World) -> bool {
+    world.snapshot().materials.iter().any(|material| material.reflectance.is_some())
+}
+
 /// Returns a rig as moved by the video of a world: by the keyframes of the world's rig with the same name, otherwise by
 /// the keyframes of the camera.
 #[pyfunction]

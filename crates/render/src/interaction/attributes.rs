@@ -122,6 +122,13 @@ impl Geometry {
         }
     }
 
+    /// Diffuse reflectance of the material's texture for lidars at a hit; `None` without such a texture or without
+    /// texture coordinates.
+    pub(crate) fn reflectance(&self, hit: &Hit) -> Option<f32> {
+        let slot = self.material(hit).material.reflectance?;
+        self.texel(&slot, hit).map(|texel| texel[0])
+    }
+
     /// Product of a number and a channel of its texture; without texture coordinates, the channel counts as 1.
     fn textured(&self, value: &Textured<f32>, channel: usize, hit: &Hit) -> f32 {
         let texel = value.texture.and_then(|slot| self.texel(&slot, hit));

@@ -44,10 +44,12 @@ pub enum Field {
     Metallic,
     /// Radiance that the surface emits towards the ray's origin; 0 for a miss.
     Emission,
+    /// Diffuse reflectance of the material's texture for lidars; NaN without such a texture, and for a miss.
+    Reflectance,
 }
 
 /// Names of all fields.
-pub const FIELDS: [(&str, Field); 16] = [
+pub const FIELDS: [(&str, Field); 17] = [
     ("t", Field::T),
     ("instance", Field::Instance),
     ("triangle", Field::Triangle),
@@ -64,6 +66,7 @@ pub const FIELDS: [(&str, Field); 16] = [
     ("roughness", Field::Roughness),
     ("metallic", Field::Metallic),
     ("emission", Field::Emission),
+    ("reflectance", Field::Reflectance),
 ];
 
 /// Values of a field for a list of hits: `width` numbers per hit.
@@ -259,7 +262,9 @@ impl Field {
         match self {
             Field::Instance | Field::Triangle | Field::Material | Field::Category => Column::Int32(vec![0; n]),
             Field::Front => Column::Bool(vec![false; n]),
-            Field::Albedo | Field::Roughness | Field::Metallic | Field::Emission => Column::Float32(vec![0.0; n]),
+            Field::Albedo | Field::Roughness | Field::Metallic | Field::Emission | Field::Reflectance => {
+                Column::Float32(vec![0.0; n])
+            }
             _ => Column::Float64(vec![0.0; n]),
         }
     }
@@ -329,6 +334,10 @@ fn write_float32<'a>(
         }
         Field::Roughness => write_rows(values, hits, order, or_black(|_, hit| [geometry.roughness(hit)])),
         Field::Metallic => write_rows(values, hits, order, or_black(|_, hit| [geometry.metallic(hit)])),
+        Field::Reflectance => write_rows(values, hits, order, |(_, hit)| {
+            let value = if is_hit(hit) { geometry.reflectance(&to_float_hit(hit)) } else { None };
+            [value.unwrap_or(f32::NAN)]
+        }),
         Field::Emission => {
             let radiance = |ray: &ExactRay, hit: &Hit| {
                 let direction = DVec3::from(ray.direction).as_vec3();

@@ -41,6 +41,9 @@ pub struct Material {
     pub height_map: Option<HeightMap>,
     /// Strength of the ambient occlusion texture, for renderers that do not compute occlusion; texture channel: red.
     pub occlusion: Option<Textured<f32>>,
+    /// Diffuse reflectance at a lidar's wavelength, instead of the base colour's: red.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reflectance: Option<TextureSlot>,
     /// Priority among overlapping dielectrics: only the body with the highest priority counts; if priorities are equal,
     /// only the inner body counts.
     #[serde(default)]
@@ -147,6 +150,7 @@ impl Default for Material {
             normal_map: None,
             height_map: None,
             occlusion: None,
+            reflectance: None,
             priority: 0,
             medium: None,
             model: MaterialModel::DEFAULT,
@@ -182,6 +186,7 @@ impl Material {
             self.normal_map.as_mut().map(|normal| &mut normal.texture),
             self.height_map.as_mut().map(|heights| &mut heights.texture),
             self.occlusion.as_mut().and_then(|occlusion| occlusion.texture.as_mut()),
+            self.reflectance.as_mut(),
         ];
         own.into_iter().flatten().chain(principled.into_iter().flatten())
     }

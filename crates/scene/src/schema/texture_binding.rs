@@ -31,6 +31,7 @@ impl TextureBinding {
                 occlusion.texture = slot;
                 material.occlusion = Some(occlusion);
             }
+            "reflectance" => material.reflectance = slot,
             "emission" => {
                 material.emission.texture = slot;
                 if plain {

@@ -23,6 +23,12 @@ impl Writer<'_> {
                 format!("material {name:?}: its medium is not written: glTF has no media"),
             );
         }
+        if material.reflectance.is_some() {
+            self.note(
+                NoticeCode::NotWritten,
+                format!("material {name:?}: its reflectance for lidars is not written: glTF has no such texture"),
+            );
+        }
         if let Some(map) = material.height_map
             && (map.unit == HeightUnit::Metre || material.normal_map.is_some())
         {

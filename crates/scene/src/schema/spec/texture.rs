@@ -78,6 +78,9 @@ pub struct TexturesSpec {
     pub height: Option<TextureSpec>,
     /// Fraction of indirect light that reaches the surface: red. Integrators that compute occlusion ignore it.
     pub occlusion: Option<TextureSpec>,
+    /// Diffuse reflectance at a lidar's wavelength, 0 to 1, instead of the material's: red. The object's
+    /// `lidar.reflectance`, if given, multiplies it.
+    pub reflectance: Option<TextureSpec>,
     /// Emission: red, green, blue.
     pub emission: Option<TextureSpec>,
     /// Metalness: blue. This and all following textures belong to type = "principled"; their channels are those of
@@ -116,7 +119,7 @@ pub struct TexturesSpec {
 impl TexturesSpec {
     pub(crate) fn given(&self) -> Vec<(&'static str, &TextureSpec)> {
         let all = by_key! { self, as_ref:
-            normal, occlusion, emission, metallic, roughness, specular, specular_color, transmission,
+            normal, occlusion, reflectance, emission, metallic, roughness, specular, specular_color, transmission,
             clearcoat, clearcoat_roughness, clearcoat_normal, sheen_color, sheen_roughness, iridescence,
             iridescence_thickness, anisotropy, diffuse_transmission, diffuse_transmission_color, height,
         };

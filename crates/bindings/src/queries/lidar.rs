@@ -1,0 +1,152 @@
+//! Beams, returned light and echoes of lidars. Python has already made the arrays C-contiguous.
+
+use numpy::PyReadonlyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raycam_render::lidar::beam::{Beams, beam_rays};
+use raycam_render::lidar::echoes::{Returns, find_echoes};
+use raycam_render::lidar::energy::{LidarHits, LidarMaterial, returned_light};
+
+use crate::arrays::{DictResult, Floats, NewArray, array, rows};
+use crate::error::{OrRaise, settings_error};
+use crate::queries::rays::flat;
+
+/// Beams from a dict; see [`Beams`].
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct BeamArguments<'py> {
+    origins: Floats<'py>,
+    directions: Floats<'py>,
+    turns: Floats<'py>,
+    rotations: Floats<'py>,
+    samples: Floats<'py>,
+    width: [f64; 2],
+    half_tangents: [f64; 2],
+    threads: Option<usize>,
+}
+
+/// Starts, relative to the sensor, and directions of the rays of beams, \[n, k, 3] in world axes.
+#[pyfunction]
+pub(crate) fn lidar_beam_rays<'py>(
+    py: Python<'py>,
+    query: BeamArguments<'py>,
+) -> PyResult<(NewArray<'py, f64>, NewArray<'py, f64>)> {
+    let rotation_rows = rows::<f64, 3>(&query.rotations, "rotations")?;
+    let beams = Beams {
+        origins: rows(&query.origins, "origins")?,
+        directions: rows(&query.directions, "directions")?,
+        turns: flat(&query.turns, "turns")?,
+        rotations: rotation_rows.as_chunks().0,
+        samples: rows(&query.samples, "samples")?,
+        width: query.width,
+        half_tangents: query.half_tangents,
+    };
+    let shape = [beams.origins.len(), beams.samples.len(), 3];
+    let (starts, ways) = py.detach(|| beam_rays(&beams, query.threads)).or_raise()?;
+    Ok((array(py, starts.into_flattened(), &shape)?, array(py, ways.into_flattened(), &shape)?))
+}
+
+/// Materials from a dict with one array per property; see [`LidarMaterial`].
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct MaterialArguments {
+    diffuse: Vec<f64>,
+    phong: Vec<[f64; 2]>,
+    alpha: Vec<f64>,
+    f0: Vec<f64>,
+    metallic: Vec<f64>,
+    opacity: Vec<f64>,
+    reflectance: Vec<f64>,
+    retroreflection: Vec<f64>,
+    retroreflection_table: Vec<Vec<[f64; 2]>>,
+}
+
+impl MaterialArguments {
+    fn materials(self) -> Vec<LidarMaterial> {
+        let tables = self.retroreflection_table.into_iter().enumerate();
+        tables
+            .map(|(at, retroreflection_table)| LidarMaterial {
+                diffuse: self.diffuse[at],
+                phong: self.phong[at],
+                alpha: self.alpha[at],
+                f0: self.f0[at],
+                metallic: self.metallic[at],
+                opacity: self.opacity[at],
+                reflectance: self.reflectance[at],
+                retroreflection: self.retroreflection[at],
+                retroreflection_table,
+            })
+            .collect()
+    }
+}
+
+/// Hits from a dict; see [`LidarHits`].
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct HitArguments<'py> {
+    directions: Floats<'py>,
+    normals: Floats<'py>,
+    albedos: PyReadonlyArrayDyn<'py, f32>,
+    reflectances: Option<PyReadonlyArrayDyn<'py, f32>>,
+    materials: PyReadonlyArrayDyn<'py, i64>,
+    lengths: Floats<'py>,
+    shares: Floats<'py>,
+    threads: Option<usize>,
+}
+
+/// Light that hits return: cosines and angles of incidence, and energies, \[n] each.
+#[pyfunction]
+pub(crate) fn lidar_returned_light<'py>(
+    py: Python<'py>,
+    query: HitArguments<'py>,
+    materials: MaterialArguments,
+) -> PyResult<(NewArray<'py, f64>, NewArray<'py, f32>, NewArray<'py, f64>)> {
+    let hits = LidarHits {
+        directions: rows(&query.directions, "directions")?,
+        normals: rows(&query.normals, "normals")?,
+        albedos: rows(&query.albedos, "albedos")?,
+        reflectances: query.reflectances.as_ref().map(|values| flat(values, "reflectances")).transpose()?,
+        materials: flat(&query.materials, "materials")?,
+        lengths: flat(&query.lengths, "lengths")?,
+        shares: flat(&query.shares, "shares")?,
+    };
+    let (materials, n) = (materials.materials(), hits.directions.len());
+    let found = py.detach(|| returned_light(&hits, &materials, query.threads)).or_raise()?;
+    Ok((array(py, found.cosines, &[n])?, array(py, found.incidences, &[n])?, array(py, found.energies, &[n])?))
+}
+
+/// Surfaces that return light, from a dict; see [`Returns`].
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ReturnArguments<'py> {
+    pulses: PyReadonlyArrayDyn<'py, i64>,
+    lengths: Floats<'py>,
+    energies: Floats<'py>,
+    instances: PyReadonlyArrayDyn<'py, i32>,
+    bounces: PyReadonlyArrayDyn<'py, i32>,
+    threads: Option<usize>,
+}
+
+/// Echoes of all pulses, by name: `pulse`, `length`, `energy`, `main` and `purity`; `sigma` is the standard deviation
+/// of a pulse in metres.
+#[pyfunction]
+pub(crate) fn lidar_echoes<'py>(py: Python<'py>, query: ReturnArguments<'py>, sigma: f64) -> DictResult<'py> {
+    if !(sigma.is_finite() && sigma >= 0.0) {
+        return Err(settings_error(format!("sigma: {sigma}; expected a finite number of metres >= 0")));
+    }
+    let returns = Returns {
+        pulses: flat(&query.pulses, "pulses")?,
+        lengths: flat(&query.lengths, "lengths")?,
+        energies: flat(&query.energies, "energies")?,
+        instances: flat(&query.instances, "instances")?,
+        bounces: flat(&query.bounces, "bounces")?,
+    };
+    let found = py.detach(|| find_echoes(&returns, sigma, query.threads)).or_raise()?;
+    let (dict, n) = (PyDict::new(py), found.pulses.len());
+    dict.set_item("pulse", array(py, found.pulses, &[n])?)?;
+    dict.set_item("length", array(py, found.lengths, &[n])?)?;
+    dict.set_item("energy", array(py, found.energies, &[n])?)?;
+    dict.set_item("main", array(py, found.mains, &[n])?)?;
+    dict.set_item("purity", array(py, found.purities, &[n])?)?;
+    Ok(dict)
+}
