@@ -29,6 +29,7 @@ def png_with(points: tuple[int, int, int, int]) -> bytes:
         ((9, 18, 0, 1), ["Rec. 2020", "HLG"]),
         ((12, 13, 0, 1), ["Display P3", "sRGB"]),
         ((1, 8, 0, 1), ["linear"]),
+        ((1, 13, 0, 0), ["limited range"]),
         ((1, 13, 0, 1), []),
     ],
 )

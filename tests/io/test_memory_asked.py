@@ -55,6 +55,13 @@ CALLS = {
         "world.add_object(box={'size': 1}, texture=raycam.Texture(large))",
         "108000000",
     ),
+    # 72 bytes per triangle and 24 bytes per vertex
+    "triangles": (
+        "raycam.World(); large.add_mesh(np.random.default_rng(1).random((600_000, 3)), "
+        "np.tile(np.arange(600_000), 5)[:2_550_000].reshape(-1, 3))",
+        "large.triangles()",
+        "75600000",
+    ),
     "exr": ("raycam.render(world, camera((1200, 800)), channels=['position', 'normal'])", "large._exr()", ""),
 }
 

@@ -103,6 +103,33 @@ def test_distances_to_distant_thin_and_flat_triangles_are_exact() -> None:
     checked(needles, random.normal(size=(100, 3)), rtol=1e-8)
 
 
+@pytest.mark.parametrize("mirror", [1, -1])
+def test_triangle_of_a_closest_point_on_an_edge_or_corner_faces_the_point(mirror: int) -> None:
+    """The expected triangle has the largest cosine among the triangles that contain the closest point."""
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0.05]]) * [1, mirror, 1]
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])[:, ::mirror]
+    world = raycam.World()
+    pose = np.diag([1.0, mirror, 1, 1])
+    world.add_mesh(vertices * [1, mirror, 1], faces[:, ::mirror], matrix=pose)
+    points = np.random.default_rng(8).uniform(-1, 2, size=(2000, 3))
+    found = world.closest_points(points)
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    away = (points - found["position"]) / found["distance"][:, None]
+    cosines = away @ normals.T
+    on = np.abs(((found["position"][:, None] - corners[:, 0]) * normals).sum(axis=2)) < 1e-12
+    edges = np.roll(corners, -1, axis=1) - corners
+    offsets = found["position"][:, None, None] - corners
+    sides = (np.cross(edges, offsets) * normals[:, None]).sum(axis=3)
+    on &= (sides > -1e-12).all(axis=2)
+    assert (on.sum(axis=1) > 1).sum() > 500
+    best = np.where(on, cosines, -2).max(axis=1)
+    chosen = cosines[np.arange(len(points)), found["triangle"]]
+    np.testing.assert_allclose(chosen, best, atol=2e-9)
+    np.testing.assert_allclose(found["normal"], normals[found["triangle"]], atol=1e-12)
+
+
 def test_distance_ties_limits_and_misses_are_deterministic() -> None:
     world = raycam.World()
     world.add_mesh(*cube((-1, -1, -1), (1, 1, 1)), name="a")

@@ -36,8 +36,8 @@ pub enum RenderError {
     },
     /// The system cannot provide the memory.
     #[error(
-        "{what} requires {bytes} bytes, more than the system provides; render smaller regions or fewer channels at a \
-         time"
+        "{what} requires {bytes} bytes, more than the system provides; free memory, or request less at a time, for \
+         example a smaller region or fewer channels"
     )]
     OutOfMemory {
         /// A description of the requested data.

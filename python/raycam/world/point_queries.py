@@ -113,8 +113,9 @@ class PointQueries:
 
         The last column is the value if there is no surface within `max_distance` (one number, or one for each point),
         in an empty world, and for points that are not finite. Triangles without area are included, as segments or
-        points. Among equal distances, the smallest (instance, triangle) is returned. Errors are below 4 units in the
-        last place of the largest coordinate. Raises `SettingsError` for a wrong shape and limits that are negative or
+        points. Among equal distances, for example at an edge, the triangle that faces the point most directly is
+        returned, and among these, the smallest (instance, triangle). Errors are below 4 units in the last place of the
+        largest coordinate. Raises `SettingsError` for a wrong shape and limits that are negative or
         NaN, and `WorldError` for unknown objects.
         """
         query, shape = self._points(points, max_distance, objects, threads)

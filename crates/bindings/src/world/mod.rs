@@ -305,7 +305,7 @@ impl World {
     fn triangles<'py>(&self, py: Python<'py>, object: Option<usize>) -> ArrayResult<'py, f64> {
         let world = self.snapshot();
         let count = triangles::count(&world, object);
-        check_memory(&format!("{count} triangles"), count * 72)?;
+        check_memory(&format!("the array of {count} triangles"), triangles::corner_bytes(&world, object))?;
         let corners = py.detach(|| catch_panic(|| triangles::corners(&world, object)))?;
         let n = corners.len();
         array(py, corners.into_flattened().into_flattened(), &[n, 3, 3])
@@ -313,7 +313,10 @@ impl World {
 
     /// Returns (instance, triangle) [n, 2] of the triangles, in the order of [`Self::triangles`].
     fn triangle_ids<'py>(&self, py: Python<'py>) -> ArrayResult<'py, i32> {
-        let ids = triangles::ids(&self.snapshot());
+        let world = self.snapshot();
+        let count = triangles::count(&world, None);
+        check_memory(&format!("the array of {count} ids"), count * size_of::<[i32; 2]>())?;
+        let ids = triangles::ids(&world);
         let n = ids.len();
         array(py, ids.into_flattened(), &[n, 2])
     }
@@ -321,6 +324,8 @@ impl World {
     /// Returns one linear colour per triangle, [n, 3].
     fn triangle_colors<'py>(&self, py: Python<'py>) -> ArrayResult<'py, f32> {
         let world = self.snapshot();
+        let count = triangles::count(&world, None);
+        check_memory(&format!("the array of {count} colours"), count * size_of::<[f32; 3]>())?;
         let colors = py.detach(|| catch_panic(|| triangles::colors(&world)))?;
         let n = colors.len();
         array(py, colors.into_flattened(), &[n, 3])

@@ -204,9 +204,10 @@ impl Scene {
     }
 
     /// Finds the scene's closest point to every given point within a distance. There is one distance for all points, or
-    /// one per point. Of equally close points, the point with the smallest (instance, triangle) is returned. The filter
-    /// receives only the instance and triangle of a hit. The query runs on the calling thread, and is fast if
-    /// consecutive points are close to each other. `found` must be as long as `points`.
+    /// one per point. Of equally close triangles, the triangle whose outward normal has the smallest angle with the
+    /// direction to the point is returned, and of these, the smallest (instance, triangle). The filter receives only
+    /// the instance and triangle of a hit. The query runs on the calling thread, and is fast if consecutive points are
+    /// close to each other. `found` must be as long as `points`.
     ///
     /// # Panics
     /// For flattened scenes.

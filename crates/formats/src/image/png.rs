@@ -5,6 +5,7 @@ use std::io::Cursor;
 use ::image::codecs::png::PngDecoder;
 use ::image::error::DecodingError;
 use ::image::{ImageDecoder, ImageError, ImageFormat, Limits};
+use ::png::CodingIndependentCodePoints;
 use raycam_scene::{Image, NoticeCode};
 
 use crate::error::Result;
@@ -17,11 +18,13 @@ pub(crate) fn png(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = PngDecoder::with_limits(Cursor::new(file.bytes), limits);
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     let (gamma, primaries, code_points) = unapplied_colors(file.bytes);
-    if let Some([primaries, transfer]) = code_points {
-        let (primaries, transfer) = (primaries_name(primaries), transfer_name(transfer));
+    if let Some(points) = code_points {
+        let primaries = primaries_name(points.color_primaries);
+        let transfer = transfer_name(points.transfer_function);
+        let range = if points.is_video_full_range_image { "" } else { ", limited range" };
         let message = format!(
-            "the image's colour space (cICP: {primaries} primaries, {transfer} transfer function) is ignored; convert the image to \
-             sRGB"
+            "the image's colour space (cICP: {primaries} primaries, {transfer} transfer function{range}) is ignored; convert \
+             the image to sRGB"
         );
         file.notice(NoticeCode::IgnoredColorProfile, message);
     }
@@ -50,12 +53,13 @@ fn read_rows(file: &Decoder<'_>) -> Result<()> {
 }
 
 /// Colour information of a PNG that `image` does not return: the gamma if it differs from sRGB's; true if the primaries
-/// differ; and the code points of primaries and transfer function if they differ from sRGB's.
-fn unapplied_colors(bytes: &[u8]) -> (Option<f32>, bool, Option<[u8; 2]>) {
+/// differ; and the code points of the colour space if they differ from sRGB's.
+fn unapplied_colors(bytes: &[u8]) -> (Option<f32>, bool, Option<CodingIndependentCodePoints>) {
     let Ok(reader) = ::png::Decoder::new(Cursor::new(bytes)).read_info() else { return (None, false, None) };
-    let points = reader.info().coding_independent_code_points;
-    let points = points.map(|points| [points.color_primaries, points.transfer_function]);
-    let points = points.filter(|points| *points != [1, 13]);
+    let is_srgb = |points: &CodingIndependentCodePoints| {
+        (points.color_primaries, points.transfer_function, points.is_video_full_range_image) == (1, 13, true)
+    };
+    let points = reader.info().coding_independent_code_points.filter(|points| !is_srgb(points));
     let gamma = reader.info().gamma().map(|gamma| gamma.into_value());
     let gamma = gamma.filter(|gamma| (gamma - 1.0 / 2.2).abs() > 0.01);
     let primaries = reader.info().chromaticities().is_some_and(|found| {

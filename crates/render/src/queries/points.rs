@@ -84,8 +84,8 @@ pub struct ClosestPoints {
 }
 
 /// Closest point of the selected objects to each point. Triangles without area count as segments or points. Of equally
-/// close points, the point with the smallest (instance, triangle) is returned. Points that are not finite have no
-/// closest point.
+/// close triangles, the triangle that faces the point most directly is returned, and of these, the smallest (instance,
+/// triangle). Points that are not finite have no closest point.
 ///
 /// # Errors
 /// [`RenderError::Settings`] for limits that are negative or NaN, [`RenderError::Cancelled`], and errors of

@@ -23,6 +23,8 @@ struct PointSearch<'a> {
     best: ClosestPoint,
     /// The squared distance of `best`.
     squared_distance: f64,
+    /// Cosine of `best` (see [`facing`]), computed when another triangle has the same distance.
+    facing: Option<i64>,
 }
 
 #[inline(always)]
@@ -58,6 +60,7 @@ pub fn closest_points_batch<I: Isa>(
             // The bound is slightly larger than the squared maximum distance; at the end, the distance itself is
             // compared exactly.
             squared_distance: max_distance * max_distance * (1.0 + 4.0 * f64::EPSILON),
+            facing: None,
         };
         if let Some((instance, triangle)) = hint
             && search.accepts_instance(instance)
@@ -78,17 +81,31 @@ impl PointSearch<'_> {
         self.filter.is_none_or(|filter| filter.accepts_instance(self.number, instance))
     }
 
-    /// Computes the closest point of a triangle; keeps the point if it is the first so far by (distance, instance,
+    /// Computes the closest point of a triangle; keeps the point if it is the first so far by distance, then by the
+    /// largest cosine between the triangle's outward normal and the direction to the point, then by (instance,
     /// triangle).
     #[inline(always)]
     fn visit(&mut self, instance: u32, triangle: u32) {
-        let found = closest_point(self.point, self.triangles.corners(instance, triangle));
-        let order = (self.best.instance, self.best.triangle);
-        let closer = found.squared_distance < self.squared_distance
-            || found.squared_distance == self.squared_distance && (instance, triangle) < order;
-        if !closer || self.filter.is_some_and(|filter| !filter.accepts(self.number, &hit(instance, triangle))) {
+        let corners = self.triangles.corners(instance, triangle);
+        let found = closest_point(self.point, corners);
+        let ties = found.squared_distance == self.squared_distance;
+        let is_farther = !(found.squared_distance < self.squared_distance || ties);
+        if is_farther || self.filter.is_some_and(|filter| !filter.accepts(self.number, &hit(instance, triangle))) {
             return;
         }
+        let mut cosine = None;
+        if ties && self.best.instance != INVALID_ID {
+            let own = self.cosine(instance, triangle, found.position);
+            let best = self.best;
+            let others = self.facing.unwrap_or_else(|| self.cosine(best.instance, best.triangle, best.position));
+            self.facing = Some(others);
+            let order = (best.instance, best.triangle);
+            if own < others || own == others && (instance, triangle) >= order {
+                return;
+            }
+            cosine = Some(own);
+        }
+        self.facing = cosine;
         self.squared_distance = found.squared_distance;
         self.best = ClosestPoint {
             distance: found.squared_distance.sqrt(),
@@ -97,6 +114,14 @@ impl PointSearch<'_> {
             instance,
             triangle,
         };
+    }
+
+    /// Cosine of a triangle at its closest point; see [`facing`].
+    #[cold]
+    #[inline(never)]
+    fn cosine(&self, instance: u32, triangle: u32, position: [f64; 3]) -> i64 {
+        let cosine = facing(self.point, self.triangles.corners(instance, triangle), position);
+        if self.triangles.is_mirrored(instance) && cosine != i64::MIN { -cosine } else { cosine }
     }
 
     /// Radius within which boxes and triangles are considered, in coordinates that are `scale` times as large as world
@@ -180,6 +205,29 @@ fn enter<I: Isa>(node: &WideNode, sphere: &Sphere, stack: &mut Stack) -> Option<
     let into = <I::F32x8 as Vector>::to_bitmask(distances.le(I::F32x8::splat(sphere.squared_limit())));
     // This code contains no closure, because a closure would be compiled without the selected instruction set.
     if into == 0 { None } else { Some(stack.push::<I>(node, distances, into)) }
+}
+
+/// Cosine between a triangle's normal and the direction from its closest point `position` to `point`, in units of 1e-9,
+/// so that triangles in the same plane have the same value. 0 for a point on the triangle; the smallest value for a
+/// triangle without area.
+fn facing(point: [f64; 3], [a, b, c]: [[f64; 3]; 3], position: [f64; 3]) -> i64 {
+    let sub = |p: [f64; 3], q: [f64; 3]| -> [f64; 3] { std::array::from_fn(|k| p[k] - q[k]) };
+    let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    let unit = |v: [f64; 3]| {
+        let largest = v.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let scaled = v.map(|x| x / largest);
+        scaled.map(|x| x / dot(scaled, scaled).sqrt())
+    };
+    let (e, f) = (unit(sub(b, a)), unit(sub(c, a)));
+    let normal = unit(std::array::from_fn(|k| {
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        e[i] * f[j] - e[j] * f[i]
+    }));
+    if !normal.iter().all(|x| x.is_finite()) {
+        return i64::MIN;
+    }
+    let towards = unit(sub(point, position));
+    if towards.iter().all(|x| x.is_finite()) { (dot(normal, towards) * 1e9).round() as i64 } else { 0 }
 }
 
 /// A hit for filters, in which only the instance and the triangle are set.

@@ -363,11 +363,11 @@ impl ExactAnswers {
             }
         }
         tally.points += 1;
-        let squares =
-            (0..mesh.triangles.len() as u32).map(|k| (squared_distance_to_triangle(ray.origin, mesh.corners(0, k)), k));
-        let nearest = squares.min_by(|a, b| a.partial_cmp(b).unwrap());
+        let square = |k: u32| squared_distance_to_triangle(ray.origin, mesh.corners(0, k));
+        let nearest = (0..mesh.triangles.len() as u32).map(square).min_by(f64::total_cmp);
         let closest = &self.closest[i];
-        if nearest.is_some_and(|(square, k)| (square.sqrt(), k) != (closest.distance, closest.triangle)) {
+        let is_nearest = |least: f64| closest.distance == least.sqrt() && square(closest.triangle) == least;
+        if nearest.is_some_and(|least| !is_nearest(least)) {
             faults.push(format!("closest point: got {closest:?}, expected {nearest:?}"));
         }
         faults
