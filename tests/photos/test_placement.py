@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import raycam
-from raycam.photos.placement import find_best_scale, placement_notices
+import trimesh
+from raycam.photos.placement import count_cameras, find_best_scale, placement_notices
 from support.box_table import ring, table
 from support.raises import check_mentions
 
@@ -55,6 +56,16 @@ def test_well_placed_and_inside_out_meshes_give_no_notice() -> None:
     world = raycam.World()
     corners = table().triangles()[:, ::-1]
     world.add_mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    assert placement_notices(world, cameras()) == []
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_closed_inside_out_or_mirrored_mesh_between_cameras_gives_no_notice(side: int) -> None:
+    # At 1000 times its size, such a mesh would show its fronts to the cameras, which would then be inside it.
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    world = raycam.World()
+    world.add_mesh(ball.vertices * [1, 1, side], ball.faces[:, ::-side])
+    assert count_cameras(world, list(cameras().values())) == (6, 0)
     assert placement_notices(world, cameras()) == []
 
 

@@ -11,9 +11,12 @@ import cv2
 import numpy as np
 import pytest
 import raycam
+import trimesh
+from PIL import Image
 from raycam.cli import main
 from raycam.io import memory_limits
 from raycam.notices import collected
+from support.box_table import ring
 from support.raises import notice_codes, raises
 from support.textured_ball import SIZE, away_from_rims, ball_texture, bumpy_ball, cameras_around
 from support.textured_panel import inner, panel, pattern, psnr, shots
@@ -332,3 +335,56 @@ def test_command_texture_writes_a_glb(tmp_path: Path) -> None:
         == 0
     )
     assert raycam.load(tmp_path / "out.glb").counts["triangles"] == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "text"),
+    [
+        (["--orientation", "ignore"], 2, "240"),
+        (["--orientation", "apply"], 0, ""),
+        (["--texture-size", "99999"], 2, "--texture-size is 99999"),
+    ],
+)
+def test_command_texture_accepts_an_orientation_and_names_the_option_of_the_size(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], code: int, text: str
+) -> None:
+    world = panel(up="y")
+    camera = raycam.Camera.look_at([0.3, 0.2, 2.4], [0, 0, 0], up=[0, 1, 0], size=(320, 240), fov=50)
+    photo = Image.fromarray(raycam.render(world, camera, samples=1).to_srgb8())
+    exif = photo.getexif()
+    exif[0x112] = 6  # a quarter turn clockwise makes the photograph upright
+    photo.transpose(Image.Transpose.ROTATE_90).save(tmp_path / "a.png", exif=exif)
+    world.to_gltf(tmp_path / "panel.glb")
+    raycam.save_cameras(tmp_path / "sparse", {"a": camera}, "colmap", images={"a": "a.png"})
+    common = ["texture", str(tmp_path / "panel.glb"), "--cameras", str(tmp_path / "sparse")]
+    common += ["--photos", str(tmp_path), "-o", str(tmp_path / "out.glb"), "--texture-size", "32"]
+    assert main([*common, *options]) == code
+    assert text in capsys.readouterr().err
+
+
+def test_command_texture_prints_the_scale_that_fits_before_the_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    ball.apply_scale(1000)
+    ball.export(tmp_path / "scan.ply")
+    cameras = {f"{i}.png": camera for i, camera in enumerate(ring(4))}
+    for name, camera in cameras.items():
+        cv2.imwrite(str(tmp_path / name), np.zeros((camera.size[1], camera.size[0], 3), np.uint8))
+    raycam.save_cameras(tmp_path / "sparse", cameras, "colmap", images={name: name for name in cameras})
+    common = [
+        "texture",
+        str(tmp_path / "scan.ply"),
+        "--cameras",
+        str(tmp_path / "sparse"),
+        "--atlas",
+        "cells",
+    ]
+    assert (
+        main([*common, "--photos", str(tmp_path), "-o", str(tmp_path / "out.glb"), "--texture-size", "64"])
+        == 1
+    )
+    notice, error = capsys.readouterr().err.strip().split("\n")[-2:]
+    assert notice.startswith("raycam: notice:")
+    assert "scale the mesh by" in notice
+    assert error.startswith("raycam: error:")

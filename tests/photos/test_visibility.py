@@ -10,6 +10,7 @@ import pytest
 import raycam
 import trimesh
 from raycam.cli import main
+from raycam.notices import collected
 from raycam.photos.face_samples import sample_pattern
 from support.box_table import ring, table
 from support.raises import warns
@@ -131,6 +132,32 @@ def test_inside_out_mesh_counts_both_sides_with_a_notice() -> None:
     assert seen.facing == "both"
     assert 0.2 < (seen.views > 0).mean() < 0.5
     assert (raycam.surface_visibility(world, cameras, facing="front").views > 0).mean() < 0.2
+
+
+def test_mesh_in_millimetres_around_the_cameras_is_misplaced_instead_of_inside_out() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    world = raycam.World()
+    world.add_mesh(ball.vertices * 1000, ball.faces)
+    with collected() as notices:
+        seen = raycam.surface_visibility(world, ring(6))
+    assert [notice.code for notice in notices] == ["misplaced_mesh"]
+    assert seen.facing == "front"
+    assert not seen.views.any()
+
+
+def test_command_visible_prints_notices_and_the_share_without_an_output_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    ball.invert()
+    ball.export(tmp_path / "scan.ply")
+    cameras = {str(i): camera for i, camera in enumerate(ring(6))}
+    raycam.save_cameras(tmp_path / "sparse", cameras, "colmap")
+    assert main(["visible", str(tmp_path / "scan.ply"), "--cameras", str(tmp_path / "sparse")]) == 0
+    printed = capsys.readouterr()
+    assert "faces are visible" in printed.out
+    assert "inside out" in printed.err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["scan.ply", "sparse"]
 
 
 def test_world_without_faces_is_refused() -> None:

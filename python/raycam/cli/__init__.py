@@ -127,8 +127,10 @@ def _main(words: Sequence[str]) -> int:
             _refuse(options.commands(), options.command, others)
         set_verbosity(options.quiet, options.verbose)
         with collected() as notices:
-            options.run(options)
-        print_other_notices(notices)
+            try:
+                options.run(options)
+            finally:
+                print_other_notices(notices)
         sys.stdout.flush()
         return 0
     except KeyboardInterrupt:

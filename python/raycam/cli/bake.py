@@ -108,8 +108,6 @@ def _add_ray_options(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from ..baking import bake
     from ..errors import SettingsError
-    from ..notices import collected
-    from .options.messages import print_notices
 
     if Path(options.output).suffix in (".png", ".exr", ".glb") and len(set(options.maps)) > 1:
         raise SettingsError(
@@ -117,26 +115,24 @@ def _run(options: argparse.Namespace) -> None:
             code="conflicting_values",
         )
     world = load_world(options)
-    with collected() as notices:
-        maps = bake(
-            world,
-            options.maps,
-            object=0 if options.object is None else options.object,
-            to=options.to,
-            size=options.size,
-            uv_set=options.uv_set,
-            source=options.source,
-            cage=options.cage,
-            atlas=options.atlas,
-            samples=options.samples,
-            distance=float("inf") if options.distance is None else options.distance,
-            cone=options.cone,
-            green=options.green,
-            max_depth=options.max_depth,
-            denoise=options.denoise,
-            threads=options.threads,
-        )
-    print_notices(notices)
+    maps = bake(
+        world,
+        options.maps,
+        object=0 if options.object is None else options.object,
+        to=options.to,
+        size=options.size,
+        uv_set=options.uv_set,
+        source=options.source,
+        cage=options.cage,
+        atlas=options.atlas,
+        samples=options.samples,
+        distance=float("inf") if options.distance is None else options.distance,
+        cone=options.cone,
+        green=options.green,
+        max_depth=options.max_depth,
+        denoise=options.denoise,
+        threads=options.threads,
+    )
     if Path(options.output).suffix in (".png", ".exr", ".glb"):
         maps.save_map(options.maps[0], options.output)
         print(options.output)

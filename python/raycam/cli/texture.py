@@ -72,30 +72,28 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from ..notices import collected
+    from ..arguments import whole
     from ..photos import texture_from_photos
-    from .options.messages import print_notices
+    from ..photos.texture import SIZE_RANGE
 
     world, cameras = load_world(options), photograph_cameras(options)
-    with collected() as notices:
-        result = texture_from_photos(
-            world,
-            cameras,
-            options.photos,
-            object=0 if options.object is None else options.object,
-            size=options.texture_size,
-            atlas=options.atlas,
-            method=options.method,
-            exposure=options.exposure,
-            orientation=options.orientation,
-            show_unseen=options.show_unseen,
-            memory=options.memory,
-            threads=options.threads,
-        )
-        result.world.to_gltf(options.output)
-        if options.report is not None:
-            result.save_report(options.report)
-    print_notices(notices)
+    result = texture_from_photos(
+        world,
+        cameras,
+        options.photos,
+        object=0 if options.object is None else options.object,
+        size=whole("--texture-size", options.texture_size, *SIZE_RANGE),
+        atlas=options.atlas,
+        method=options.method,
+        exposure=options.exposure,
+        orientation=options.orientation,
+        show_unseen=options.show_unseen,
+        memory=options.memory,
+        threads=options.threads,
+    )
+    result.world.to_gltf(options.output)
+    if options.report is not None:
+        result.save_report(options.report)
     share = 100 * result.seen.sum() / result.covered.sum()
     print(f"{options.output}: {share:.3g} % of the texels are visible to {len(cameras)} photographs")
 

@@ -78,8 +78,8 @@ def _add(command: argparse.ArgumentParser) -> None:
 def _run(options: argparse.Namespace) -> None:
     from ..photos import coverage_picture, surface_visibility
 
-    ending = os.path.splitext(options.output or ".ply")[1].lower()
-    if ending not in ENDINGS:
+    ending = "" if options.output is None else os.path.splitext(options.output)[1].lower()
+    if options.output is not None and ending not in ENDINGS:
         raise SettingsError(
             f"-o {options.output}: expected a name that ends in .ply, .npz or .glb", code="unknown_format"
         )

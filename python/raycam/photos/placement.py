@@ -14,7 +14,7 @@ from ..camera import Camera
 from ..errors import Notice
 from ..world import World
 
-__all__ = ["pixel_grid", "placement_notices"]
+__all__ = ["are_cameras_inside", "pixel_grid", "placement_notices"]
 
 GRID_SIDE = 12
 """Number of rays along each side of a photograph that test whether it shows the world."""
@@ -29,8 +29,8 @@ INSIDE_SHARE = 0.9
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
     """Returns a list with a notice if fewer than half of the cameras show the world.
 
-    The notice is also returned if most cameras show backs of faces, as if they were inside the mesh, but would show
-    fronts if the mesh were scaled. The notice contains the best scale factor. Otherwise, the list is empty.
+    The notice is also returned if most cameras are inside the mesh's bounding box and show backs of faces, but would
+    show fronts if the mesh were scaled. The notice contains the best scale factor. Otherwise, the list is empty.
     """
     given = list(cameras.values())
     seeing, fronts = count_cameras(world, given)
@@ -38,6 +38,8 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     if 2 * fronts >= len(given) or bounds is None:
         return []
     inside = 2 * seeing >= len(given)
+    if inside and not are_cameras_inside(world, given):
+        return []
     best, count = find_best_scale(world, given, inside)
     if inside and count < INSIDE_SHARE * len(given):
         return []
@@ -54,6 +56,16 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     around = ", ".join(f"{value:.4g}" for value in np.median(places, axis=0))
     message = f"{problem}; {remedy} (mesh centre: ({middle}), median camera position: ({around}))"
     return [Notice(message, "misplaced_mesh")]
+
+
+def are_cameras_inside(world: World, cameras: Sequence[Camera]) -> bool:
+    """Returns True if at least half of the cameras are inside the world's bounding box."""
+    bounds = world.bounds
+    if bounds is None:
+        return False
+    places = np.array([camera.location for camera in cameras]).reshape(-1, 3)
+    inside = ((places >= bounds[0]) & (places <= bounds[1])).all(axis=1)
+    return bool(2 * np.count_nonzero(inside) >= len(places))
 
 
 def find_best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tuple[float, int]:

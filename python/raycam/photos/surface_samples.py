@@ -129,8 +129,12 @@ def _sights(
     lidars = [
         points_on_faces(world, one, ids, threads) for one in viewpoints.values() if isinstance(one, Lidar)
     ]
-    warn_all(placement_notices(world, cameras))
-    side = side_of(world, list(cameras.values()), threads, lidars) if facing == "auto" else facing
+    misplaced = placement_notices(world, cameras)
+    warn_all(misplaced)
+    if facing == "auto":
+        side = side_of(world, list(cameras.values()), threads, lidars, is_misplaced=bool(misplaced))
+    else:
+        side = facing
 
     def seen_by(camera: Camera) -> Callable[[npt.NDArray[np.int64], Floats, Floats, Floats], Bools]:
         def find(face: npt.NDArray[np.int64], corners: Floats, weights: Floats, points: Floats) -> Bools:

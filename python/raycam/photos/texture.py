@@ -46,6 +46,8 @@ TEXEL_BYTES = 64
 """Bytes for each texel of the texture, in addition to `memory`."""
 COMPOSED_TEXEL_BYTES = 400
 """Bytes for each texel of methods that choose a photograph for each face."""
+SIZE_RANGE = (1, 16384)
+"""Smallest and largest side of a texture, in texels."""
 MAX_TEXEL_PX = 4.0
 """Pixels of the photographs for each side of a texel above which the texture is too small."""
 MISALIGNED_PX = 0.5
@@ -113,7 +115,7 @@ def texture_from_photos(
     """
     named = dict(sorted(named_photographs(cameras, images).items()))
     number = object_number(world._core, object)
-    wide, threads = whole("size", size, 1, 16384), thread_count(threads)
+    wide, threads = whole("size", size, *SIZE_RANGE), thread_count(threads)
     magenta = flag("show_unseen", show_unseen)
     one_of("method", method, ("blend", "best", "detail"))
     one_of("exposure", exposure, ("auto", "off"))
@@ -129,10 +131,11 @@ def texture_from_photos(
     one_of("orientation", orientation, ORIENTATIONS)
     source = PhotoSource(photos, named, orientation)
     check_memory(wide, limit, TEXEL_BYTES if method == "blend" else COMPOSED_TEXEL_BYTES)
-    warn_all(placement_notices(world, named))
+    misplaced = placement_notices(world, named)
+    warn_all(misplaced)
     surface = TexturedSurface(mesh, find_texels(mesh.uvs[0], (wide, wide)))
     warn_of_overlap(surface.texels, object)
-    facing = side_of(world, list(named.values()), threads)
+    facing = side_of(world, list(named.values()), threads, is_misplaced=bool(misplaced))
     photo_set = PhotoSet(world, named, source, surface, facing, np.ones((len(named), 3)), threads)
     return _compute(photo_set, number, method, exposure == "auto", magenta, limit)
 

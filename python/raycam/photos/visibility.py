@@ -21,7 +21,7 @@ from ..world.face_geometry import face_areas
 from .face_samples import MAX_SAMPLES, MIN_SAMPLES, sample_pattern
 from .face_sight import FaceSight, find_face_sight
 from .lidar_points import POINTS_PER_SAMPLE, FacePoints, points_on_faces
-from .placement import GRID_SIDE, pixel_grid, placement_notices
+from .placement import GRID_SIDE, are_cameras_inside, pixel_grid, placement_notices
 from .sight import Facing, in_morton_order, meets_front
 from .truth import named_viewpoints
 
@@ -108,10 +108,10 @@ def surface_visibility(
     a point; "faces" uses one sample for 16 points on a face, from 4 to 256.
 
     `facing="front"` ignores cameras behind a face and points on its back; "both" includes them. "auto" means "front",
-    or "both" with a notice if at least 90 % of the rays that hit the world hit back sides first. `pairs=True` also
-    returns the visible faces of each camera. A notice is issued if fewer than half of the cameras show the world, and
-    for a lidar without points. Memory does not grow with the number of cameras, except with `pairs`; each point of a
-    lidar takes 13 bytes.
+    or "both" with a notice if at least 90 % of the rays that hit the world hit back sides first, unless the mesh is
+    misplaced around the cameras, which another notice reports. `pairs=True` also returns the visible faces of each
+    camera. A notice is issued if fewer than half of the cameras show the world, and for a lidar without points. Memory
+    does not grow with the number of cameras, except with `pairs`; each point of a lidar takes 13 bytes.
 
     Raises `SettingsError` for invalid arguments and `WorldError` for unknown objects and worlds without faces.
     """
@@ -129,13 +129,17 @@ def surface_visibility(
         raise WorldError(
             "the world has no visible faces; surface_visibility requires a mesh", code="nothing_visible"
         )
-    warn_all(placement_notices(world, lenses))
+    misplaced = placement_notices(world, lenses)
+    warn_all(misplaced)
     points = {
         name: points_on_faces(world, lidar, ids, threads)
         for name, lidar in named.items()
         if isinstance(lidar, Lidar)
     }
-    sides = side_of(world, list(lenses.values()), threads, points.values()) if facing == "auto" else facing
+    if facing == "auto":
+        sides = side_of(world, list(lenses.values()), threads, points.values(), is_misplaced=bool(misplaced))
+    else:
+        sides = facing
     each = [points[name].of(sides) if name in points else lenses[name] for name in named]
     order = in_morton_order(corners.mean(axis=1))
     found = _Totals(len(ids), each, pairs)
@@ -150,16 +154,21 @@ def side_of(
     cameras: Sequence[Camera],
     threads: int | None = None,
     lidars: Iterable[FacePoints] = (),
+    *,
+    is_misplaced: bool = False,
 ) -> Literal["front", "both"]:
     """Returns "both" if nearly all rays that hit the world hit back sides first, else "front".
 
-    The limit is 90 %; "both" is reported by a notice. Each lidar contributes about as many points as a camera has rays,
-    or all of its points if it has fewer.
+    The limit is 90 %; "both" is reported by a notice. If a notice reported a misplaced mesh around the cameras
+    (`is_misplaced`), the backs are the consequence, and the result is "front". Each lidar contributes about as many
+    points as a camera has rays, or all of its points if it has fewer.
     """
     hits = [meets_front(world, camera, pixel_grid(camera), threads) for camera in cameras]
     hits += [one.front[:: max(1, len(one.front) // GRID_SIDE**2)] for one in lidars]
     fronts = np.concatenate(hits) if hits else np.zeros(0, bool)
     if len(fronts) == 0 or fronts.mean() > 1 - INSIDE_OUT_SHARE:
+        return "front"
+    if is_misplaced and are_cameras_inside(world, cameras):
         return "front"
     message = (
         f"{100 * (1 - fronts.mean()):.0f} % of the rays hit the backs of faces, so the mesh seems to be inside out or "
