@@ -329,3 +329,68 @@ def test_stereo_pair_in_two_files_uses_extrinsics_of_a_third_file(tmp_path: Path
         assert has_notice(cameras.notices, "missing_value", "R and T")
     else:
         check(cameras["right"], K, R, C, lens)
+
+
+def separate_intrinsics(camera: Any, scale: float = 1.0) -> dict[str, Any]:
+    """Arrays of a file with K in `camera_mat_0`, and `scale` times [R t] in `world_mat_0`."""
+    R, C = pose(0)
+    return {
+        "camera_mat_0": camera,
+        "world_mat_0": np.vstack([scale * np.column_stack([R, -R @ C]), [0, 0, 0, 1]]),
+    }
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.5, 0.01])
+def test_scaled_pose_next_to_camera_mat_is_read(tmp_path: Path, scale: float) -> None:
+    camera = np.array([[2.0, 0, 0.1, 0], [0, 3.0, -0.05, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    np.savez(tmp_path / "cameras.npz", **separate_intrinsics(camera, scale))
+    found = raycam.load_cameras(tmp_path / "cameras.npz", size=SIZE)["0"]
+    # camera_mat is in units of half the image size; the first pixel's centre is (0.5, 0.5).
+    assert found.pixel_center == "half"
+    np.testing.assert_allclose(found.K, [[640, 0, 352], [0, 720, 228], [0, 0, 1]])
+    np.testing.assert_allclose(found.R, pose(0)[0], atol=1e-12)
+    np.testing.assert_allclose(found.C, pose(0)[1], atol=1e-12)
+
+
+def test_camera_mat_in_pixels_is_read_with_a_notice(tmp_path: Path) -> None:
+    np.savez(tmp_path / "cameras.npz", **separate_intrinsics(K))
+    cameras = raycam.load_cameras(tmp_path / "cameras.npz", size=SIZE)
+    check(cameras["0"], K, *pose(0))
+    assert has_notice(cameras.notices, "assumed_convention", "camera_mat_0")
+
+
+def test_missing_camera_mat_is_named_in_the_error(tmp_path: Path) -> None:
+    arrays = separate_intrinsics(np.diag([2.0, 2.0, 1.0]))
+    np.savez(tmp_path / "cameras.npz", **arrays, world_mat_1=arrays["world_mat_0"])
+    with raises(FormatError, code="syntax", mentions=["world_mat_1", "camera_mat_1"]):
+        raycam.load_cameras(tmp_path / "cameras.npz", size=SIZE)
+
+
+@pytest.mark.parametrize("kind", ["json", "npy", "txt"])
+def test_camera_matrix_with_a_short_focal_length_gives_a_notice(tmp_path: Path, kind: str) -> None:
+    R, C = pose(0)
+    P = intrinsics(3.5, 3.5, 320, 240) @ np.column_stack([R, -R @ C])
+    path = tmp_path / f"camera.{kind}"
+    if kind == "json":
+        path.write_text(json.dumps({"P": P.tolist(), "width": 640, "height": 480}))
+    elif kind == "npy":
+        np.save(path, P)
+    else:
+        np.savetxt(path, P)
+    cameras = raycam.load_cameras(path, size=SIZE)
+    np.testing.assert_allclose(cameras["camera"].K, intrinsics(3.5, 3.5, 320, 240), atol=1e-6)
+    assert has_notice(cameras.notices, "implausible", "3.5")
+
+
+def test_notices_of_several_files_are_grouped(tmp_path: Path) -> None:
+    matrix = rows(np.column_stack([np.eye(3), [0.1, 0.2, 0.3]]))
+    for i in range(5):
+        (tmp_path / f"cam{i}.yaml").write_text(
+            "cameras:\n- camera:\n    image_height: 480\n    image_width: 640\n    type: pinhole\n"
+            "    intrinsics: {rows: 4, cols: 1, data: [500, 500, 320, 240]}\n"
+            f"  T_B_C: {{rows: 4, cols: 4, data: [{matrix}, 0, 0, 0, 1]}}\n"
+        )
+    placed = [notice for notice in raycam.load_cameras(tmp_path).notices if notice.code == "placed_cameras"]
+    assert len(placed) == 1
+    for fact in ("cam0", "cam2", "2 more"):
+        assert fact in str(placed[0])

@@ -123,3 +123,21 @@ def test_partial_panorama_is_not_written(
     part = raycam.Camera(np.diag([focal, 1, 1]) @ whole.K, whole.R, whole.C, size, model="equirectangular")
     with raises(raycam.FormatError, code="cannot_write", mentions=[fault]):
         raycam.save_cameras(tmp_path / "transforms.json", {"a": part}, "nerf")
+
+
+def test_lens_coefficients_of_a_panorama_are_refused(tmp_path: Path) -> None:
+    frames = [{"file_path": "a.png", "transform_matrix": np.eye(4).tolist()}]
+    document = {
+        "camera_model": "EQUIRECTANGULAR",
+        "fl_x": 256,
+        "fl_y": 256,
+        "w": 512,
+        "h": 256,
+        "frames": frames,
+    }
+    path = tmp_path / "transforms.json"
+    path.write_text(json.dumps({**document, "k1": 0.0}))
+    assert raycam.load_cameras(path)["a.png"].model == "equirectangular"
+    path.write_text(json.dumps({**document, "k1": 0.1}))
+    with raises(raycam.FormatError, code="syntax", mentions=["camera_model", "k1"]):
+        raycam.load_cameras(path)

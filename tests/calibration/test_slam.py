@@ -201,7 +201,7 @@ def test_camodocal_cameras_are_read(tmp_path: Path, kind: str, space: str) -> No
     ("kind", "groups", "reason"),
     [
         ("SCARAMUZZA", {"poly": {"p0": -200.0}}, fault("unsupported_feature", "SCARAMUZZA")),
-        ("DOUBLE", {}, fault("unsupported_feature", "DOUBLE")),
+        ("DOUBLE", {"projection": PROJECTION}, fault("unsupported_feature", "DOUBLE")),
         ("PINHOLE", {"distortion": {**TERMS, "k3": 0.1}, "projection": PROJECTION}, fault("syntax", "k3")),
         ("PINHOLE", {"distortion": {"k1": 0.1}, "projection": PROJECTION}, fault("missing_value", "k2")),
     ],
@@ -353,3 +353,46 @@ def test_openvslam_panorama_is_read(tmp_path: Path) -> None:
     (camera,) = raycam.load_cameras(tmp_path / "a.yaml").values()
     assert camera.model == "equirectangular"
     np.testing.assert_allclose(camera.project([[0, 0, 1], [1, 0, 0]])[0], [[511.5, 255.5], [767.5, 255.5]])
+
+
+def test_body_t_cam_next_to_k_is_not_read_as_vins(tmp_path: Path) -> None:
+    R, C = pose(3)
+    mount = np.eye(4)
+    mount[:3] = np.column_stack([R.T, C])
+    for side in ("left", "right"):
+        content = {"K": K.tolist(), "dist": [-0.1, 0.02, 0.001, -0.002, 0.003], "image_size": [640, 480]}
+        (tmp_path / f"{side}.json").write_text(json.dumps({**content, "body_T_cam": mount.tolist()}))
+    cameras = raycam.load_cameras(tmp_path)
+    for camera in cameras.values():
+        np.testing.assert_allclose(camera.K, K)
+        np.testing.assert_allclose(camera.R, R, atol=1e-12)
+        np.testing.assert_allclose(camera.C, C, atol=1e-12)
+    assert len(cameras.rigs["rig"]) == 2
+
+
+def test_different_poses_of_an_mrcal_camera_raise(tmp_path: Path) -> None:
+    file = tmp_path / "a.cameramodel"
+    text = (
+        "{'lensmodel': b'LENSMODEL_PINHOLE', 'intrinsics': [400, 400, 320, 240], 'imagersize': [640, 480],\n"
+        "'rt_cam_ref': [0, 0, 0, 1, 2, 3],\n'rt_ref_cam': [0, 0, 0, -1, -2, -3]}\n"
+    )
+    file.write_text(text)
+    np.testing.assert_allclose(raycam.load_cameras(file)["a"].C, [-1, -2, -3])
+    file.write_text(text.replace("-3", "3"))
+    with raises(FormatError, code="syntax", mentions=["rt_ref_cam", "rt_cam_ref"]):
+        raycam.load_cameras(file)
+
+
+def test_repairs_of_a_camchain_give_a_notice(tmp_path: Path) -> None:
+    rotation = Rotation.from_rotvec([0.3, -0.2, 1.1]).as_matrix()
+    step = "".join(f"  - [{a:.4f}, {b:.4f}, {c:.4f}, 0.1]\n" for a, b, c in rotation)
+    camera = (
+        "  camera_model: pinhole\n  intrinsics: [400, 400, 320, 240]\n  distortion_model: none\n"
+        "  distortion_coeffs: []\n  resolution: [640, 480]\n"
+    )
+    (tmp_path / "camchain.yaml").write_text(
+        f"cam0:\n{camera}cam1:\n  T_cn_cnm1:\n{step}  - [0, 0, 0, 1]\n{camera}"
+    )
+    cameras = raycam.load_cameras(tmp_path / "camchain.yaml")
+    np.testing.assert_allclose(cameras["cam1"].R, rotation, atol=1e-4)
+    assert has_notice(cameras.notices, "repaired_rotation", "cam1")

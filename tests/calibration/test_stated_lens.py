@@ -153,6 +153,10 @@ def test_skew_next_to_named_cameras_applies_or_is_refused(tmp_path: Path) -> Non
         ("bounding_box", [0.5, 1.5, 2.5, 3.5]),
         ("quaternion", [0.1, 0.2, 0.3, 0.927]),
         ("position", [0.1, 0.2, 0.3, 1.5]),
+        ("sensor_mm", [36.5, 24.5, 1.5, 1.5]),
+        ("gps", [47.5, 8.5, 400.5, 0.5]),
+        ("workspace", [-0.5, 0.5, -0.3, 0.3]),
+        ("gyro_bias", [0.01, 0.02, 0.03, 0.04]),
     ],
 )
 def test_unrelated_numbers_are_not_read_as_distortion(tmp_path: Path, key: str, value: Any) -> None:
@@ -206,3 +210,43 @@ def test_fisheye_flag_of_anipose_is_read_at_every_position(tmp_path: Path, place
 def test_lens_model_none_in_any_spelling_gives_a_pinhole(tmp_path: Path, word: str) -> None:
     (camera,) = read(tmp_path, {"K": K, "img_size": [640, 480], "distortion_model": word}).values()
     assert camera.distortion is None
+
+
+@pytest.mark.parametrize("cameras", ["one", "several"])
+def test_model_type_in_the_root_is_not_read_as_camodocal(tmp_path: Path, cameras: str) -> None:
+    camera = f"K: {K}\n  D: {D}\n  image_size: [640, 480]\n"
+    text = "model_type: fisheye\n"
+    text += camera.replace("  ", "") if cameras == "one" else f"left:\n  {camera}right:\n  {camera}"
+    (tmp_path / "a.yaml").write_text(text)
+    found = raycam.load_cameras(tmp_path / "a.yaml")
+    assert len(found) == (1 if cameras == "one" else 2)
+    for camera_found in found.values():
+        check_fisheye(camera_found)
+
+
+@pytest.mark.parametrize(
+    ("name", "coefficients"),
+    [
+        ("opencv5", [0.1, 0.01, 0.001, 0.002, 0.003]),
+        ("radtan4", [0.1, 0.01, 0.001, 0.002]),
+        ("rational8", [0.1] * 8),
+    ],
+)
+def test_lens_models_with_a_count_of_coefficients_are_read(
+    tmp_path: Path, name: str, coefficients: list[float]
+) -> None:
+    camera = read(tmp_path, {"K": K, "img_size": [640, 480], "D": coefficients, "distortion_model": name})[
+        "a"
+    ]
+    assert camera.model == "opencv"
+    np.testing.assert_array_equal(camera.distortion, coefficients)
+    with raises(FormatError, mentions=[name]):
+        read(tmp_path, {"K": K, "img_size": [640, 480], "D": [*coefficients, 0.1], "distortion_model": name})
+
+
+@pytest.mark.parametrize("word", ["undistorted", "rectified"])
+def test_lens_model_of_rectified_images_gives_a_pinhole(tmp_path: Path, word: str) -> None:
+    content = {"K": K, "img_size": [640, 480], "D": [0.0] * 5, "distortion_model": word}
+    assert read(tmp_path, content)["a"].model == "pinhole"
+    with raises(FormatError, mentions=[word, "0.1"]):
+        read(tmp_path, {**content, "D": [0.1, 0, 0, 0, 0]})

@@ -235,7 +235,7 @@ def test_ov2slam_reads_both_cameras_with_their_mounts(tmp_path: Path) -> None:
     assert len(cameras.rigs) == 1
 
 
-@pytest.mark.parametrize("name", ["extrinsic.txt", "intrinsic.txt"])
+@pytest.mark.parametrize("name", ["extrinsic.txt", "intrinsic.txt", "."])
 def test_virtual_kitti_cameras_combine_extrinsic_and_intrinsic_files(tmp_path: Path, name: str) -> None:
     header = "frame cameraID r1,1 r1,2 r1,3 t1 r2,1 r2,2 r2,3 t2 r3,1 r3,2 r3,3 t3 0 0 0 1"
     rows = "\n".join(f"{frame} {camera} {words(four(R, T))}" for frame in range(2) for camera in range(2))
@@ -507,7 +507,7 @@ def test_camera_matrix_without_a_size_is_read(tmp_path: Path) -> None:
 
 def test_neus_without_intrinsics_is_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "cameras.npz", world_mat_0=np.vstack([np.column_stack([R, T]), [0, 0, 0, 1]]))
-    with raises(FormatError, code="syntax", mentions=["cameras.npz", "camera_mat_i"]):
+    with raises(FormatError, code="syntax", mentions=["cameras.npz", "camera_mat_0"]):
         load(tmp_path / "cameras.npz", size=(640, 480))
 
 

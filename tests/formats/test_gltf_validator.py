@@ -5,6 +5,8 @@ The cases equal the table in `docs/gltf.md`.
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -39,19 +41,11 @@ REFUSED: dict[str, Any] = {
         matrix=[1.0, 0, 0, 2, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
     ),
     "UNKNOWN_ASSET_MAJOR_VERSION": lambda d: d.json["asset"].update(version="1.0"),
-    "VALUE_NOT_IN_RANGE": lambda d: d.json["meshes"][0]["primitives"][0].update(mode=9),
-    "VALUE_NOT_IN_LIST": lambda d: (
-        d.json.setdefault("materials", []).append({"alphaMode": "GLASS"})
-        or d.json["meshes"][0]["primitives"][0].update(material=0)
-    ),
     "ARRAY_LENGTH_NOT_IN_LIST": lambda d: d.json["nodes"][0].update(scale=[1, 1]),
     "ASSET_MIN_VERSION_GREATER_THAN_VERSION": lambda d: d.json["asset"].update(minVersion="2.1"),
     "MESH_PRIMITIVE_ATTRIBUTES_ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][0].update(type="VEC2"),
     "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT": lambda d: d.json["accessors"][2].update(
         normalized=True
-    ),
-    "SKIN_IBM_INVALID_FORMAT": lambda d: d.json["nodes"][0].update(
-        skin=d.add("skins", joints=[0], inverseBindMatrices=d.accessor(np.zeros((1, 4), np.float32)))
     ),
     "TYPE_MISMATCH": lambda d: d.json["nodes"][0].update(mesh="zero"),
     "EMPTY_ENTITY": lambda d: d.json["meshes"][0].update(primitives=[]),
@@ -112,3 +106,50 @@ def test_faults_without_effect_on_the_image_give_a_notice_with_their_code(tmp_pa
     NOTICED[code](document)
     world = load(document, tmp_path)
     assert any(f"({code})" in str(notice) for notice in world.notices), world.notices
+
+
+def _joints(d: Document) -> None:
+    """Adds joints to the vertices, so that the node's skin applies."""
+    d.json["meshes"][0]["primitives"][0]["attributes"] |= {
+        "JOINTS_0": d.accessor(np.zeros((4, 4), np.uint8)),
+        "WEIGHTS_0": d.accessor(np.tile(np.array([1, 0, 0, 0], np.float32), (4, 1))),
+    }
+
+
+def _skin(**skin: Any) -> Callable[[Document], Any]:
+    return lambda d: (_joints(d), d.json["nodes"][0].update(skin=d.add("skins", **skin)))
+
+
+OMITTED: dict[str, tuple[Callable[[Document], Any], str]] = {
+    "alphaMode": (
+        lambda d: (
+            d.json.update(materials=[{"alphaMode": "GLASS"}]),
+            d.json["meshes"][0]["primitives"][0].update(material=0),
+        ),
+        "VALUE_NOT_IN_LIST",
+    ),
+    "mode": (
+        lambda d: d.json["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "mode": 9}),
+        "VALUE_NOT_IN_RANGE",
+    ),
+    "joint": (_skin(joints=[99]), "UNRESOLVED_REFERENCE"),
+    "skin": (lambda d: (_joints(d), d.json["nodes"][0].update(skin=7)), "UNRESOLVED_REFERENCE"),
+    "bind": (
+        lambda d: _skin(joints=[0], inverseBindMatrices=d.accessor(np.zeros((1, 4), np.float32)))(d),
+        "SKIN_IBM_INVALID_FORMAT",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", OMITTED)
+def test_faults_of_one_part_leave_the_rest_of_the_model(tmp_path: Path, fault: str) -> None:
+    document = Document()
+    document.node(mesh=document.square(), translation=[1, 2, 3])
+    expected = load(document, tmp_path).triangles(0)
+    damage, code = OMITTED[fault]
+    damage(document)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        world = load(document, tmp_path)
+    np.testing.assert_array_equal(world.triangles(0), expected)
+    assert any(code in str(notice) for notice in world.notices)

@@ -111,11 +111,6 @@ def test_mtl_options_after_the_file_name_are_applied(tmp_path: Path) -> None:
         ("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0,0 0 1\nf 1 2 3\n"),
         ("a.off", "OFF\n3 1 0\n0 0 0\n1,5 0 0\n0 1 0\n3 0 1 2\n"),
         (
-            "a.stl",
-            "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1,5 0 0\nvertex 0 1 0\nendloop\n"
-            "endfacet\nendsolid a\n",
-        ),
-        (
             "a.ply",
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
             "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1,5 0 0\n0 1 0\n3 0 1 2\n",

@@ -29,6 +29,13 @@ pub(crate) fn about_cameras<'a>(
     Notice::about_all(code, names.map(|name| format!("camera {name:?}")), message)
 }
 
+/// Notice about cameras, by name, whose matrix differs from a rotation by this amount.
+pub(crate) fn notice_of_repairs(repaired: &[(String, f64)]) -> Option<Notice> {
+    let most = repaired.iter().map(|(_, off)| *off).reduce(f64::max)?;
+    let message = format!("R differs from a rotation by up to {most:.1e}; the nearest rotation is used");
+    Some(about_cameras(NoticeCode::RepairedRotation, repaired.iter().map(|(name, _)| name.as_str()), message))
+}
+
 impl Calibration {
     pub(crate) fn note(&mut self, code: NoticeCode, message: impl Into<String>) {
         self.notices.push(Notice::new(code, message));

@@ -15,7 +15,7 @@ use crate::datasets::{
 use crate::devices::{aria, aria_mps, real_sense, zed};
 use crate::document::number_lines::looks_like;
 use crate::document::{unread, yaml, zip_members};
-use crate::files::about_cameras;
+use crate::files::{about_cameras, notice_of_repairs};
 use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::radiance_fields::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
 use crate::slam_settings::{ncamera, orb_slam, ov2slam, vins};
@@ -501,13 +501,6 @@ fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> 
         );
         Notice::new(NoticeCode::AssumedConvention, message)
     })
-}
-
-/// Notice about cameras, by name, whose matrix differs from a rotation by this amount.
-fn notice_of_repairs(repaired: &[(String, f64)]) -> Option<Notice> {
-    let most = repaired.iter().map(|(_, off)| *off).reduce(f64::max)?;
-    let message = format!("R differs from a rotation by up to {most:.1e}; the nearest rotation is used");
-    Some(about_cameras(NoticeCode::RepairedRotation, repaired.iter().map(|(name, _)| name.as_str()), message))
 }
 
 /// Gives unique names to poses with equal times, which a trajectory may contain; returns a notice about them.

@@ -9,7 +9,7 @@ use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 
 /// Names of files that contain the calibration of a whole folder; of each row, only the first existing file is used.
-const FILES: [&[&str]; 29] = [
+const FILES: [&[&str]; 30] = [
     &["cameras.bin", "cameras.txt"],
     &["sparse/0/cameras.bin", "sparse/0/cameras.txt"],
     &["sparse/cameras.bin", "sparse/cameras.txt"],
@@ -31,6 +31,7 @@ const FILES: [&[&str]; 29] = [
     &["calib.txt"],
     &["scene_camera.json"],
     &["bundle.out"],
+    &["extrinsic.txt", "intrinsic.txt"],
     &["intrinsics.yml", "intrinsics.yaml", "intrinsics.xml"],
     &["camera_path.json"],
     &["camchain.yaml", "kalibr_imucam_chain.yaml"],

@@ -132,6 +132,12 @@ impl Pose {
         self.r_c() == (DMat3::IDENTITY, DVec3::ZERO)
     }
 
+    /// True if both poses are equal up to the rounding of numbers with a few digits.
+    pub(crate) fn is_near(&self, other: &Self) -> bool {
+        let ((r, c), (r2, c2)) = (self.r_c(), other.r_c());
+        r.abs_diff_eq(r2, NEAR) && c.abs_diff_eq(c2, NEAR * (1.0 + c.length()))
+    }
+
     /// Returns the inverse transform.
     pub fn inverted(&self) -> Self {
         let (r, c) = self.world_r_c();
@@ -190,6 +196,10 @@ impl Pose {
         Some(off)
     }
 }
+
+/// Maximum difference between the entries of two poses that count as equal; for centres, relative to their distance from
+/// the origin.
+const NEAR: f64 = 1e-4;
 
 /// Maximum difference between a matrix and a rotation at which the matrix is kept as in the file.
 const UNREPORTED_DIFFERENCE: f64 = 1e-7;

@@ -16,6 +16,7 @@ use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 use raycam_scene::{ErrorCode, Material, Mesh, MeshFile, MeshPart, Notice, NoticeCode};
 
 use crate::error::{FormatError, Location, Result};
+use crate::geometry::ear_clipping;
 use crate::geometry::weld::{self, VertexWelder};
 use crate::io::lexer::{self, Lines, Words};
 use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile};
@@ -24,6 +25,8 @@ use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile};
 const HEADER_BYTES: usize = 84;
 /// Bytes of a facet: a normal and three corners of three float32 each, and two further bytes.
 const FACET_BYTES: usize = 50;
+/// Limit on the work to divide a facet with more than three vertices into triangles.
+const MAX_POLYGON_STEPS: u64 = 1 << 24;
 /// Number of facets that are read at a time.
 const BLOCK_FACETS: usize = 1 << 14;
 
@@ -324,6 +327,8 @@ struct TextParser<'a> {
     expect: ParserState,
     corners: [DVec3; 3],
     count: usize,
+    /// Further corners of a facet with more than three vertices.
+    further: Vec<DVec3>,
     odd: Diagnostics,
 }
 
@@ -377,6 +382,7 @@ impl TextParser<'_> {
         matches!(
             (self.expect, statement),
             (P::Loop, S::Vertex)
+                | (P::Facet, S::Loop)
                 | (P::EndLoop, S::EndFacet | S::Facet | S::EndSolid)
                 | (P::EndFacet, S::Facet | S::EndSolid | S::Solid)
         )
@@ -389,6 +395,29 @@ impl TextParser<'_> {
             (self.expect, statement),
             (P::EndFacet, S::EndLoop) | (P::Facet, S::EndFacet) | (P::Solid, S::EndSolid)
         ) || (self.expect, statement, self.count) == (P::Vertex, S::Loop, 0)
+    }
+
+    /// Adds the triangles of a facet with more than three vertices.
+    fn add_polygon(&mut self, line: usize) -> Result<()> {
+        let corners = [&self.corners[..], &std::mem::take(&mut self.further)].concat();
+        let (mut parts, mut steps) = (Vec::new(), MAX_POLYGON_STEPS);
+        ear_clipping::triangulate(&corners, &mut steps, &mut parts).map_err(|_| {
+            let message = format!("a facet with {} vertices cannot be divided into triangles", corners.len());
+            FormatError::line(self.path, line, ErrorCode::TooLarge.message(message))
+        })?;
+        if let Some((_, weld, triangles)) = self.solids.last_mut() {
+            triangles.extend(parts.iter().map(|part| part.map(|corner| weld.insert(corners[corner as usize]))));
+        }
+        Ok(())
+    }
+
+    /// Reads the three numbers of a vertex.
+    fn corner(&mut self, line: usize, rest: &[u8]) -> Result<DVec3> {
+        corner(self.path, line, rest).or_else(|error| {
+            let (values, assumed) = lexer::three_numbers_with_commas(rest).ok_or(error)?;
+            self.note(line, &format!("vertices are read with {assumed}"));
+            Ok(DVec3::from(values))
+        })
     }
 
     /// Applies a statement; returns false if the statement is not allowed after the previous statement.
@@ -414,14 +443,22 @@ impl TextParser<'_> {
             (P::Facet, S::EndSolid) => P::Solid,
             (P::Loop, S::Loop) => P::Vertex,
             (P::Vertex, S::Vertex) => {
-                self.corners[self.count] = corner(self.path, line, rest)?;
+                self.corners[self.count] = self.corner(line, rest)?;
                 self.count += 1;
                 if self.count == 3 { P::EndLoop } else { P::Vertex }
+            }
+            (P::EndLoop, S::Vertex) => {
+                self.note(line, "a facet with more than three vertices is divided into triangles");
+                let corner = self.corner(line, rest)?;
+                self.further.push(corner);
+                P::EndLoop
             }
             (P::EndLoop, S::EndLoop) => P::EndFacet,
             (P::EndFacet, S::EndFacet) => {
                 self.count = 0;
-                if let Some((_, weld, triangles)) = self.solids.last_mut() {
+                if !self.further.is_empty() {
+                    self.add_polygon(line)?;
+                } else if let Some((_, weld, triangles)) = self.solids.last_mut() {
                     triangles.push(self.corners.map(|corner| weld.insert(corner)));
                 }
                 P::Facet
@@ -440,6 +477,7 @@ fn text(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Result<Vec<Soli
         expect: ParserState::Solid,
         corners: [DVec3::ZERO; 3],
         count: 0,
+        further: Vec::new(),
         odd: Diagnostics::default(),
     };
     let mut last = 0;
@@ -476,7 +514,7 @@ fn name(expect: ParserState) -> &'static str {
         ParserState::Facet => "facet or endsolid",
         ParserState::Loop => "outer loop",
         ParserState::Vertex => "vertex (a facet has three)",
-        ParserState::EndLoop => "endloop (a facet has three vertices)",
+        ParserState::EndLoop => "endloop or vertex",
         ParserState::EndFacet => "endfacet",
     }
 }

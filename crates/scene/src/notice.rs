@@ -43,12 +43,13 @@ impl Notice {
         Self { code, message: message.into(), subjects: subjects.take(MAX_SUBJECTS).map(Into::into).collect(), count }
     }
 
-    /// Returns the notice with `place` and a colon before its subjects, or otherwise before its message.
+    /// Returns the notice with `place` and a colon before its first subject. Without subjects, `place` becomes the
+    /// subject.
     #[must_use]
     pub fn in_context(mut self, place: impl fmt::Display) -> Self {
         match self.subjects.first_mut() {
             Some(subject) => *subject = format!("{place}: {subject}"),
-            None => self.message = format!("{place}: {}", self.message),
+            None => (self.subjects, self.count) = (vec![place.to_string()], 1),
         }
         self
     }

@@ -28,7 +28,9 @@ pub(crate) const KEYS: [&str; 10] = [
 ];
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    text.lines().any(|line| line.starts_with("model_type"))
+    // `model_type` alone may also name the lens model in another format.
+    let starts = |word: &str| text.lines().any(|line| line.starts_with(word));
+    starts("model_type") && KEYS.iter().any(|&key| key.ends_with("_parameters") && starts(key))
 }
 
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {

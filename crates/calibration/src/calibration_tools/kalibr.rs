@@ -13,6 +13,7 @@ use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
 use crate::document::Cursor;
 use crate::document::number_format::{joined, matrix_rows34, quoted};
 use crate::document::yaml;
+use crate::files::notice_of_repairs;
 use crate::rig::{on_a_body, one_rig, poses_on_one_rig};
 use crate::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
@@ -49,6 +50,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let all_have = |key: &str| cameras.iter().all(|(_, camera)| camera.get(key).is_some());
     let (camera_from_body, body_from_camera) = (all_have("T_cam_imu"), all_have("T_imu_cam"));
     let mut before = Pose::camera_from_world(Rotation::Matrix(DMat3::IDENTITY), DVec3::ZERO);
+    let mut steps = Vec::new();
     for (i, (name, camera)) in cameras.into_iter().enumerate() {
         if name != format!("cam{i}") {
             return Err(camera.fail(format_args!("expected cam{i} here")));
@@ -76,7 +78,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             before.clone()
         } else {
             let mut step = pose("T_cn_cnm1")?;
-            step.orthonormalize();
+            steps.extend(step.orthonormalize().map(|off| (name.to_owned(), off)));
             step.compose(&before)
         };
         record.pose = Some(here.clone());
@@ -84,6 +86,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         before = here;
         calibration.records.push(record);
     }
+    calibration.notices.extend(notice_of_repairs(&steps));
     match &mut calibration.records[..] {
         // A single camera that is mounted on a body also forms a rig.
         [record] if camera_from_body || body_from_camera => on_a_body(record, "rig"),

@@ -101,17 +101,19 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let rotation = Rotation::from_vector([rx, ry, rz]).map_err(|message| at.fail(message))?;
         Ok::<_, FormatError>(Pose::camera_from_world(rotation, DVec3::new(x, y, z)))
     };
-    let older = root.get("extrinsics").map(pose_of).transpose()?;
-    if let Some(at) = root.get("rt_cam_ref") {
+    let mut named = None;
+    for key in ["rt_cam_ref", "rt_ref_cam", "extrinsics"] {
+        let Some(at) = root.get(key) else { continue };
         let pose = pose_of(at.clone())?;
-        if older.is_some_and(|older| older != pose) {
-            return Err(at.fail("extrinsics contains a different pose; expected only one pose"));
+        let pose = if key == "rt_ref_cam" { pose.inverted() } else { pose };
+        if let Some((other, before)) = &record.pose.as_ref().zip(named)
+            && !other.is_near(&pose)
+        {
+            return Err(at.fail(format_args!("{before} contains a different pose; expected only one pose")));
         }
-        record.pose = Some(pose);
-    } else if let Some(at) = root.get("rt_ref_cam") {
-        record.pose = Some(pose_of(at)?.inverted());
-    } else {
-        record.pose = older;
+        if record.pose.is_none() {
+            (record.pose, named) = (Some(pose), Some(key));
+        }
     }
     let known = [
         "lensmodel",

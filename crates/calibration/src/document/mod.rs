@@ -314,6 +314,13 @@ pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {
 /// matrix.
 const MIN_FOCAL_IN_PLACE_OF_POSE: f64 = 20.0;
 
+/// The rotation of a matrix that consists of a rotation and a positive factor; `None` for other matrices.
+pub(crate) fn rotation_of_any_scale(r: DMat3) -> Option<DMat3> {
+    let scale = r.determinant().cbrt();
+    let rotation = r * scale.recip();
+    (scale > 0.0 && check_rotation(rotation).is_ok()).then_some(rotation)
+}
+
 /// The focal lengths [fx, fy] in pixels of a matrix K R of any scale.
 pub(crate) fn focal_lengths_of(k_r: DMat3) -> [f64; 2] {
     let [a, b, c] = [0, 1, 2].map(|i| k_r.row(i));
@@ -326,15 +333,23 @@ pub(crate) fn rigid(m: &[f64; 12]) -> (DMat3, DVec3) {
     (DMat3::from_cols(column(0), column(1), column(2)), column(3))
 }
 
+/// Number of coefficients in a name of OpenCV's lens model, as in `opencv5`, `radtan4` and `rational8`.
+fn counted_opencv(name: &str) -> Option<usize> {
+    let count = ["opencv", "radtan", "rational", "brown"].iter().find_map(|model| name.strip_prefix(model));
+    count?.trim_start_matches('_').parse().ok()
+}
+
 /// Returns the lens for a model name that calibration tools use.
 pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
     // Lower case also accepts the spellings "None" and "NONE", which Python and ROS drivers write.
     let lower = name.to_lowercase();
-    let has_none = matches!(&lower[..], "none" | "nodistortion" | "no_distortion" | "null");
+    let has_none =
+        matches!(&lower[..], "none" | "nodistortion" | "no_distortion" | "null" | "undistorted" | "rectified");
     let model = match if has_none { "none" } else { name } {
         "plumb_bob" | "rational_polynomial" | "thin_prism" | "radtan" | "radial-tangential" | "opencv" | "brown" => {
             LensModel::OpenCv
         }
+        _ if counted_opencv(&lower) == Some(given.len()) => LensModel::OpenCv,
         "equidistant" | "fisheye" | "equi" | "kannala_brandt" => LensModel::Fisheye,
         "fov" => LensModel::Fov,
         "none" | "" => {

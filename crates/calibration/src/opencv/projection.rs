@@ -3,7 +3,7 @@
 
 use raycam_scene::PixelCenter;
 
-use crate::document::{Cursor, focal_lengths_of, lens_keys::plain, rigid};
+use crate::document::{Cursor, lens_keys::plain, rigid, rotation_of_any_scale};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::{camera, pose};
 use crate::{Calibration, CameraRecord};
@@ -21,9 +21,6 @@ const P: [&str; 9] = [
     "projmat",
     "cameraprojectionmatrix",
 ];
-
-/// Minimum focal length in pixels; distinguishes camera matrices from pose matrices, whose focal lengths would be 1.
-const MIN_FOCAL: f64 = 20.0;
 
 /// True for the key of a camera matrix, possibly with the number or the side of its camera.
 pub(super) fn is_key(key: &str) -> bool {
@@ -96,12 +93,13 @@ fn matrices<'a>(at: &Cursor<'a>) -> Vec<(&'a str, [[f64; 4]; 3])> {
     entries.into_iter().filter_map(|(key, at)| Some((key, matrix(&at).filter(|_| is_key(key))?))).collect()
 }
 
-/// A matrix of three rows and four columns with focal lengths in pixels.
+/// A matrix of three rows and four columns that is not the matrix of a pose.
 fn matrix(at: &Cursor<'_>) -> Option<[[f64; 4]; 3]> {
     let numbers: [f64; 12] = at.array().ok()?;
     let nested = at.list().ok().filter(|rows| rows.len() != 12);
     let rows = at.get("rows").and_then(|rows| rows.count().ok()).or(nested.map(|rows| rows.len() as u32));
-    let in_pixels = focal_lengths_of(rigid(&numbers).0).iter().all(|focal| *focal > MIN_FOCAL);
-    (rows.is_none_or(|rows| rows == 3) && in_pixels)
+    let k_r = rigid(&numbers).0;
+    let is_camera_matrix = k_r.determinant() != 0.0 && rotation_of_any_scale(k_r).is_none();
+    (rows.is_none_or(|rows| rows == 3) && is_camera_matrix)
         .then(|| [0, 1, 2].map(|i| [0, 1, 2, 3].map(|j| numbers[4 * i + j])))
 }

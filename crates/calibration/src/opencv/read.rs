@@ -206,8 +206,8 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
         let fractions = numbers.iter().any(|value| value.fract() != 0.0);
         if fractions && !view.knows(key) && may_be_coefficients(key, &at, &numbers) {
             return Err(at.fail(format_args!(
-                "these {} numbers look like lens coefficients, but their key is unknown; rename it to dist_coeffs, or \
-                 remove it",
+                "{} numbers under an unknown key, next to a camera without a lens; rename the key to dist_coeffs if they \
+                 are lens coefficients, or remove it",
                 numbers.len()
             )));
         }
@@ -216,7 +216,7 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
 }
 
 /// Parts of keys whose numbers are not coefficients of a lens.
-const NO_LENS: [&str; 46] = [
+const NO_LENS: [&str; 58] = [
     "trans",
     "position",
     "quat",
@@ -263,6 +263,18 @@ const NO_LENS: [&str; 46] = [
     "score",
     "delay",
     "rate",
+    "bias",
+    "accel",
+    "gyro",
+    "velocity",
+    "residual",
+    "uncertain",
+    "confiden",
+    "workspace",
+    "table",
+    "floor",
+    "frustum",
+    "focus",
 ];
 
 /// True for numbers of one row that may be coefficients, judged by their count, values and key.
@@ -279,9 +291,16 @@ fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
     let quaternion = numbers.len() == 4 && (length - 1.0).abs() < 1e-2;
     // The absolute value of every coefficient is below 100.
     let small = numbers.iter().all(|value| value.abs() < 100.0);
-    // p1 and p2 are small, unless the four numbers belong to a fisheye lens.
-    let tangential = numbers.len() == 4 || numbers.get(2..4).is_some_and(|p| p.iter().all(|value| value.abs() < 0.1));
-    tangential && matches!(numbers.len(), 4 | 5 | 8 | 12 | 14) && one_row && flat && small && !quaternion && !other
+    // p1 and p2 are small, unless the four numbers belong to a fisheye lens, whose coefficients are all small.
+    let fisheye = numbers.len() == 4 && numbers.iter().all(|value| value.abs() < 2.0);
+    let tangential = numbers.get(2..4).is_some_and(|p| p.iter().all(|value| value.abs() < 0.1));
+    (fisheye || tangential)
+        && matches!(numbers.len(), 4 | 5 | 8 | 12 | 14)
+        && one_row
+        && flat
+        && small
+        && !quaternion
+        && !other
 }
 
 /// Rejects coefficients of a lens if K is missing next to them.

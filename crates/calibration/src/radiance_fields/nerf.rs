@@ -255,6 +255,9 @@ fn lens(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) -> Res
         None => "OPENCV",
     };
     if model == "EQUIRECTANGULAR" {
+        if coefficients(frame, root)? != [0.0; 6] {
+            return Err(at.fail("a panorama has no lens coefficients; remove k1 to k4, p1 and p2"));
+        }
         return set_panorama(record).map_err(|message| at.fail(message));
     }
     if model == "FISHEYE624" {

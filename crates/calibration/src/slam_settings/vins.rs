@@ -10,7 +10,9 @@ use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_scene::NoticeCode;
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    ["cam0_calib", "body_T_cam", "extrinsicRotation"].iter().any(|key| text.contains(key))
+    // `body_T_cam` alone may also be the mount of a camera in another format.
+    let has = |key: &str| text.contains(key);
+    has("cam0_calib") || has("extrinsicRotation") || has("body_T_cam") && (has("num_of_cam") || has("model_type"))
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {

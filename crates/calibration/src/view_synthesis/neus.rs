@@ -3,10 +3,10 @@
 //! half the image size. Sources: NeuS, dataset.py; DVR and pixelNeRF, their loaders of DTU and ShapeNet.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{NoticeCode, PixelCenter};
+use raycam_scene::{Notice, NoticeCode, PixelCenter};
 
 use crate::document::npy::{self, NumpyArray};
-use crate::document::{check_rotation, rigid};
+use crate::document::{rigid, rotation_of_any_scale};
 use crate::folder::by_numbers;
 use crate::intrinsics::require_known_size;
 use crate::picture_size::size_of_picture;
@@ -30,7 +30,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         (!pictures.is_empty()).then_some((name, pictures))
     });
     let mut calibration = Calibration::default();
-    let (mut normalised, mut separate) = (false, 0);
+    let (mut normalised, mut separate, mut in_pixels) = (false, 0, Vec::new());
     for (name, array) in &arrays {
         let fail = |message: &str| FormatError::whole(path, format!("{name}: {message}"));
         if name.starts_with("scale_mat_") {
@@ -52,22 +52,36 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
             record.size = size_of_picture(assets, path, &record.image);
         }
         let rows = [0, 1, 2].map(|i| [0, 1, 2, 3].map(|j| numbers[4 * i + j]));
-        match separate_intrinsics(&arrays, number, &rows) {
-            Some(camera) => {
-                let size = require_known_size(record.size.or(hints.size), path, "camera_mat_i of DVR and pixelNeRF")?;
-                record.size = Some(size);
-                place_by(&mut record, camera, &rows, size);
-                separate += 1;
+        let scaled_pose = pose_of_any_scale(&rows);
+        match scaled_pose.clone().zip(intrinsics_of(&arrays, number)) {
+            Some((pose, camera)) => {
+                record.pose = Some(pose);
+                if is_in_pixels(&camera) {
+                    record.k = Some(camera);
+                    in_pixels.push(format!("camera_mat_{number}"));
+                } else {
+                    let what = "camera_mat_i of DVR and pixelNeRF";
+                    let size = require_known_size(record.size.or(hints.size), path, what)?;
+                    record.size = Some(size);
+                    record.pixel_center = PixelCenter::Half;
+                    record.k = Some(to_pixels(size) * camera);
+                    separate += 1;
+                }
             }
-            None if is_rigid(&rows) => {
-                return Err(fail(
-                    "a rotation and a translation [R t] without K, and the file contains no camera_mat_i; multiply the \
-                     matrix by K (world_mat_i = K [R t]), or add camera_mat_i",
-                ));
+            None if scaled_pose.is_some() => {
+                return Err(fail(&format!(
+                    "a rotation and a translation [R t] without K, and camera_mat_{number} is missing or is not a \
+                     matrix; multiply the matrix by K (world_mat_{number} = K [R t]), or add camera_mat_{number}"
+                )));
             }
             None => record.matrix = Some(rows),
         }
         calibration.records.push(record);
+    }
+    if !in_pixels.is_empty() {
+        let message = "the principal point is outside an image in units of half its size, so the matrix is read as K in \
+                       pixels; world_mat_i is camera_from_world [R t]";
+        calibration.notices.push(Notice::about_all(NoticeCode::AssumedConvention, in_pixels.into_iter(), message));
     }
     if separate > 0 {
         calibration.note(
@@ -91,32 +105,32 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// True if the matrix consists of a rotation and a translation.
-fn is_rigid(rows: &[[f64; 4]; 3]) -> bool {
+/// Pose of a matrix that consists of a rotation and a translation, both multiplied by a positive number: such a matrix
+/// has no effect on projections.
+fn pose_of_any_scale(rows: &[[f64; 4]; 3]) -> Option<Pose> {
     let flat: [f64; 12] = std::array::from_fn(|i| rows[i / 4][i % 4]);
-    check_rotation(rigid(&flat).0).is_ok()
+    let (r, t) = rigid(&flat);
+    let rotation = rotation_of_any_scale(r)?;
+    Some(Pose::camera_from_world(Rotation::Matrix(rotation), t / r.determinant().cbrt()))
 }
 
-/// Returns `camera_mat_i` if `world_mat_i` contains only a rotation and a translation, without K.
-fn separate_intrinsics(arrays: &[(String, NumpyArray)], number: &str, rows: &[[f64; 4]; 3]) -> Option<[f64; 9]> {
-    if !is_rigid(rows) {
-        return None;
-    }
+/// Returns `camera_mat_i`, if the file contains it.
+fn intrinsics_of(arrays: &[(String, NumpyArray)], number: &str) -> Option<DMat3> {
     let (_, camera) = arrays.iter().find(|(name, _)| name.strip_prefix("camera_mat_") == Some(number))?;
     let numbers = camera.numbers().filter(|numbers| numbers.iter().all(|value| value.is_finite()))?;
     let columns = *camera.shape.last()?;
     let fits = matches!((camera.shape[..].len(), columns), (2, 3 | 4)) && numbers.len() >= 2 * columns + 3;
-    fits.then(|| std::array::from_fn(|i| numbers[i / 3 * columns + i % 3]))
+    let rows = fits.then(|| std::array::from_fn(|i| numbers[i / 3 * columns + i % 3]))?;
+    Some(DMat3::from_cols_array(&rows).transpose())
 }
 
-/// Sets the pose and K. K is converted from units of half the image size, relative to the image centre, to pixels.
-fn place_by(record: &mut CameraRecord, camera: [f64; 9], rows: &[[f64; 4]; 3], size: [u32; 2]) {
+/// True if the principal point is in pixels: in units of half the image size, it would be outside the image.
+fn is_in_pixels(camera: &DMat3) -> bool {
+    camera.z_axis.truncate().abs().max_element() > 2.0
+}
+
+/// Matrix that converts K from units of half the image size, relative to the image centre, to pixels.
+fn to_pixels(size: [u32; 2]) -> DMat3 {
     let [width, height] = size.map(|side| 0.5 * f64::from(side));
-    let pixels = DMat3::from_cols(DVec3::X * width, DVec3::Y * height, DVec3::new(width, height, 1.0));
-    let k = pixels * DMat3::from_cols_array(&camera).transpose();
-    let flat: [f64; 12] = std::array::from_fn(|i| rows[i / 4][i % 4]);
-    let (r, t) = rigid(&flat);
-    record.pixel_center = PixelCenter::Half;
-    record.k = Some(k);
-    record.pose = Some(Pose::camera_from_world(Rotation::Matrix(r), t));
+    DMat3::from_cols(DVec3::X * width, DVec3::Y * height, DVec3::new(width, height, 1.0))
 }

@@ -5,9 +5,9 @@
 use glam::{DMat3, DVec3};
 use raycam_scene::PixelCenter;
 
+use crate::document::focal_lengths_of;
 use crate::document::npy;
 use crate::document::number_lines::{data_lines, numbers};
-use crate::document::{check_rotation, focal_lengths_of};
 use crate::{Calibration, CameraRecord, Folder, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
@@ -17,7 +17,7 @@ type CameraMatrix = [[f64; 4]; 3];
 /// First line of PMVS's files.
 const FIRST_LINE: &str = "CONTOUR";
 /// Minimum focal length in pixels of a matrix that is read without the first line.
-const MIN_FOCAL: f64 = 8.0;
+const MIN_FOCAL: f64 = 2.0;
 /// Folder of the cameras in PMVS's folder.
 const CAMERAS: &str = "txt";
 
@@ -32,11 +32,11 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     data_lines(text).count() == 3 && of_text(source, text).is_ok_and(|rows| is_camera_matrix(&rows))
 }
 
-/// True for K [R | t] of any scale: its focal lengths exceed [`MIN_FOCAL`], and its left 3x3 part is not a rotation.
+/// True for K [R | t] of any scale: its focal lengths exceed [`MIN_FOCAL`], so it is not the matrix of a pose.
 fn is_camera_matrix(rows: &CameraMatrix) -> bool {
     let [a, b, c] = rows.map(|[x, y, z, _]| DVec3::new(x, y, z));
     let k_r = DMat3::from_cols(a, b, c).transpose();
-    check_rotation(k_r).is_err() && focal_lengths_of(k_r).iter().all(|focal| *focal > MIN_FOCAL)
+    focal_lengths_of(k_r).iter().all(|focal| *focal > MIN_FOCAL)
 }
 
 fn of_text(source: &InputFile, text: &str) -> Result<CameraMatrix> {

@@ -160,7 +160,39 @@ pub(crate) fn name_bytes(bytes: &[u8]) -> Vec<u8> {
 
 /// Nearest float64 to a decimal number; also accepts `inf` and `nan`, which the caller checks.
 pub(crate) fn number(word: &[u8]) -> Option<f64> {
-    exact_number(word).or_else(|| std::str::from_utf8(word).ok()?.parse().ok()).or_else(|| not_finite(word))
+    exact_number(word)
+        .or_else(|| std::str::from_utf8(word).ok()?.parse().ok())
+        .or_else(|| not_finite(word))
+        .or_else(|| fortran_number(word))
+}
+
+/// Reads a number with Fortran's exponent of double precision: `1.0D+00`.
+fn fortran_number(word: &[u8]) -> Option<f64> {
+    let is_part = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'+' | b'-' | b'.' | b'd' | b'D');
+    let text = std::str::from_utf8(word).ok().filter(|_| word.iter().all(is_part))?;
+    text.replace(['d', 'D'], "e").parse().ok()
+}
+
+/// Reads three numbers that are written with commas or semicolons: as separators (`0, 0, 1`), or as decimal commas
+/// (`0,0 0,5 1,0`). The second value describes what was assumed. `None` for anything else, such as `1,5,2,5`.
+pub(crate) fn three_numbers_with_commas(text: &[u8]) -> Option<([f64; 3], &'static str)> {
+    let text = std::str::from_utf8(trim(text)).ok()?;
+    let three = |words: Vec<String>| {
+        let numbers: Option<Vec<f64>> = words.iter().map(|word| number(word.as_bytes())).collect();
+        <[f64; 3]>::try_from(numbers?).ok()
+    };
+    let words: Vec<&str> = text.split([';', ' ', '\t']).filter(|word| !word.is_empty()).collect();
+    let decimal = |word: &&str| {
+        let commas = word.matches(',').count();
+        commas == 0 || commas == 1 && !word.ends_with(',') && !word.contains('.')
+    };
+    if words.iter().all(decimal) {
+        let found = three(words.iter().map(|word| word.replace(',', ".")).collect())?;
+        let has_commas = text.contains(',');
+        return Some((found, if has_commas { "decimal commas" } else { "semicolons as separators" }));
+    }
+    let parts: Vec<String> = text.split([',', ';']).map(|part| part.trim().to_owned()).collect();
+    Some((three(parts)?, "commas as separators"))
 }
 
 /// Reads infinity and NaN as printed by the C libraries of Microsoft and others: `-1.#IND`, `1.#QNAN`, `1.#INF00`,

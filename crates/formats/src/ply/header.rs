@@ -137,14 +137,20 @@ impl HeaderParser<'_> {
     fn statement(&mut self, key: &[u8], mut words: Words<'_>) -> Result<()> {
         match key {
             b"format" => {
-                self.encoding = Some(match (words.next(), words.next()) {
-                    (Some(b"ascii"), Some(b"1.0")) => Encoding::Ascii,
-                    (Some(b"binary_little_endian"), Some(b"1.0")) => Encoding::BinaryLittleEndian,
-                    (Some(b"binary_big_endian"), Some(b"1.0")) => Encoding::BinaryBigEndian,
+                self.encoding = Some(match words.next().map(<[u8]>::to_ascii_lowercase).as_deref() {
+                    Some(b"ascii") => Encoding::Ascii,
+                    Some(b"binary_little_endian") => Encoding::BinaryLittleEndian,
+                    Some(b"binary_big_endian") => Encoding::BinaryBigEndian,
                     _ => {
                         return Err(self.error("expected format ascii, binary_little_endian or binary_big_endian 1.0"));
                     }
                 });
+                // No other version was ever specified, so files with another number have the layout of version 1.0.
+                let version = words.next().unwrap_or_default();
+                if version != b"1.0" {
+                    let message = format!("version {} is read as 1.0", lexer::for_message(version));
+                    self.odd.note(NoticeCode::InvalidFile, Location::Line(self.line), message);
+                }
             }
             b"comment" if words.next() == Some(b"TextureFile") => {
                 self.textures.push(lexer::name_bytes(words.0));

@@ -505,3 +505,17 @@ fn lists_of_every_number_type_are_read() {
     let huge = error("a.ply", triangle_header("ascii", "int64 int", "") + &TRIANGLE.replace("3 0 1 2", "9e18 0 1 2"));
     assert!(huge.contains("a.ply:13"), "{huge}");
 }
+
+#[test]
+fn other_versions_are_read_as_version_one_with_a_notice() {
+    let header = triangle_header("ascii", "uchar int", "");
+    let expected = mesh("a.ply", header.clone() + TRIANGLE);
+    for format in ["ascii 1.1", "ascii 2.0", "ascii"] {
+        let odd = model("a.ply", header.replace("ascii 1.0", format) + TRIANGLE);
+        assert_eq!(odd.parts[0].mesh, expected);
+        let found: Vec<_> = odd.notices.iter().map(|notice| (notice.code, &notice.subjects[..])).collect();
+        assert_eq!(found, [(NoticeCode::InvalidFile, &["a.ply:2".to_owned()][..])], "{format}");
+    }
+    let upper = model("a.ply", header.replace("ascii 1.0", "ASCII 1.0") + TRIANGLE);
+    assert_eq!((&upper.parts[0].mesh, upper.notices.len()), (&expected, 0));
+}

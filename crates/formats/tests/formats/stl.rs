@@ -93,7 +93,7 @@ fn stl_text_with_irregular_lines_is_read_with_a_notice() {
     use NoticeCode::{IgnoredKey, InvalidFile, TruncatedData};
     let whole = mesh("a.stl", ascii("a"));
     type Noticed = [(NoticeCode, &'static str)];
-    let cases: [(&str, &str, &Noticed); 18] = [
+    let cases: [(&str, &str, &Noticed); 19] = [
         ("endloop", "end loop", &[]),
         ("endfacet", "END FACET", &[]),
         ("endsolid a", "endsolida", &[]),
@@ -107,6 +107,7 @@ fn stl_text_with_irregular_lines_is_read_with_a_notice() {
         ("   endloop", "    color 1 0 0\n   endloop", &[(IgnoredKey, "7")]),
         ("    vertex 0 0e0 0", "    attribute 3\n    vertex 0 0e0 0", &[(IgnoredKey, "4")]),
         ("solid a\n", "", &[(InvalidFile, "1")]),
+        ("solid a\n  facet", "solid a facet", &[(InvalidFile, "2")]),
         ("   outer loop\n", "", &[(InvalidFile, "3")]),
         ("   endloop\n", "", &[(InvalidFile, "7")]),
         ("  endfacet\n", "", &[(InvalidFile, "8")]),
@@ -204,4 +205,60 @@ fn stl_text_may_begin_with_comments() {
     }
     let between = ascii("a").replacen("  facet", "# the first\n  facet", 1);
     assert_eq!(mesh("a.stl", between), one);
+}
+
+#[test]
+fn stl_vertices_with_commas_and_fortran_exponents_are_read() {
+    let whole = mesh("a.stl", ascii("a"));
+    let corners = |replace: &dyn Fn(&str) -> String| {
+        let lines = ascii("a");
+        let of = |line: &str| match line.trim().strip_prefix("vertex ") {
+            Some(rest) => format!("vertex {}", replace(rest)),
+            None => line.to_owned(),
+        };
+        lines.lines().map(of).collect::<Vec<_>>().join("\n")
+    };
+    let float = |rest: &str, point: &str| {
+        rest.split(' ').map(|word| format!("{}{point}0", word.replace("e0", ""))).collect::<Vec<_>>()
+    };
+    type Replacement<'a> = &'a dyn Fn(&str) -> String;
+    let cases: [(&str, Replacement); 6] = [
+        ("commas as separators", &|rest| rest.replace(' ', ", ")),
+        ("commas as separators", &|rest| rest.replace(' ', ",")),
+        ("semicolons", &|rest| rest.replace(' ', ";")),
+        ("decimal commas", &|rest| float(rest, ",").join(" ")),
+        ("decimal commas", &|rest| float(rest, ",").join("; ")),
+        ("", &|rest| float(rest, ".").join("D+00 ") + "d0"),
+    ];
+    for (expected, replace) in cases {
+        let found = model("a.stl", corners(replace));
+        assert_eq!(found.parts[0].mesh, whole, "{}", corners(replace));
+        let notices = texts(&found.notices);
+        assert_eq!(notices.len(), usize::from(!expected.is_empty()), "{notices:?}");
+        assert!(notices.iter().all(|notice| notice.contains(expected)), "{notices:?}");
+    }
+    // The numbers may be 1.5 and 2.5, or 1, 5, 2 and 5.
+    for ambiguous in ["1,5,2,5", "1,000.5 0 0", "1,5 2", "0, 0"] {
+        let text = ascii("a").replacen("vertex 0 0e0 0", &format!("vertex {ambiguous}"), 1);
+        assert!(error("a.stl", text).contains("expected three numbers"), "{ambiguous}");
+    }
+}
+
+#[test]
+fn stl_facets_with_more_than_three_vertices_are_divided() {
+    let facet = |corners: &[&str]| {
+        let vertices: String = corners.iter().map(|corner| format!("vertex {corner}\n")).collect();
+        format!("solid a\nfacet normal 0 0 1\nouter loop\n{vertices}endloop\nendfacet\nendsolid a\n")
+    };
+    // A square of side 2, and an arrow whose area is 1.
+    for (corners, area_expected) in
+        [(["0 0 0", "2 0 0", "2 2 0", "0 2 0"], 4.0), (["0 0 0", "1 1 0", "2 0 0", "1 2 0"], 1.0)]
+    {
+        let found = model("a.stl", facet(&corners));
+        let mesh = &found.parts[0].mesh;
+        assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (4, 2));
+        assert!((area(mesh) - area_expected).abs() < 1e-12, "{corners:?}");
+        assert!((vector_area(mesh).z - area_expected).abs() < 1e-12);
+        assert_eq!((found.notices.len(), found.notices[0].code), (1, NoticeCode::InvalidFile));
+    }
 }

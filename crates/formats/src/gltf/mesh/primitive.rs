@@ -35,7 +35,7 @@ pub(crate) struct PrimitiveReader<'a> {
 impl PrimitiveReader<'_> {
     /// Mesh of the primitive; `None` if the primitive has no triangles.
     pub(crate) fn read(&mut self) -> Result<Option<PrimitiveMesh>> {
-        if !self.has_triangle_mode()? {
+        if !self.has_triangle_mode() {
             return Ok(None);
         }
         let source = AttributeSource::new(self.document, self.place, self.primitive, self.assets, self.diagnostics)?;
@@ -92,25 +92,16 @@ impl PrimitiveReader<'_> {
         Ok(Some(PrimitiveMesh { mesh, material: self.primitive.material, skin_morph }))
     }
 
-    /// True for lists, strips and fans of triangles; points and lines cause a notice.
-    fn has_triangle_mode(&mut self) -> Result<bool> {
-        let what = match self.primitive.mode {
-            0 => "points",
-            1..=3 => "lines",
-            4..=6 => return Ok(true),
-            mode => {
-                return Err(self.document.fault(
-                    ErrorCode::InvalidValue,
-                    format!("{}.mode: {mode}; expected 0 to 6 (VALUE_NOT_IN_RANGE)", self.place),
-                ));
-            }
+    /// True for lists, strips and fans of triangles; points, lines and unknown modes cause a notice.
+    fn has_triangle_mode(&mut self) -> bool {
+        let message = match self.primitive.mode {
+            0 => "points are not supported: only triangles have a surface".into(),
+            1..=3 => "lines are not supported: only triangles have a surface".into(),
+            4..=6 => return true,
+            mode => format!("omitted: its mode is {mode}; expected 0 to 6 (VALUE_NOT_IN_RANGE)"),
         };
-        self.diagnostics.note(
-            NoticeCode::IgnoredElement,
-            self.place,
-            format!("{what} are not supported: only triangles have a surface"),
-        );
-        Ok(false)
+        self.diagnostics.note(NoticeCode::IgnoredElement, self.place, message);
+        false
     }
 
     /// Adds a notice about positions without `min` and `max`. Reading continues, because bounds are computed from the

@@ -1,8 +1,6 @@
 //! Materials: metallic-roughness and its extensions.
 
-use raycam_scene::{
-    Alpha, ErrorCode, Material, MaterialModel, NormalMap, NoticeCode, Principled, TextureSlot, Textured,
-};
+use raycam_scene::{Alpha, Material, MaterialModel, NormalMap, NoticeCode, Principled, TextureSlot, Textured};
 
 use crate::error::Result;
 use crate::gltf::json::material::{self as json, Extensions};
@@ -53,7 +51,7 @@ impl Builder<'_, '_> {
         let mut material = Material {
             name: json.name.clone(),
             double_sided: json.double_sided,
-            alpha: self.alpha(place, json)?,
+            alpha: self.alpha(place, json),
             ..Material::default()
         };
         let mut principled = Principled::default();
@@ -96,20 +94,19 @@ impl Builder<'_, '_> {
         Ok(material)
     }
 
-    fn alpha(&mut self, place: &str, json: &json::Material) -> Result<Alpha> {
-        Ok(match json.alpha_mode.as_deref() {
+    fn alpha(&mut self, place: &str, json: &json::Material) -> Alpha {
+        match json.alpha_mode.as_deref() {
             None | Some("OPAQUE") => Alpha::Opaque,
             Some("BLEND") => Alpha::Blend,
             Some("MASK") => Alpha::Mask {
                 cutoff: self.number(&format!("{place}.alphaCutoff"), json.alpha_cutoff.unwrap_or(0.5), NON_NEGATIVE),
             },
             Some(mode) => {
-                return Err(self.document.fault(
-                    ErrorCode::UnknownName,
-                    format!("{place}.alphaMode: {mode:?}; expected OPAQUE, MASK or BLEND (VALUE_NOT_IN_LIST)"),
-                ));
+                let message = format!("{mode:?} is read as OPAQUE; expected OPAQUE, MASK or BLEND (VALUE_NOT_IN_LIST)");
+                self.diagnostics.note(NoticeCode::InvalidFile, format!("{place}.alphaMode"), message);
+                Alpha::Opaque
             }
-        })
+        }
     }
 
     fn read_extensions(&mut self, place: &str, extensions: &Extensions, p: &mut Principled) -> Result<()> {

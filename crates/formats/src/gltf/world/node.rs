@@ -180,12 +180,17 @@ impl Builder<'_, '_> {
             ("", name) => name,
             (name, _) => name,
         };
-        if let Some(skin) = node.skin {
-            document.get(&rig.skins, skin, &format!("{place}.skin"), "skins")?;
-        }
+        let skin = match node.skin {
+            Some(skin) => {
+                let place = format!("{place}.skin");
+                let found = document.get(&rig.skins, skin, &place, "skins").map(|skin| !skin.joints.is_empty());
+                self.or_omitted(&place, "the skin", found)?.filter(|valid| *valid).map(|_| skin)
+            }
+            None => None,
+        };
         let moving = !rig.animations.is_empty();
         let shape = imported.shape.as_ref();
-        let skin = node.skin.filter(|_| shape.is_some_and(|shape| !shape.joints.is_empty()));
+        let skin = skin.filter(|_| shape.is_some_and(|shape| !shape.joints.is_empty()));
         for node_from_mesh in self.instances(place, node)? {
             let mut world_from_mesh = world_from_node * node_from_mesh;
             let mut mesh = imported.mesh;
