@@ -2,6 +2,8 @@
 //! (world_from_normalised). DVR, pixelNeRF and Kubric store [R t] in `world_mat_0` and K in `camera_mat_0`, in units of
 //! half the image size. Sources: NeuS, dataset.py; DVR and pixelNeRF, their loaders of DTU and ShapeNet.
 
+use std::path::Path;
+
 use glam::{DMat3, DVec3};
 use raycam_scene::{Notice, NoticeCode, PixelCenter};
 
@@ -22,13 +24,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     let path = &source.path;
     let mut arrays = npy::arrays(&source.bytes, path, &mut assets.budget)?;
     arrays.sort_by(|(a, _), (b, _)| by_numbers(a, b));
-    let parent = path.parent().unwrap_or(path);
-    let found = ["image", "rgb", "images"].into_iter().find_map(|name| {
-        let folder = Folder::open(&parent.join(name), assets);
-        let pictures: Vec<String> =
-            folder.names.iter().filter(|file| file.ends_with(".png") || file.ends_with(".jpg")).cloned().collect();
-        (!pictures.is_empty()).then_some((name, pictures))
-    });
+    let found = pictures_beside(path, assets);
     let mut calibration = Calibration::default();
     let (mut normalised, mut separate, mut in_pixels) = (false, 0, Vec::new());
     for (name, array) in &arrays {
@@ -103,6 +99,17 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
             .note(NoticeCode::UsedOtherFile, format!("the sizes were read from the images: {} x {}", size[0], size[1]));
     }
     Ok(calibration)
+}
+
+/// Name of the first folder next to a file that contains images, and the images' names.
+fn pictures_beside(path: &Path, assets: &AssetRoot) -> Option<(&'static str, Vec<String>)> {
+    let parent = path.parent().unwrap_or(path);
+    ["image", "rgb", "images"].into_iter().find_map(|name| {
+        let folder = Folder::open(&parent.join(name), assets);
+        let pictures: Vec<String> =
+            folder.names.iter().filter(|file| file.ends_with(".png") || file.ends_with(".jpg")).cloned().collect();
+        (!pictures.is_empty()).then_some((name, pictures))
+    })
 }
 
 /// Pose of a matrix that consists of a rotation and a translation, both multiplied by a positive number: such a matrix

@@ -273,7 +273,7 @@ fn ply_errors_contain_line_or_byte() {
             "a.ply:4: expected property KIND NAME or property list KIND KIND NAME",
         ),
         (
-            ascii(rows).replace("ascii 1.0", "ascii 2.0"),
+            ascii(rows).replace("ascii 1.0", "text 1.0"),
             "a.ply:2: expected format ascii, binary_little_endian or binary_big_endian 1.0",
         ),
         (ascii(rows).replace("element vertex 4", "element vertex"), "a.ply:3: expected element NAME COUNT"),

@@ -180,14 +180,7 @@ impl Builder<'_, '_> {
             ("", name) => name,
             (name, _) => name,
         };
-        let skin = match node.skin {
-            Some(skin) => {
-                let place = format!("{place}.skin");
-                let found = document.get(&rig.skins, skin, &place, "skins").map(|skin| !skin.joints.is_empty());
-                self.or_omitted(&place, "the skin", found)?.filter(|valid| *valid).map(|_| skin)
-            }
-            None => None,
-        };
+        let skin = self.skin_of_node(place, node, rig)?;
         let moving = !rig.animations.is_empty();
         let shape = imported.shape.as_ref();
         let skin = skin.filter(|_| shape.is_some_and(|shape| !shape.joints.is_empty()));
@@ -244,6 +237,14 @@ impl Builder<'_, '_> {
             }
         }
         Ok(())
+    }
+
+    /// Index of a node's skin; `None` for a node without a skin, and for an invalid skin, which causes a notice.
+    fn skin_of_node(&mut self, place: &str, node: &Node, rig: &NodeTree) -> Result<Option<usize>> {
+        let Some(skin) = node.skin else { return Ok(None) };
+        let place = format!("{place}.skin");
+        let found = self.document.get(&rig.skins, skin, &place, "skins").map(|skin| !skin.joints.is_empty());
+        Ok(self.or_omitted(&place, "the skin", found)?.filter(|valid| *valid).map(|_| skin))
     }
 
     /// Sets the materials of an object in each variant (`KHR_materials_variants`).
