@@ -237,5 +237,5 @@ def test_command_visible_accepts_lidars(tmp_path: Path) -> None:
     seen = raycam.surface_visibility(world, [top])
     assert len(trimesh.load(culled, process=False).faces) == (seen.views > 0).sum()
     assert main(common) == 2
-    assert main([*common, "--lidar", "bottom"]) == 2
+    assert main([*common, "--lidar", "bottom"]) == 1
     assert main([*common, "--lidar", f"{name}=os1-32@3,2,0.9", name]) == 2

@@ -33,7 +33,6 @@ MAX_LOCK_ATTEMPTS = 8
 NO_REPLACEMENT = (
     errno.EBUSY,  # a file that is mounted into a container
     errno.EXDEV,
-    errno.EACCES,
     errno.EPERM,
     errno.EINVAL,
     errno.ENOSYS,

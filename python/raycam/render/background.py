@@ -251,7 +251,7 @@ def _size(pixels: Colors) -> str:
 
 def _color(color: Any) -> Colors:
     """A colour as linear red, green, blue."""
-    if color == "transparent":
+    if isinstance(color, str) and color == "transparent":
         raise SettingsError(
             "background 'transparent' is not a colour; use transparent_background=True", code="wrong_type"
         )
