@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 
 from .._core import __version__
 from ..errors import Error, Notice, SettingsError, nearest
-from ..notices import collected
+from ..notices import collected, distinct
 from ..world.endings import MODEL_ENDINGS
 from . import (
     bake,
@@ -50,7 +50,7 @@ from .options.messages import (
     add_verbosity,
     as_typed,
     is_verbose,
-    print_other_notices,
+    print_notices,
     reset_messages,
     set_verbosity,
 )
@@ -130,7 +130,8 @@ def _main(words: Sequence[str]) -> int:
             try:
                 options.run(options)
             finally:
-                print_other_notices(notices)
+                # Commands have already printed the notices of results; notices with the same text are printed once.
+                print_notices(distinct(notices))
         sys.stdout.flush()
         return 0
     except KeyboardInterrupt:

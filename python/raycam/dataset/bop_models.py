@@ -203,11 +203,7 @@ class ModelCatalogue:
             other = next((other for other in numbered if other.shape.equals(model.shape)), None)
             if other is None:
                 continue
-            other.names |= model.names
-            other.categories |= model.categories
-            self.all.remove(model)
-            for models in pairs:
-                models.update({number: other for number, found in models.items() if found is model})
+            self._replace(model, other, pairs, turns=0)
 
     def _merge_turned_shapes(self, pairs: list[dict[int, Model]]) -> None:
         """Replaces each model by the model of the same shape after a quarter turn about x.
@@ -216,21 +212,21 @@ class ModelCatalogue:
         """
         for model in list(self.all):
             shape = model.shape.turned()
-            near = (other for other in self.all if other is not model and other.shape.equals(shape))
-            other = next(
-                (other for other in near if None in (ids := {model.own_id, other.own_id}) or len(ids) == 1),
-                None,
-            )
-            if other is None:
-                continue
-            other.own_id = other.own_id or model.own_id
-            other.names |= model.names
-            other.categories |= model.categories
-            self.all.remove(model)
-            for models, turns in zip(pairs, self.turns, strict=True):
-                for number in [number for number, found in models.items() if found is model]:
-                    models[number] = other
-                    turns[number] += 1
+            near = [other for other in self.all if other is not model and other.shape.equals(shape)]
+            other = next((other for other in near if len({model.own_id, other.own_id} - {None}) < 2), None)
+            if other is not None:
+                self._replace(model, other, pairs, turns=1)
+
+    def _replace(self, model: Model, other: Model, pairs: list[dict[int, Model]], turns: int) -> None:
+        """Replaces a model by another model, which has its shape after this number of quarter turns."""
+        other.own_id = other.own_id or model.own_id
+        other.names |= model.names
+        other.categories |= model.categories
+        self.all.remove(model)
+        for models, own in zip(pairs, self.turns, strict=True):
+            for number in [number for number, found in models.items() if found is model]:
+                models[number] = other
+                own[number] += turns
 
     def _set_ids(self) -> None:
         given = self._given

@@ -9,7 +9,6 @@ import re
 import stat
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import count
 from pathlib import Path
 
 from ..errors import with_code
@@ -150,13 +149,15 @@ def _create_temporary(target: str, folder: str) -> tuple[str, int]:
     therefore used without a lock.
     """
     stem, ending = _temporary_stem_and_ending(target)
-    for attempt in count(1):
+    attempts = 0
+    while True:
+        attempts += 1
         temporary = os.path.join(folder, f".{stem}.{os.urandom(4).hex()}{ending}")
         with with_path(target, temporary):
             file = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL | BINARY, 0o666)
             try:
                 is_kept = _lock_if_supported(file) or os.name == "nt"  # Windows cannot remove an open file
-                if (is_kept or attempt >= MAX_LOCK_ATTEMPTS) and os.fstat(file).st_nlink > 0:
+                if (is_kept or attempts >= MAX_LOCK_ATTEMPTS) and os.fstat(file).st_nlink > 0:
                     return temporary, file
             except BaseException:
                 os.unlink(temporary)
@@ -165,7 +166,6 @@ def _create_temporary(target: str, folder: str) -> tuple[str, int]:
             os.close(file)
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(temporary)
-    raise AssertionError("unreachable")
 
 
 @contextlib.contextmanager

@@ -160,9 +160,9 @@ class SurfaceTable:
         """True if all surfaces that were read scatter light and none is translucent, so that no path continues."""
         return all(surface.kind == "solid" and surface.opacity == 1.0 for surface in self._known)
 
-    def energy_terms(self) -> dict[str, Any]:
-        """Returns the properties that determine the returned energy, with one value per surface that was read."""
-        return {name: [getattr(surface, name) for surface in self._known] for name in ENERGY_TERMS}
+    def energy_terms(self) -> list[dict[str, Any]]:
+        """Returns the properties that determine the returned energy, for each surface that was read."""
+        return [{name: getattr(surface, name) for name in ENERGY_TERMS} for surface in self._known]
 
     def values(self, name: str) -> npt.NDArray[Any]:
         """Returns a property of all surfaces that were read, followed by the value for "no surface"."""

@@ -46,37 +46,34 @@ pub(crate) fn lidar_beam_rays<'py>(
     Ok((array(py, starts.into_flattened(), &shape)?, array(py, ways.into_flattened(), &shape)?))
 }
 
-/// Materials from a dict with one array per property; see [`LidarMaterial`].
+/// A material from a dict; see [`LidarMaterial`].
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct MaterialArguments {
-    diffuse: Vec<f64>,
-    phong: Vec<[f64; 2]>,
-    alpha: Vec<f64>,
-    f0: Vec<f64>,
-    metallic: Vec<f64>,
-    opacity: Vec<f64>,
-    reflectance: Vec<f64>,
-    retroreflection: Vec<f64>,
-    retroreflection_table: Vec<Vec<[f64; 2]>>,
+    diffuse: f64,
+    phong: [f64; 2],
+    alpha: f64,
+    f0: f64,
+    metallic: f64,
+    opacity: f64,
+    reflectance: f64,
+    retroreflection: f64,
+    retroreflection_table: Vec<[f64; 2]>,
 }
 
-impl MaterialArguments {
-    fn materials(self) -> Vec<LidarMaterial> {
-        let tables = self.retroreflection_table.into_iter().enumerate();
-        tables
-            .map(|(at, retroreflection_table)| LidarMaterial {
-                diffuse: self.diffuse[at],
-                phong: self.phong[at],
-                alpha: self.alpha[at],
-                f0: self.f0[at],
-                metallic: self.metallic[at],
-                opacity: self.opacity[at],
-                reflectance: self.reflectance[at],
-                retroreflection: self.retroreflection[at],
-                retroreflection_table,
-            })
-            .collect()
+impl From<MaterialArguments> for LidarMaterial {
+    fn from(given: MaterialArguments) -> Self {
+        Self {
+            diffuse: given.diffuse,
+            phong: given.phong,
+            alpha: given.alpha,
+            f0: given.f0,
+            metallic: given.metallic,
+            opacity: given.opacity,
+            reflectance: given.reflectance,
+            retroreflection: given.retroreflection,
+            retroreflection_table: given.retroreflection_table,
+        }
     }
 }
 
@@ -99,7 +96,7 @@ pub(crate) struct HitArguments<'py> {
 pub(crate) fn lidar_returned_light<'py>(
     py: Python<'py>,
     query: HitArguments<'py>,
-    materials: MaterialArguments,
+    materials: Vec<MaterialArguments>,
 ) -> PyResult<(NewArray<'py, f64>, NewArray<'py, f32>, NewArray<'py, f64>)> {
     let hits = LidarHits {
         directions: rows(&query.directions, "directions")?,
@@ -110,7 +107,8 @@ pub(crate) fn lidar_returned_light<'py>(
         lengths: flat(&query.lengths, "lengths")?,
         shares: flat(&query.shares, "shares")?,
     };
-    let (materials, n) = (materials.materials(), hits.directions.len());
+    let materials: Vec<LidarMaterial> = materials.into_iter().map(Into::into).collect();
+    let n = hits.directions.len();
     let found = py.detach(|| returned_light(&hits, &materials, query.threads)).or_raise()?;
     Ok((array(py, found.cosines, &[n])?, array(py, found.incidences, &[n])?, array(py, found.energies, &[n])?))
 }

@@ -199,7 +199,8 @@ fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> R
             let name = block_compression(vk_format, model).map(|name| format!(" ({name})")).unwrap_or_default();
             file.unsupported(format!(
                 "a KTX2 texture of Vulkan format {vk_format}{name} and colour model {model}; expected ETC1S or UASTC, \
-                 or uncompressed channels of 8, 16 or 32 bits (create it from its source image with `ktx create --encode uastc`, or use a PNG)"
+                 or uncompressed channels of 8, 16 or 32 bits (create it \
+                 from its source image with `ktx create --encode uastc`, or use a PNG)"
             ))
         })?,
     };

@@ -80,7 +80,7 @@ pub fn returned_light(
     if others != [n; 4]
         || ![1, n].contains(&hits.shares.len())
         || hits.reflectances.is_some_and(|values| values.len() != n)
-        || hits.materials.iter().any(|&number| usize::try_from(number).is_ok_and(|at| at < materials.len()).eq(&false))
+        || !hits.materials.iter().all(|&number| usize::try_from(number).is_ok_and(|at| at < materials.len()))
     {
         return Err(RenderError::settings(format!("hits: expected {n} values of each property and known materials")));
     }

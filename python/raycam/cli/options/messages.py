@@ -8,7 +8,6 @@ import sys
 from collections.abc import Iterable
 
 from ...errors import Notice
-from ...notices import distinct
 
 ARGUMENTS_AS_TYPED = {
     r"\bresume=False\b": "--no-resume",
@@ -26,7 +25,6 @@ __all__ = [
     "print_detail",
     "print_notice",
     "print_notices",
-    "print_other_notices",
     "print_result",
     "reset_messages",
     "set_verbosity",
@@ -34,8 +32,6 @@ __all__ = [
 
 PRINTED_NOTICES: set[str] = set()
 """The notices that this command has printed."""
-PRINTED_CODES: set[str] = set()
-"""The codes of these notices."""
 VERBOSITY = {"quiet": False, "verbose": False}
 """The options `--quiet` and `--verbose` of this command."""
 
@@ -61,7 +57,6 @@ def set_verbosity(quiet: bool, verbose: bool) -> None:
 def reset_messages() -> None:
     """Clears the printed notices and the verbosity of this process's previous command."""
     PRINTED_NOTICES.clear()
-    PRINTED_CODES.clear()
     set_verbosity(quiet=False, verbose=False)
 
 
@@ -92,18 +87,8 @@ def print_notice(notice: Notice | str) -> None:
     """Prints a notice on stderr at once, unless this command has printed it before."""
     if str(notice) not in PRINTED_NOTICES:
         PRINTED_NOTICES.add(str(notice))
-        if isinstance(notice, Notice):
-            PRINTED_CODES.add(notice.code)
         if not VERBOSITY["quiet"]:
             print(f"raycam: notice: {as_typed(str(notice))}", file=sys.stderr, flush=True)
-
-
-def print_other_notices(notices: Iterable[Notice]) -> None:
-    """Prints the notices with a code that this command has not printed yet.
-
-    Functions issue notices as warnings and often return them, too; commands print the returned notices.
-    """
-    print_notices([notice for notice in distinct(notices) if notice.code not in PRINTED_CODES])
 
 
 def as_typed(message: str) -> str:
