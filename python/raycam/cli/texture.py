@@ -57,8 +57,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--orientation",
         metavar="NAME",
         default="auto",
-        help="EXIF orientation of the photographs: auto (default), which rotates a photograph if it fits its camera "
-        "only after rotation; apply; or ignore",
+        help="use of the photographs' EXIF orientation: auto (default; rotates a photograph only if it does not fit "
+        "its camera otherwise), apply (always rotates it) or ignore (never rotates it)",
     )
     command.add_argument(
         "--memory",

@@ -28,7 +28,7 @@ MAX_EXACT_VERTICES = 20_000
 MAX_PAIRS = 32_768
 """Number of vertex pairs compared at a time, which limits the memory."""
 QUARTER_TURN = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""Rotation about x that makes y up to z up."""
+"""Rotation about x that converts y-up axes to z-up axes."""
 SHAPE_TOLERANCE = 1e-7
 """Tolerance for equal shapes, as a fraction of their size, because vertices are converted from world space."""
 

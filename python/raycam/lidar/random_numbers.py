@@ -24,7 +24,7 @@ def standard_normals(count: int, seed: int, frame: int, use: str, echo: int = 0)
 
 
 class PulseNumbers:
-    """The random numbers of a frame's pulses, for ranges of pulses from `first` to before `stop`.
+    """The random numbers of a frame's pulses, for ranges from `first` (included) to `stop` (excluded).
 
     A pulse has the same number in every range that contains it. Ascending ranges are the fastest.
     """
@@ -32,7 +32,7 @@ class PulseNumbers:
     def __init__(self, seed: int, frame: int) -> None:
         self._seed, self._frame = seed, frame
         self._streams: dict[tuple[str, int], tuple[np.random.Generator, int]] = {}
-        """The generator of each use and echo, and the pulse whose number is the next."""
+        """For each use and echo: the generator, and the pulse to which its next number belongs."""
 
     def normals(self, use: str, echo: int, first: int, stop: int) -> Floats:
         """Returns one standard normal number per pulse, for an echo, float64 [stop - first]."""

@@ -30,7 +30,7 @@ STUDIO_OPTIONS = {"integrator": "path", "max_depth": 6, "samples": 8, "view": "p
 """Default options of images in the studio."""
 STUDIO_NOTICE = Notice(
     'the world has no lights: it is rendered in the studio, with integrator="path" and max_depth=6; add lights, or a '
-    "camera at a pose, to replace the studio",
+    "camera with its own pose, to replace the studio",
     "studio",
 )
 SURROUNDING_LIGHTS = {"environment", "sky", "daylight"}

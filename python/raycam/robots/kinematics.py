@@ -100,7 +100,7 @@ class Kinematics:
         return poses
 
     def pose(self, values: Floats, link: str) -> Floats:
-        """Returns root_from_link [n, 4, 4] of one link, as `poses` does, but without the other branches."""
+        """Returns root_from_link [n, 4, 4] of one link, like `poses`, but computes only the chain to it."""
         joints = {joint.child: joint for joint in self.order}
         chain = []
         while link != self.root:

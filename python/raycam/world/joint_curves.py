@@ -13,7 +13,7 @@ __all__ = ["MAX_DEVIATION", "curve_times", "limit_turns"]
 MAX_DEVIATION = 1e-5
 """Maximum distance in metres between the path that keyframes describe and the exact path."""
 MAX_TURN = 0.25
-"""Maximum change of all joint values together between two keyframes, in radians and metres."""
+"""Maximum sum of the absolute changes of all joint values between two keyframes, in radians and metres."""
 MAX_KEYFRAMES = 2_000_000
 """Maximum number of keyframes of an object or a camera that replace a robot's joint keyframes."""
 
@@ -35,7 +35,7 @@ def curve_times(robot: Robot, motion: JointMotion, link: str, on_link: Floats, r
 
 
 def limit_turns(robot: Robot, motion: JointMotion) -> JointMotion:
-    """Returns the motion with so many times that joints turn by at most `MAX_TURN` between two of them.
+    """Returns the motion with added times, so that joints change by at most `MAX_TURN` between two times.
 
     Rotations by half a turn and more between two times would be ambiguous. Raises `WorldError` for too many times.
     """

@@ -24,7 +24,7 @@ __all__ = ["expand_joint_keyframes", "read_trajectory"]
 MAX_KEYFRAMES = 2_000_000
 """Maximum number of keyframes of objects and cameras that replace joint keyframes."""
 CAMERA_REACH = 1.0
-"""Distance in metres from a camera at which the tolerance of curved paths applies to what it sees."""
+"""Distance in metres from a moving camera up to which points deviate by at most MAX_DEVIATION in camera axes."""
 
 
 def expand_joint_keyframes(

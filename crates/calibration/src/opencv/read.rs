@@ -206,8 +206,8 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
         let fractions = numbers.iter().any(|value| value.fract() != 0.0);
         if fractions && !view.knows(key) && may_be_coefficients(key, &at, &numbers) {
             return Err(at.fail(format_args!(
-                "{} numbers under an unknown key, next to a camera without a lens; rename the key to dist_coeffs if they \
-                 are lens coefficients, or remove it",
+                "unknown key with {} numbers, and the camera has no lens coefficients; rename the key to dist_coeffs \
+                 if the numbers are lens coefficients, or remove the key",
                 numbers.len()
             )));
         }

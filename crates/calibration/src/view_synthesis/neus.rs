@@ -66,8 +66,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
             }
             None if scaled_pose.is_some() => {
                 return Err(fail(&format!(
-                    "a rotation and a translation [R t] without K, and camera_mat_{number} is missing or is not a \
-                     matrix; multiply the matrix by K (world_mat_{number} = K [R t]), or add camera_mat_{number}"
+                    "the matrix contains only a rotation and a translation [R t], and K is missing; add K as the matrix \
+                     camera_mat_{number}, or multiply by K (world_mat_{number} = K [R t])"
                 )));
             }
             None => record.matrix = Some(rows),
@@ -75,8 +75,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if !in_pixels.is_empty() {
-        let message = "the principal point is outside an image in units of half its size, so the matrix is read as K in \
-                       pixels; world_mat_i is camera_from_world [R t]";
+        let message = "read as K in pixels, because in units of half the image size, its principal point would be outside \
+                       the image; world_mat_i is read as camera_from_world [R t]";
         calibration.notices.push(Notice::about_all(NoticeCode::AssumedConvention, in_pixels.into_iter(), message));
     }
     if separate > 0 {
@@ -101,7 +101,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     Ok(calibration)
 }
 
-/// Name of the first folder next to a file that contains images, and the images' names.
+/// Name of the first folder with images in the file's own folder, and the images' names.
 fn pictures_beside(path: &Path, assets: &AssetRoot) -> Option<(&'static str, Vec<String>)> {
     let parent = path.parent().unwrap_or(path);
     ["image", "rgb", "images"].into_iter().find_map(|name| {
@@ -112,8 +112,8 @@ fn pictures_beside(path: &Path, assets: &AssetRoot) -> Option<(&'static str, Vec
     })
 }
 
-/// Pose of a matrix that consists of a rotation and a translation, both multiplied by a positive number: such a matrix
-/// has no effect on projections.
+/// Pose of a matrix that consists of a rotation and a translation, both multiplied by the same positive number. The
+/// number has no effect on projections.
 fn pose_of_any_scale(rows: &[[f64; 4]; 3]) -> Option<Pose> {
     let flat: [f64; 12] = std::array::from_fn(|i| rows[i / 4][i % 4]);
     let (r, t) = rigid(&flat);

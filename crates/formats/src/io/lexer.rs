@@ -166,7 +166,7 @@ pub(crate) fn number(word: &[u8]) -> Option<f64> {
         .or_else(|| fortran_number(word))
 }
 
-/// Reads a number with Fortran's exponent of double precision: `1.0D+00`.
+/// Reads a number whose exponent is written as in Fortran's double precision: `1.0D+00`.
 fn fortran_number(word: &[u8]) -> Option<f64> {
     let is_part = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'+' | b'-' | b'.' | b'd' | b'D');
     let text = std::str::from_utf8(word).ok().filter(|_| word.iter().all(is_part))?;
@@ -174,7 +174,7 @@ fn fortran_number(word: &[u8]) -> Option<f64> {
 }
 
 /// Reads three numbers that are written with commas or semicolons: as separators (`0, 0, 1`), or as decimal commas
-/// (`0,0 0,5 1,0`). The second value describes what was assumed. `None` for anything else, such as `1,5,2,5`.
+/// (`0,0 0,5 1,0`). The second value names the assumed notation. `None` for anything else, such as `1,5,2,5`.
 pub(crate) fn three_numbers_with_commas(text: &[u8]) -> Option<([f64; 3], &'static str)> {
     let text = std::str::from_utf8(trim(text)).ok()?;
     let three = |words: Vec<String>| {

@@ -41,7 +41,7 @@ pub struct Material {
     pub height_map: Option<HeightMap>,
     /// Strength of the ambient occlusion texture, for renderers that do not compute occlusion; texture channel: red.
     pub occlusion: Option<Textured<f32>>,
-    /// Diffuse reflectance at a lidar's wavelength, instead of the base colour's: red.
+    /// Diffuse reflectance at a lidar's wavelength, which replaces the base colour for lidars; texture channel: red.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reflectance: Option<TextureSlot>,
     /// Priority among overlapping dielectrics: only the body with the highest priority counts; if priorities are equal,

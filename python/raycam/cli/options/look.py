@@ -69,8 +69,8 @@ def add_look(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--orientation",
         metavar="NAME",
-        help="EXIF orientation of the photo of --background: auto (default), which rotates the photo if it fits the "
-        "camera only after rotation; apply; or ignore",
+        help="use of the EXIF orientation of the --background photo: auto (default; rotates the photo only if it "
+        "does not fit the camera otherwise), apply (always rotates it) or ignore (never rotates it)",
     )
 
 

@@ -128,7 +128,11 @@ def number(
         given = float(value)
         if not (low < given if above else low <= given) or not given <= high:
             most = "" if high == float("inf") else f" and at most {high:g}"
-            least = "" if low == -float("inf") else f" {'above' if above else 'of at least'} {low:g}"
+            least = (
+                " other than NaN"
+                if low == -float("inf")
+                else f" {'above' if above else 'of at least'} {low:g}"
+            )
             raise ValueError(f"{name} is {value}: expected a number{least}{most}")
         return given
 

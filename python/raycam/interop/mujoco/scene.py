@@ -81,7 +81,7 @@ class MujocoScene:
 
     @property
     def notices(self) -> list[Notice]:
-        """Parts of the model that are not shown or approximated in `world`.
+        """Parts of the model that are omitted or approximated in `world`.
 
         `render` approximates no lights and shows the skybox.
         """
