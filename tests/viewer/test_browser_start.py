@@ -60,3 +60,15 @@ def test_server_knows_the_images_size_before_the_client_runs(tab: Tab, viewer: V
 def test_page_without_a_token_reports_it(tab: Tab, viewer: Viewer) -> None:
     tab.call("Page.navigate", url=viewer.url.split("#")[0])
     tab.wait("document.getElementById('message').textContent.includes('token')")
+
+
+def test_socket_opens_before_the_page_has_a_body(tab: Tab, viewer: Viewer) -> None:
+    mark = """globalThis.WebSocket = class extends WebSocket {
+      constructor(...given) { super(...given); globalThis.hadBody = Boolean(document.body); }
+    }"""
+    script = tab.call("Page.addScriptToEvaluateOnNewDocument", source=mark)
+    try:
+        tab.open(viewer.url)
+        assert tab.evaluate("hadBody") is False
+    finally:
+        tab.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script["identifier"])

@@ -156,10 +156,13 @@ def _page() -> str:
     """The page of the live view."""
     return filled(
         {
-            "policy": f'<link rel="preload" href="{CLIENT}" as="script">',
+            "head": f'<link rel="preload" href="{CLIENT}" as="script">\n'
+            # The browser lays out the page only once, when its last element is complete.
+            '<link rel="expect" href="#explained" blocking="render">\n'
+            f"<script>{bundle('start.js')}</script>",
             "title": "raycam",
             "style": f"<style>{style_sheet()}</style>",
             "data": "",
-            "script": f"<script>{bundle('start.js')}</script>",
+            "script": "",
         }
     )

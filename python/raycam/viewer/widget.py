@@ -117,7 +117,7 @@ def cell_page(title: str) -> str:
     )
     return filled(
         {
-            "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+            "head": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
             "title": title_text(title),
             "style": f"<style>{style}</style>",
             "data": '<meta id="in-a-cell">',

@@ -33,7 +33,7 @@ def assembled(
         f"img-src blob: data:; {workers}base-uri 'none'; form-action 'none'"
     )
     parts = {
-        "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
+        "head": f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
         "title": title_text(title),
         "style": f"<style>{style}</style>",
         "data": "\n".join(blocks),

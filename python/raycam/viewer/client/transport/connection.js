@@ -35,12 +35,10 @@ export function splitMessage(data) {
 
 export class Connection {
   /**
-   * Opens the socket, and greets the server as soon as it is open.
+   * Opens the socket. `greet` must follow.
    * @param {string} token
-   * @param {Space} space for the image
-   * @param {string} session the session to continue, or ""
    */
-  constructor(token, space, session) {
+  constructor(token) {
     const address = new URL("socket", location.href);
     address.protocol = address.protocol.replace("http", "ws");
     this.socket = new WebSocket(address, [PROTOCOL, `token.${token}`]);
@@ -51,12 +49,21 @@ export class Connection {
     this.listener = (event) => {
       this.kept.push(event);
     };
-    this.socket.addEventListener("open", () => this.send({ type: "hello", ...space, session }));
-    /** Resolved when the server was greeted, or refused the socket. @type {Promise<void>} */
+    /** Resolved when the server has opened or refused the socket. @type {Promise<void>} */
     this.answered = new Promise((resolve) => {
       for (const type of ["open", "close"]) this.socket.addEventListener(type, () => resolve());
     });
     for (const type of ["open", "message", "close"]) this.socket.addEventListener(type, (event) => this.listener(event));
+  }
+
+  /**
+   * Greets the server as soon as the socket is open.
+   * @param {Space} space for the image
+   * @param {string} session the session to continue, or ""
+   */
+  async greet(space, session) {
+    await this.answered;
+    if (this.isOpen) this.send({ type: "hello", ...space, session });
   }
 
   /** Passes the events `open`, `message` and `close` to a listener, beginning with those that have arrived. @param {(event: Event) => void} listener */

@@ -54,7 +54,8 @@ export class SocketTransport {
   }
 
   connect() {
-    this.connection = new Connection(String(this.token), this.size(), this.session || sessionStorage.getItem("raycam-session") || "");
+    this.connection = new Connection(String(this.token));
+    this.connection.greet(this.size(), this.session || sessionStorage.getItem("raycam-session") || "");
     this.listen(this.connection);
   }
 
