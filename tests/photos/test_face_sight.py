@@ -10,6 +10,7 @@ import pytest
 import raycam
 from raycam.photos.face_samples import MAX_SAMPLES, MIN_SAMPLES, sample_pattern
 from raycam.photos.face_sight import FaceSight, find_face_sight
+from raycam.photos.sight import find_sight
 from support.box_table import ring, table
 
 FISHEYE = {"model": "fisheye", "distortion": [0.02, -0.01, 0.003, -0.001]}
@@ -133,6 +134,39 @@ def test_samples_equal_brute_force(lens: dict, facing: str) -> None:
     ):
         np.testing.assert_array_equal(getattr(brief, name), getattr(found, name))
     assert brief.pairs.shape == (0, 3)
+
+
+LENSES = {
+    "pinhole": {"fov": 60},
+    "opencv": {"fov": 60, "model": "opencv", "distortion": [0.1, -0.05, 0.001, -0.002, 0.01]},
+    "fisheye": {"fov": 60, **FISHEYE},
+    "wide fisheye": {"K": [[30, 0, 59.5], [0, 30, 39.5], [0, 0, 1]], "model": "fisheye", "distortion": [0] * 4},
+    "double sphere": {"K": [[40, 0, 59.5], [0, 40, 39.5], [0, 0, 1]], "model": "ds", "distortion": [-0.2, 0.6]},
+    "panorama": {"model": "equirectangular"},
+}
+
+
+@pytest.mark.parametrize("facing", ["front", "both"])
+@pytest.mark.parametrize("name", LENSES)
+def test_blocks_of_faces_equal_single_points(name: str, facing: str) -> None:
+    """Whole blocks of faces, and single faces, are inside, outside or behind the image of a camera in a room."""
+    world = raycam.World()
+    world.add_object(sphere={"radius": 5, "level": 5}, scale=[1, 1, -1])
+    world.add_object(sphere={"radius": 0.4, "level": 3}, location=[2, 1, 0.3])
+    camera = raycam.Camera.look_at([0.3, -0.2, 0.1], [3, 1, 0.5], size=(120, 80), **LENSES[name])
+    corners, pattern = world.triangles(), sample_pattern(MAX_SAMPLES)
+    least = np.full(len(corners), MIN_SAMPLES, np.uint16)
+    found = find_face_sight(world, [camera], corners, least, pattern, facing=facing, pairs=True)
+    weights = np.concatenate([pattern[:number] for number in found.samples])
+    owner = np.repeat(np.arange(len(corners)), found.samples)
+    points = (weights[:, :, None] * corners[owner]).sum(axis=1)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    shown = np.zeros(len(points), bool)
+    shown[find_sight(world, camera, points, normals[owner], facing=facing).index] = True
+    assert 0.003 < shown.mean() < 0.95
+    # Rounding decides for a point at the border of the image or behind an edge.
+    assert np.count_nonzero(found.is_shown != shown) <= 3
 
 
 def test_equal_views_give_the_first_camera() -> None:

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use glam::DVec2;
 use raycam_scene::camera::Camera;
 
 use crate::control::Control;
@@ -85,12 +86,12 @@ fn sight_of(
 ) -> CameraSight {
     let incidence = Incidence { both_sides: points.both_sides, min_cosine: points.min_cosine };
     let line = |index| SightLine::new(camera, incidence, index, [points.positions[index], points.normals[index]]);
-    let lines: Vec<SightLine> = range.filter_map(line).collect();
+    let (lines, pixels): (Vec<SightLine>, Vec<DVec2>) = range.filter_map(line).unzip();
     let mut found = CameraSight::default();
     let clear = clearances(geometry, &lines, |_| None);
-    for (line, _) in lines.iter().zip(clear).filter(|(_, clearance)| clearance.is_clear()) {
+    for ((line, pixel), _) in lines.iter().zip(pixels).zip(clear).filter(|(_, clearance)| clearance.is_clear()) {
         found.index.push(line.index as i64);
-        found.pixels.push(line.pixel.to_array());
+        found.pixels.push(pixel.to_array());
         found.cosines.push(line.cosine);
         found.origins.push(line.origin.to_array());
         if with_footprints {

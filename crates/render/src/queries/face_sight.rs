@@ -13,6 +13,7 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
 use crate::queries::sight_line::{Blocker, Clearance, Incidence, SightLine, clearances};
 use crate::queries::tasks::NS_PER_RAY;
+use crate::queries::view_bounds::{Placement, ViewBounds};
 use crate::thread_pool::Workers;
 
 /// Faces per task. Their samples and results stay in the cache while all cameras are tested.
@@ -23,6 +24,10 @@ const NEIGHBORS: usize = 4;
 
 /// Area in pixels of a face, in any camera, above which the face has as many samples as pixels.
 const LARGE_FACE_PX: f64 = 4.0;
+
+/// Bound of the area in pixels below which a face certainly is not large. Smaller than `LARGE_FACE_PX`, because the
+/// projections of a face's edges are not exactly straight.
+const MAX_SMALL_AREA_PX: f64 = LARGE_FACE_PX / 1.25;
 
 /// Triangles in world coordinates, with their samples. Neighbouring faces should follow each other: the rays to them
 /// are traced together.
@@ -84,13 +89,15 @@ pub fn faces_in_sight(
     let workers = Workers::for_work(threads, NS_PER_RAY * (n * cameras.len()) as f64, false)?;
     let blocks: Vec<Range<usize>> =
         (0..n).step_by(BLOCK_FACES).map(|first| first..n.min(first + BLOCK_FACES)).collect();
+    let bounds = ViewBounds::of_cameras(cameras);
     control.start(blocks.len());
     let found: Result<Vec<FaceSight>, RenderError> = workers.run(|| {
-        let test = |range| {
-            let mut block = Block::new(faces, range, cameras);
-            for (number, camera) in cameras.iter().enumerate() {
+        let test = |range: Range<usize>| {
+            let views = views_of(&faces.corners[range.clone()], cameras, &bounds);
+            let mut block = Block::new(faces, range, cameras.len(), &views);
+            for view in &views {
                 control.check()?;
-                block.add_camera(geometry, number, camera, with_pairs);
+                block.add_camera(geometry, view, with_pairs);
             }
             control.advance();
             block.found.pairs.sort_unstable();
@@ -135,6 +142,46 @@ impl FaceSight {
     }
 }
 
+/// Camera that may show faces of a block.
+struct View<'a> {
+    number: usize,
+    camera: &'a Camera,
+    /// The common origin of all lines of sight if the camera's image contains the whole block.
+    origin: Option<DVec3>,
+    /// Bounds that exclude single faces; `None` if unknown, or if the image contains the whole block.
+    bounds: Option<&'a ViewBounds>,
+    /// Bound of the pixels per radian at the block, and of the area of a face in pixels.
+    max_scale: f64,
+    max_area: f64,
+}
+
+/// Returns the cameras that may show a block of faces.
+fn views_of<'a>(corners: &[[[f64; 3]; 3]], cameras: &'a [Camera], bounds: &'a [Option<ViewBounds>]) -> Vec<View<'a>> {
+    let points = || corners.iter().flatten().map(|point| DVec3::from_array(*point));
+    let low = points().fold(DVec3::INFINITY, DVec3::min);
+    let sphere = (low + points().fold(DVec3::NEG_INFINITY, DVec3::max)) / 2.0;
+    let radius = points().map(|point| point.distance(sphere)).fold(0.0, f64::max);
+    let largest = corners.iter().map(|corners| face_area(corners)).fold(0.0, f64::max);
+    let view = |(number, (camera, bounds)): (usize, (&'a Camera, &'a Option<ViewBounds>))| {
+        let unknown = Placement::Uncertain { max_scale: f64::INFINITY };
+        let (origin, max_scale) = match bounds.as_ref().map_or(unknown, |bounds| bounds.place(camera, sphere, radius)) {
+            Placement::Outside => return None,
+            Placement::Inside { max_scale } => (camera.static_center(), max_scale),
+            Placement::Uncertain { max_scale } => (None, max_scale),
+        };
+        let nearest = origin.map_or(0.0, |origin| origin.distance(sphere) - radius);
+        let bounds = bounds.as_ref().filter(|_| origin.is_none());
+        let max_area = largest * (max_scale / nearest).powi(2);
+        Some(View { number, camera, origin, bounds, max_scale, max_area })
+    };
+    cameras.iter().zip(bounds).enumerate().filter_map(view).collect()
+}
+
+fn face_area(corners: &[[f64; 3]; 3]) -> f64 {
+    let [a, b, c] = corners.map(DVec3::from_array);
+    (b - a).cross(c - a).length() / 2.0
+}
+
 /// Consecutive faces whose samples are tested together.
 struct Block<'a> {
     corners: &'a [[[f64; 3]; 3]],
@@ -153,9 +200,9 @@ struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
-    fn new(faces: &SampledFaces<'a>, range: Range<usize>, cameras: &[Camera]) -> Self {
+    fn new(faces: &SampledFaces<'a>, range: Range<usize>, cameras: usize, views: &[View]) -> Self {
         let corners = &faces.corners[range.clone()];
-        let samples = sample_numbers(corners, &faces.min_samples[range.clone()], faces.pattern.len(), cameras);
+        let samples = sample_numbers(corners, &faces.min_samples[range.clone()], faces.pattern.len(), views);
         let (n, total) = (corners.len(), samples.iter().sum());
         let (mut ranges, mut positions) = (Vec::with_capacity(n), Vec::with_capacity(total));
         let mut owners = Vec::with_capacity(total);
@@ -171,7 +218,7 @@ impl<'a> Block<'a> {
             best_view: vec![-1; n],
             best_resolution: vec![0.0; n],
             best_cosine: vec![f64::NAN; n],
-            faces_shown: vec![0; cameras.len()],
+            faces_shown: vec![0; cameras],
             pairs: vec![],
         };
         let incidence = Incidence { both_sides: faces.both_sides, min_cosine: 0.0 };
@@ -190,31 +237,52 @@ impl<'a> Block<'a> {
 
     /// Tests the first sample of each face in a camera, and then only samples that can change the result: those of
     /// faces that are not shown so far, and those that no earlier camera shows. With pairs, all samples are tested.
-    fn add_camera(&mut self, geometry: &Geometry, number: usize, camera: &Camera, with_pairs: bool) {
+    fn add_camera(&mut self, geometry: &Geometry, view: &View, with_pairs: bool) {
         self.shown.fill(0);
         self.blockers.fill(None);
-        let first: Vec<usize> = self.ranges.iter().map(|range| range.start).collect();
-        self.test_samples(geometry, number, camera, &first);
+        let faces: Vec<Range<usize>> = (0..self.ranges.len())
+            .filter(|face| self.may_show(view, *face))
+            .map(|face| self.ranges[face].clone())
+            .collect();
+        let first: Vec<usize> = faces.iter().map(|range| range.start).collect();
+        self.test_samples(geometry, view, &first);
         let can_change = |&sample: &usize| {
             with_pairs || self.shown[self.owners[sample] as usize] == 0 || !self.found.is_shown[sample]
         };
-        let others: Vec<usize> =
-            self.ranges.iter().flat_map(|range| range.start + 1..range.end).filter(can_change).collect();
-        self.test_samples(geometry, number, camera, &others);
+        let others: Vec<usize> = faces.iter().flat_map(|range| range.start + 1..range.end).filter(can_change).collect();
+        self.test_samples(geometry, view, &others);
         for (face, &shown) in self.shown.iter().enumerate().filter(|(_, shown)| **shown > 0) {
             self.found.views[face] += 1;
-            self.found.faces_shown[number] += 1;
+            self.found.faces_shown[view.number] += 1;
             if with_pairs {
-                self.found.pairs.push([face as i32, number as i32, shown]);
+                self.found.pairs.push([face as i32, view.number as i32, shown]);
             }
         }
     }
 
+    /// False if the camera is certainly behind the face, or if the face is certainly outside of the image.
+    fn may_show(&self, view: &View, face: usize) -> bool {
+        let Some(center) = view.camera.static_center() else { return true };
+        let (corners, normal) = (self.corners[face].map(DVec3::from_array), DVec3::from_array(self.normals[face]));
+        let largest = corners.iter().fold(center.abs(), |most, corner| most.max(corner.abs())).max_element();
+        let is_behind = |corner: &DVec3| (center - corner).dot(normal) < -64.0 * f64::EPSILON * largest;
+        if !self.incidence.both_sides && corners.iter().all(is_behind) {
+            return false;
+        }
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let radius = || corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max);
+        !view.bounds.is_some_and(|bounds| bounds.is_outside(middle, radius()))
+    }
+
     /// Tests samples, in ascending order. The first sample of a face that the camera shows represents the face.
-    fn test_samples(&mut self, geometry: &Geometry, number: usize, camera: &Camera, samples: &[usize]) {
+    fn test_samples(&mut self, geometry: &Geometry, view: &View, samples: &[usize]) {
         let line = |&sample: &usize| {
             let face = self.owners[sample] as usize;
-            let line = SightLine::new(camera, self.incidence, sample, [self.positions[sample], self.normals[face]])?;
+            let point = [self.positions[sample], self.normals[face]];
+            let line = match view.origin {
+                Some(origin) => SightLine::from_origin(origin, self.incidence, sample, point)?,
+                None => SightLine::new(view.camera, self.incidence, sample, point)?.0,
+            };
             let near = &self.blockers[face.saturating_sub(NEIGHBORS)..(face + NEIGHBORS + 1).min(self.blockers.len())];
             (!near.iter().flatten().any(|blocker| blocker.certainly_blocks(&line))).then_some(line)
         };
@@ -227,11 +295,12 @@ impl<'a> Block<'a> {
                 continue;
             }
             self.found.is_shown[line.index] = true;
-            if self.shown[face] == 0 {
-                let resolution = smaller_singular_value(line.footprint(camera, self.normals[face])) as f32;
-                if resolution > self.found.best_resolution[face] {
+            let best = self.found.best_resolution[face];
+            if self.shown[face] == 0 && line.max_resolution(view.max_scale) > f64::from(best) {
+                let resolution = smaller_singular_value(line.footprint(view.camera, self.normals[face])) as f32;
+                if resolution > best {
                     self.found.best_resolution[face] = resolution;
-                    self.found.best_view[face] = number as i32;
+                    self.found.best_view[face] = view.number as i32;
                     self.found.best_cosine[face] = line.cosine;
                 }
             }
@@ -246,12 +315,17 @@ fn weighted_point(corners: &[[f64; 3]; 3], weights: &[f64; 3]) -> [f64; 3] {
 }
 
 /// Number of samples of each face: its largest area in pixels in any camera, between its minimum and `limit`.
-fn sample_numbers(corners: &[[[f64; 3]; 3]], min: &[u16], limit: usize, cameras: &[Camera]) -> Vec<usize> {
+fn sample_numbers(corners: &[[[f64; 3]; 3]], min: &[u16], limit: usize, views: &[View]) -> Vec<usize> {
     let mut numbers: Vec<usize> = min.iter().map(|number| usize::from(*number)).collect();
     if numbers.iter().all(|number| *number == limit) {
         return numbers;
     }
-    for (number, area) in numbers.iter_mut().zip(largest_areas(corners, cameras)) {
+    let cameras: Vec<&Camera> =
+        views.iter().filter(|view| !(view.max_area < MAX_SMALL_AREA_PX)).map(|view| view.camera).collect();
+    if cameras.is_empty() {
+        return numbers;
+    }
+    for (number, area) in numbers.iter_mut().zip(largest_areas(corners, &cameras)) {
         if area > LARGE_FACE_PX {
             *number = (area.ceil() as usize).clamp(*number, limit);
         }
@@ -261,7 +335,7 @@ fn sample_numbers(corners: &[[[f64; 3]; 3]], min: &[u16], limit: usize, cameras:
 
 /// The largest area in pixels of each triangle among the cameras that project it into the image, 0 for none. The parts
 /// outside of the image and hidden parts count.
-fn largest_areas(corners: &[[[f64; 3]; 3]], cameras: &[Camera]) -> Vec<f64> {
+fn largest_areas(corners: &[[[f64; 3]; 3]], cameras: &[&Camera]) -> Vec<f64> {
     // Neighbouring faces share their corners: each position is projected once.
     let (mut positions, mut numbers) = (vec![], HashMap::with_capacity(corners.len()));
     let mut number_of = |position: [f64; 3]| {

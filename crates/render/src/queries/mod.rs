@@ -21,5 +21,6 @@ pub mod signed_distance;
 mod tasks;
 pub mod timed;
 pub mod velocity;
+mod view_bounds;
 pub mod visible;
 pub mod winding;

@@ -46,7 +46,6 @@ pub(super) struct SightLine {
     /// The caller's number of the point.
     pub index: usize,
     pub position: DVec3,
-    pub pixel: DVec2,
     /// Cosine of the angle of incidence.
     pub cosine: f64,
     /// Origin of the pixel's ray.
@@ -54,19 +53,20 @@ pub(super) struct SightLine {
 }
 
 impl SightLine {
-    /// Returns the line to a point; `None` if the camera does not show the point even without other surfaces.
+    /// Returns the line to a point with its pixel; `None` if the camera does not show the point even without other
+    /// surfaces.
     pub fn new(
         camera: &Camera,
         incidence: Incidence,
         index: usize,
-        [position, normal]: [[f64; 3]; 2],
-    ) -> Option<SightLine> {
-        let [position, normal] = [position, normal].map(DVec3::from_array);
+        point: [[f64; 3]; 2],
+    ) -> Option<(SightLine, DVec2)> {
         // The rays of a static central camera share their origin: points that face away need no projection.
-        if let Some(center) = camera.static_center() {
-            incidence.cosine(center, position, normal)?;
-        }
-        let (pixel, is_projected) = camera.project(position);
+        let line = match camera.static_center() {
+            Some(center) => Some(Self::from_origin(center, incidence, index, point)?),
+            None => None,
+        };
+        let (pixel, is_projected) = camera.project(DVec3::from_array(point[0]));
         let offset = camera.offset_from_corner(pixel);
         let [width, height] = camera.size().map(f64::from);
         let is_inside = offset.cmpge(DVec2::ZERO).all() && offset.cmplt(DVec2::new(width, height)).all();
@@ -74,9 +74,21 @@ impl SightLine {
             return None;
         }
         // The pixel of a point has a ray, through this point.
-        let origin = camera.static_center().unwrap_or_else(|| camera.ray(pixel).0);
+        let line = line.or_else(|| Self::from_origin(camera.ray(pixel).0, incidence, index, point));
+        Some((line?, pixel))
+    }
+
+    /// Returns the line to a point that projects into the image, from the origin of its pixel's ray; `None` if the
+    /// point faces away.
+    pub fn from_origin(
+        origin: DVec3,
+        incidence: Incidence,
+        index: usize,
+        [position, normal]: [[f64; 3]; 2],
+    ) -> Option<SightLine> {
+        let [position, normal] = [position, normal].map(DVec3::from_array);
         let cosine = incidence.cosine(origin, position, normal)?;
-        Some(SightLine { index, position, pixel, cosine, origin })
+        Some(SightLine { index, position, cosine, origin })
     }
 
     fn ends(&self) -> [[f64; 3]; 2] {
@@ -87,6 +99,12 @@ impl SightLine {
     /// coordinate.
     fn rounding_error(&self) -> f64 {
         8.0 * f64::EPSILON * self.origin.abs().max(self.position.abs()).max_element()
+    }
+
+    /// Bound of the smaller singular value of the footprint, if the derivative of the pixel with respect to the direction
+    /// is at most `max_scale` pixels per radian.
+    pub fn max_resolution(&self, max_scale: f64) -> f64 {
+        max_scale * self.cosine / self.origin.distance(self.position)
     }
 
     /// The derivatives of the pixel along two orthonormal surface directions, by central differences, in pixels per
