@@ -274,7 +274,7 @@ _OWN_ERRORS = {
     ),
     "unsupported_rate": Code(
         "A lidar does not support this rate.",
-        "Use a supported rate, or pass force_rate=True.",
+        "Use a supported rate, or pass force_rate=True (--force-rate).",
     ),
     "wrong_device": Code(
         "A calibration file or an operation requires a different lidar.",

@@ -91,7 +91,7 @@ def test_scan_writes_the_requested_fields_in_world_coordinates() -> None:
     [
         (["--lidar", "vlp61"], ["vlp61", "vlp16", "raycam lidars"]),
         (["--lidar", "missing.json"], ["missing.json"]),
-        (["--lidar", "vlp16", "--rate", "50"], ["50", "5 to 20"]),
+        (["--lidar", "vlp16", "--rate", "50"], ["50", "5 to 20", "--force-rate"]),
         (["--lidar", "vlp16", "-o", "a.xyz"], [".xyz", ".pcd"]),
         (["--lidar", "vlp16", "--animation", "walk"], ["--at"]),
         (["--lidar", "vlp16", "--fields", "rings"], ["rings", "ring"]),
@@ -122,6 +122,26 @@ device = "hdl32e"
 location = [0, 0, 1.8]
 """
 )
+
+
+def test_force_rate_scans_at_a_rate_that_the_device_does_not_support() -> None:
+    command = ["scan", "street.toml", "--lidar", "vlp16", "--at", "0", "--location", "0", "0", "1.8"]
+    assert main([*command, "--rate", "50", "--force-rate", "-o", "a.npz"]) == 0
+    lidar = raycam.Lidar("vlp16", rate=50, force_rate=True).placed([0, 0, 1.8])
+    expected = raycam.scan(raycam.load("street.toml").at(0), lidar)
+    with np.load("a.npz") as arrays:
+        np.testing.assert_array_equal(arrays["position"], expected["position"])
+
+
+@pytest.mark.parametrize("name", ["car/tpo", "poel"])
+def test_unknown_lidar_is_refused_with_the_lidars_of_the_world_and_the_devices(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("both.toml").write_text(WITH_LIDARS, encoding="utf-8")
+    assert main(["scan", "both.toml", "--lidar", name]) != 0
+    text = capsys.readouterr().err
+    for expected in (repr(name), "car/top", "pole", "vlp16"):
+        assert expected in text
 
 
 def test_scan_uses_the_lidars_of_the_world_file(capsys: pytest.CaptureFixture[str]) -> None:

@@ -38,6 +38,12 @@ def test_frame_with_too_many_pulses_is_refused_before_allocation() -> None:
     assert MAX_PULSES < 10**9
 
 
+def test_pattern_with_too_many_directions_is_refused_before_allocation() -> None:
+    directions = np.broadcast_to(np.array([1.0, 0, 0]), (10**15, 3))
+    with raises(MemoryError, mentions=["1000000000000000", "GiB"]):
+        raycam.Lidar.of(directions)
+
+
 def test_directions_of_extreme_lengths_become_unit_vectors() -> None:
     lengths = np.array([1e-300, 1e-5, 1.0, 1e200])
     pattern = raycam.Lidar.of(np.outer(lengths, [0.6, 0, 0.8])).pattern()

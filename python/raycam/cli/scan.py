@@ -38,6 +38,12 @@ def _add(command: argparse.ArgumentParser) -> None:
     settings = command.add_argument_group("lidar settings")
     settings.add_argument("--rate", metavar="HZ", type=float, help="frames per second")
     settings.add_argument(
+        "--force-rate",
+        action="store_const",
+        const=True,
+        help="accept a rate that the device does not support",
+    )
+    settings.add_argument(
         "--returns",
         metavar="MODE",
         help="echoes to report: first, last, strongest, dual (last and strongest) or all",
@@ -70,7 +76,7 @@ def _run(options: argparse.Namespace) -> None:
     check_extension(Path(output).suffix)
     if options.animation is not None and options.at is None:
         raise SettingsError("--animation requires --at SECONDS", code="missing_value")
-    names = ("rate", "returns", "beam_samples", "noise", "seed")
+    names = ("rate", "force_rate", "returns", "beam_samples", "noise", "seed")
     given: dict[str, Any] = {name: getattr(options, name) for name in names}
     settings = {name: value for name, value in given.items() if value is not None}
     world = load_world(options)

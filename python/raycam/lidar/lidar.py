@@ -16,7 +16,7 @@ from ..rotations import rotation_of
 from .device import device_description
 from .mirrors import frame_rate, mirror_table
 from .ouster import ouster_metadata
-from .pattern import Pattern
+from .pattern import Pattern, check_count
 from .patterns import check_family, make_pattern, ouster_unit
 from .pose import Track
 from .settings import SETTING_CHECKS, Returns
@@ -122,8 +122,11 @@ class Lidar:
 
         `times` [n] are seconds from the frame's start (default: 0), in ascending order; `rings` [n] are integers
         (default: 0); `origins` [n, 3] are the starting points of the beams (default: the sensor's origin). Raises
-        `LidarError` for numbers that are not finite, zero directions, and times that decrease, with the row.
+        `LidarError` for numbers that are not finite, zero directions, and times that decrease, with the row, and
+        `MemoryError` for more than 67,108,864 directions.
         """
+        if hasattr(directions, "__len__"):
+            check_count(len(directions))  # before a copy is allocated
         ways = floats("directions", directions, ("n", 3), error=LidarError)
         count = len(ways)
         moments = np.zeros(count) if times is None else floats("times", times, ("n",), error=LidarError)
@@ -237,7 +240,7 @@ class Lidar:
         if rates and not force and not rates[0] <= self.rate <= rates[1]:
             raise LidarError(
                 f"{self.name}: rate is {self.rate:g}; supported: {rates[0]:g} to {rates[1]:g} Hz; "
-                "to scan at any rate, pass force_rate=True",
+                "to scan at any rate, pass force_rate=True (--force-rate)",
                 code="unsupported_rate",
             )
         offered = self._description.get("returns")
@@ -279,14 +282,14 @@ class Lidar:
             if given.get("mode") is not None:
                 raise LidarError(
                     f"{self.name}: mode {mode!r} requires {modes[mode]:g} Hz, but rate is {rate:g}; "
-                    "to scan at any rate, pass force_rate=True",
+                    "to scan at any rate, pass force_rate=True (--force-rate)",
                     code="conflicting_values",
                 )
             fitting = [name for name, hertz in modes.items() if hertz == rate]
             if not fitting:
                 raise LidarError(
                     f"{self.name}: rate is {rate:g}; supported: 10 and 20 Hz; "
-                    "to scan at any rate, pass force_rate=True",
+                    "to scan at any rate, pass force_rate=True (--force-rate)",
                     code="unsupported_rate",
                 )
             mode = fitting[-1]

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-from ...errors import SettingsError
+from ...errors import LidarError, SettingsError, nearest
 
 if TYPE_CHECKING:
     from ...lidar import Lidar
@@ -45,9 +45,15 @@ def find_lidar(text: str, settings: Mapping[str, Any], up: Literal["z", "y"] = "
     path, _, device = text.rpartition(":")
     if path and os.path.exists(path):
         return load_lidar(path, device, up=up, **settings)
-    if os.path.exists(text) or os.path.splitext(text)[1]:
+    if _is_file(text):
         return load_lidar(text, up=up, **settings)
     return Lidar(text, up=up, **settings)
+
+
+def _is_file(text: str) -> bool:
+    """Returns True for existing files, FILE:DEVICE, and names with an extension."""
+    path = text.rpartition(":")[0]
+    return os.path.exists(path) or os.path.exists(text) or bool(os.path.splitext(text)[1])
 
 
 def mount_lidars(rig: Rig, texts: Sequence[str]) -> Rig:
@@ -112,9 +118,10 @@ def world_lidars(world: World, texts: Sequence[str]) -> dict[str, Lidar]:
 def chosen_lidar(world: World, options: argparse.Namespace, settings: dict[str, Any]) -> Lidar:
     """The lidar of the world file, of a device or of a calibration, at its pose.
 
-    Raises `SettingsError` without `--lidar` if the world has no lidar, or several.
+    Raises `SettingsError` without `--lidar` if the world has no lidar, or several, and `LidarError` for a name
+    that is neither a lidar of the world, a device nor a file.
     """
-    from ...lidar import Lidar, lidar_named
+    from ...lidar import Lidar, device_names, lidar_named
 
     own = {name: sensor for name, sensor in world.sensors.items() if isinstance(sensor, Lidar)}
     name = options.lidar
@@ -130,6 +137,9 @@ def chosen_lidar(world: World, options: argparse.Namespace, settings: dict[str, 
         lidar = lidar_named(world, name).replace(**settings)
         if not is_placed:
             return lidar
+    elif own and name not in device_names() and not _is_file(name):
+        known = nearest("lidar", name, [*own, *device_names()])
+        raise LidarError(f"{known}; to list all devices, run: raycam lidars", code="unknown_name")
     else:
         lidar = find_lidar(name, settings, world.up)
     return lidar.placed(options.location or (0.0, 0.0, 0.0), *(angle or 0.0 for angle in angles))
