@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import raycam
-from raycam.arguments import floats, size_of, whole
+from raycam.arguments import as_number, floats, plain_numbers, real, size_of, whole
 from raycam.errors import CameraError, SettingsError
 from support.raises import raises
 
@@ -44,6 +46,54 @@ def test_whole_checks_type_and_range() -> None:
             whole("a", bad, 0, 5)
     with raises(SettingsError, code="out_of_range", mentions=["a", "6", "0", "5"]):
         whole("a", 6, 0, 5)
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        (3, 3),
+        (np.uint8(3), 3),
+        (np.array(3), 3),
+        (np.float32(0.5), 0.5),
+        (np.array(0.5, np.float16), 0.5),
+        (Fraction(1, 2), 0.5),
+        (np.float64("inf"), float("inf")),
+    ],
+)
+def test_as_number_returns_pythons_number(value: object, expected: float) -> None:
+    number = as_number(value)
+    assert type(number) is type(expected)
+    assert number == expected
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        *(True, np.True_, np.array(True), "3", b"3", None, 1j, np.complex64(1), [3], {}),
+        *(np.array([3]), np.timedelta64(3, "s"), np.datetime64("2026-01-01"), np.ma.masked),
+    ],
+)
+def test_as_number_returns_none_for_other_values(value: object) -> None:
+    assert as_number(value) is None
+
+
+def test_plain_numbers_converts_nested_scalars() -> None:
+    array = np.zeros(3)
+    found = plain_numbers(
+        {"a": {np.int64(1): np.float32(0.5)}, "b": [np.array(2), "x", (np.uint8(3),)], "c": array}
+    )
+    assert found == {"a": {1: 0.5}, "b": [2, "x", (3,)], "c": array}
+    assert found["c"] is array
+    assert json.dumps(found["b"]) == '[2, "x", [3]]'
+
+
+def test_real_with_above_excludes_the_lower_limit() -> None:
+    assert real("a", np.float32(0.5), 0, above=True) == 0.5
+    for bad in (0, -1, float("nan"), 2.0):
+        with raises(SettingsError, code="out_of_range", mentions=["a", "0", "1"]):
+            real("a", bad, 0, 1, above=True)
+    with raises(SettingsError, code="wrong_type", mentions=["a"]):
+        real("a", 10**400)
 
 
 def test_size_of_checks_image_sizes() -> None:

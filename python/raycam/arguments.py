@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from .errors import Error, SettingsError, nearest
 __all__ = [
     "Bools",
     "Floats",
+    "as_number",
     "flag",
     "floats",
     "is_tensor",
@@ -25,6 +26,7 @@ __all__ = [
     "numbers",
     "one_of",
     "paired",
+    "plain_numbers",
     "real",
     "refuse_mask",
     "rows_of",
@@ -226,17 +228,48 @@ def lengths(vectors: npt.ArrayLike) -> Floats:
     return found
 
 
+def as_number(value: object) -> int | float | None:
+    """Returns a real number as a Python int or float, or None for any other value.
+
+    Numbers are the scalars of Python, NumPy and other libraries, and their arrays and tensors of shape (). Flags,
+    strings, complex numbers, dates, masked values and arrays with axes are not numbers.
+    """
+    if type(value) in (int, float):
+        return value  # type: ignore[return-value]
+    if isinstance(value, bool | str | bytes) or np.ma.is_masked(value):
+        return None
+    if isinstance(value, np.ndarray | np.generic) and value.dtype.kind not in "fiu":
+        return None
+    if getattr(value, "shape", ()) != () or str(getattr(value, "dtype", "")).endswith("bool"):
+        return None
+    converts: tuple[Callable[[Any], int | float], ...] = (operator.index, float)
+    for convert in converts:
+        try:
+            return convert(value)
+        except (TypeError, ValueError, OverflowError):
+            continue
+    return None
+
+
+def plain_numbers(value: Any) -> Any:
+    """Returns a description of mappings, lists and tuples with Python's numbers instead of other libraries' scalars."""
+    if isinstance(value, Mapping):
+        return {plain_numbers(key): plain_numbers(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        items = map(plain_numbers, value)
+        return list(items) if isinstance(value, list) else tuple(items)
+    number = as_number(value)
+    return value if number is None else number
+
+
 def whole(name: str, value: object, low: int, high: int, *, error: type[Error] = SettingsError) -> int:
     """Returns `value` as an int from `low` to `high`, both included.
 
     Raises `error` with the name for other values.
     """
-    try:
-        if isinstance(value, bool):
-            raise TypeError
-        number = operator.index(value)  # type: ignore[arg-type]
-    except TypeError:
-        raise error(f"{name} must be a whole number, not {value!r}", code="wrong_type") from None
+    number = as_number(value)
+    if not isinstance(number, int):
+        raise error(f"{name} must be a whole number, not {value!r}", code="wrong_type")
     if not low <= number <= high:
         raise error(f"{name} is {number}, expected {low} to {high}", code="out_of_range")
     return number
@@ -280,23 +313,27 @@ def real(
     low: float = -math.inf,
     high: float = math.inf,
     *,
+    above: bool = False,
     what: str = "a number",
     error: type[Error] = SettingsError,
 ) -> float:
-    """Returns `value` as a finite float from `low` to `high`, both included.
+    """Returns `value` as a finite float from `low` (excluded if `above`) to `high` (included).
 
     Raises `error` with the name for other values. `what` describes the value and its unit.
     """
+    given = as_number(value)
     try:
-        if isinstance(value, bool | np.bool_ | str | bytes) or np.ma.is_masked(value):
-            raise TypeError
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        raise error(f"{name} must be {what}, not {value!r}", code="wrong_type") from None
-    if math.isfinite(number) and low <= number <= high:
+        number = None if given is None else float(given)
+    except OverflowError:
+        number = None
+    if number is None:
+        raise error(f"{name} must be {what}, not {value!r}", code="wrong_type")
+    if math.isfinite(number) and (low < number if above else low <= number) and number <= high:
         return number
-    limits = {(False, False): "finite", (True, False): f"{low:g} or more", (False, True): f"{high:g} or less"}
-    wanted = limits.get((math.isfinite(low), math.isfinite(high)), f"{low:g} to {high:g}")
+    least = f"more than {low:g}" if above else f"{low:g} or more"
+    limits = {(False, False): "finite", (True, False): least, (False, True): f"{high:g} or less"}
+    both = f"more than {low:g}, at most {high:g}" if above else f"{low:g} to {high:g}"
+    wanted = limits.get((math.isfinite(low), math.isfinite(high)), both)
     raise error(f"{name} is {number}, expected {what}, {wanted}", code="out_of_range")
 
 

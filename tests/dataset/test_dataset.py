@@ -70,6 +70,18 @@ def test_equal_calls_and_resumed_calls_write_the_same_files(tmp_path: Path, name
     assert quick(tmp_path / "c", format=name).made == 0
 
 
+@pytest.mark.parametrize("name", HERE)
+def test_options_as_numpy_scalars_equal_pythons_numbers(tmp_path: Path, name: str) -> None:
+    known = {"baseline": 0.5, "depth_scale": 1.0}
+    options = {key: known.get(key, value) for key, value in FORMATS[name].options.items()}
+    numbers = {key: value for key, value in options.items() if type(value) in (int, float)}
+    assert quick(tmp_path, format=name, **numbers).made > 0
+    scalars = {
+        key: np.float32(value) if type(value) is float else np.array(value) for key, value in numbers.items()
+    }
+    assert quick(tmp_path, format=name, **scalars).made == 0
+
+
 def plan(name: str) -> Plan:
     return Plan(table(), views(table(), ring(3)), {}, FORMATS[name].options)
 

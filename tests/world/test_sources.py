@@ -137,7 +137,7 @@ def test_scale_multiplies_all_coordinates(
     [
         ({"scale": 0.0}, "out_of_range"),
         ({"scale": float("nan")}, "out_of_range"),
-        ({"scale": True}, "out_of_range"),
+        ({"scale": True}, "wrong_type"),
         ({"scale": 2, "units": "mm"}, "conflicting_values"),
         ({"units": "miles"}, "unknown_name"),
         ({"kind": "fbx"}, "unknown_name"),

@@ -14,7 +14,8 @@ from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
-from ..errors import Notice, SettingsError
+from ..arguments import as_number, whole
+from ..errors import Notice
 from ..io.temp_stream import TempStream
 from ..jobs.job_package import JobPackage
 from ..jobs.scheduler import MAX_ATTEMPTS, Pool, PoolLost
@@ -52,13 +53,11 @@ def make_pool(
     """
     if where is None:
         return contextlib.closing(InProcessPool(threads))
-    if isinstance(where, bool) or (isinstance(where, int) and where < 1):
-        raise SettingsError(f"workers must be a whole number >= 1, not {where!r}", code="wrong_type")
-    if isinstance(where, int):
-        return contextlib.closing(ProcessPool(where, threads))
+    if isinstance(where, bool) or as_number(where) is not None:
+        return contextlib.closing(ProcessPool(whole("workers", where, 1, 1024), threads))
     if isinstance(where, str):
         return contextlib.closing(connect(where, threads, tell))
-    return contextlib.closing(ExecutorPool(where, threads=threads))
+    return contextlib.closing(ExecutorPool(where, threads=threads))  # type: ignore[arg-type]
 
 
 class InProcessPool:

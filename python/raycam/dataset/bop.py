@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from ..annotations.labels import Label, Region
-from ..arguments import product
+from ..arguments import as_number, product
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from ..notices import warn_all
@@ -41,7 +41,8 @@ def check(plan: Plan) -> None:
     if given is None:
         return
     if not isinstance(given, Mapping) or not all(
-        isinstance(name, str) and isinstance(number, int) and number > 0 for name, number in given.items()
+        isinstance(name, str) and isinstance(as_number(number), int) and number > 0
+        for name, number in given.items()
     ):
         raise SettingsError(
             f'model_ids must map categories or object names to whole numbers from 1, as in {{"mug": 5}}; got {given!r}',

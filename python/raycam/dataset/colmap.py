@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..annotations.keypoints import keypoints
-from ..arguments import Floats, product
+from ..arguments import Floats, product, whole
 from ..camera import Camera
-from ..errors import CameraError, SettingsError
+from ..errors import CameraError
 from ..srgb import srgb_from_linear
 from . import colmap_rigs
 from .colmap_tracks import Tracks
@@ -38,12 +38,7 @@ def check(plan: Plan) -> None:
         except CameraError as fault:
             raise CameraError(f"camera {number}: {fault}", code=fault.code) from None
     colmap_rigs.check(plan)
-    points = plan.options["points"]
-    if not (isinstance(points, int) and points >= 1):
-        raise SettingsError(
-            f"points is {points!r}, expected the number of sampled surface points, at least 1",
-            code="out_of_range",
-        )
+    whole("points", plan.options["points"], 1, 2**31 - 1)
 
 
 def model(camera: Camera) -> str:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..annotations.flow import check_rectified, disparity, flow
 from ..annotations.labels import Label
-from ..arguments import Floats, product
+from ..arguments import Floats, product, real
 from ..camera import Camera
 from ..errors import CameraError, SettingsError
 from .lost import KEY, lost
@@ -43,11 +43,8 @@ def check(plan: Plan) -> None:
                 code="unsupported_camera",
             )
     baseline = plan.options["baseline"]
-    if baseline is not None and not (isinstance(baseline, int | float) and baseline > 0):
-        raise SettingsError(
-            f"baseline is {baseline!r}, expected the distance to the right camera in metres, more than 0",
-            code="out_of_range",
-        )
+    if baseline is not None:
+        real("baseline", baseline, 0, above=True, what="the distance to the right camera in metres")
     if plan.rigs and len(plan.rigs[0]) * len(plan.rigs) != len(plan.shots):
         raise SettingsError(
             "rigs and single cameras cannot be combined, because KITTI's images are either all stereo pairs "

@@ -11,8 +11,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Bools
-from ..errors import Notice, SettingsError
+from ..arguments import Bools, real
+from ..errors import Notice
 from .plan import Record
 
 __all__ = ["DEPTH_SCALES", "KEY", "check_depth_scale", "depth_units", "lost", "lost_notices"]
@@ -28,10 +28,8 @@ def check_depth_scale(scale: Any) -> None:
 
     A valid `scale` is None or a number of millimetres per unit, more than 0.
     """
-    if scale is not None and not (isinstance(scale, int | float) and scale > 0):
-        raise SettingsError(
-            f"depth_scale is {scale!r}, expected millimetres per unit, more than 0", code="out_of_range"
-        )
+    if scale is not None:
+        real("depth_scale", scale, 0, above=True, what="millimetres per unit")
 
 
 def depth_units(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..annotations.labels import box3d
-from ..arguments import Floats, product
+from ..arguments import Floats, product, real, whole
 from ..errors import CameraError, SettingsError
 from ..lidar import Lidar, Scan
 from .lidars import lidars_of, pose_of, scan_lidar
@@ -72,15 +72,9 @@ def _check_options(plan: Plan) -> None:
         value = plan.options[name]
         if not isinstance(value, str) or not value or set(value) & set("/\\:") or value.startswith("."):
             raise SettingsError(f"{name} is {value!r}, expected a name", code="invalid_value")
-    every, fps, start = (plan.options[name] for name in ("key_every", "fps", "start_time"))
-    if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-        raise SettingsError(
-            f"key_every is {every!r}, expected a whole number, at least 1", code="out_of_range"
-        )
-    if isinstance(fps, bool) or not (isinstance(fps, int | float) and fps > 0):
-        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
-    if isinstance(start, bool) or not (isinstance(start, int | float) and 0 <= start < 2**40):
-        raise SettingsError(f"start_time is {start!r}, expected seconds, at least 0", code="out_of_range")
+    whole("key_every", plan.options["key_every"], 1, 2**31 - 1)
+    real("fps", plan.options["fps"], 0, above=True, what="frames per second")
+    real("start_time", plan.options["start_time"], 0, 2**40, what="seconds")
 
 
 def timestamp(plan: Plan, number: int) -> int:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..annotations.labels import Label, label
-from ..arguments import Floats
+from ..arguments import Floats, plain_numbers
 from ..camera import Camera
 from ..errors import CameraError, Notice, SettingsError, nearest
 from ..io.temp_stream import Piece
@@ -318,7 +318,7 @@ class Shot:
 
 
 def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: str) -> dict[str, Any]:
-    """Returns the given options, completed with the defaults in `known`.
+    """Returns the given options with Python's numbers, completed with the defaults in `known`.
 
     Raises `SettingsError` for unknown options.
     """
@@ -327,7 +327,7 @@ def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: 
             if not known:
                 raise SettingsError(f"unknown option {name}: {what} has no options", code="unknown_key")
             raise SettingsError(nearest(f"option of {what}", name, list(known)), code="unknown_key")
-    return {**known, **options}
+    return {**known, **plain_numbers(options)}
 
 
 def check_poses(plan: Plan, format: str) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ..arguments import Floats, lengths
+from ..arguments import Floats, lengths, real
 from ..errors import CameraError, SettingsError
 from .lost import check_depth_scale, depth_units
 from .plan import NO_LENSES, Format, Index, Made, Plan, Record, k_with_integer_centers, matrix_text, png
@@ -33,9 +33,7 @@ def check(plan: Plan) -> None:
                 code="unsupported_camera",
             )
     check_depth_scale(plan.options["depth_scale"])
-    fps = plan.options["fps"]
-    if not (isinstance(fps, int | float) and fps > 0):
-        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
+    real("fps", plan.options["fps"], 0, above=True, what="frames per second")
 
 
 def check_tum(plan: Plan) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Floats, product
+from ..arguments import Floats, product, real, whole
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from ..lidar import Lidar
@@ -46,9 +46,7 @@ def check(plan: Plan) -> None:
                 f"camera {frame[0]} has a lens model or skew, which KITTI does not support; {NO_LENSES}",
                 code="unsupported_camera",
             )
-    fps = plan.options["fps"]
-    if isinstance(fps, bool) or not (isinstance(fps, int | float) and fps > 0):
-        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
+    real("fps", plan.options["fps"], 0, above=True, what="frames per second")
     sequence = plan.options["sequence"]
     if not (isinstance(sequence, str) and sequence.isalnum()):
         raise SettingsError(f'sequence is {sequence!r}, expected a name such as "00"', code="invalid_value")
@@ -92,11 +90,7 @@ def label_ids(plan: Plan) -> dict[str, int]:
             raise SettingsError(nearest("category", name, list(plan.category_ids)), code="unknown_name")
     found = {**plan.category_ids, **given}
     for name, number in found.items():
-        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= MAX_ID:
-            raise SettingsError(
-                f"labels: {name} has the id {number!r}, expected a whole number from 0 to {MAX_ID}",
-                code="out_of_range",
-            )
+        whole(f"the label id of {name!r}", number, 0, MAX_ID)
     return found
 
 

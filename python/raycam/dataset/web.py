@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import SettingsError
+from ..arguments import whole
 from ..io.temp_stream import Piece
 from ..render import channel_names
 from .coco import segmentation
@@ -30,11 +30,7 @@ OPTIONS = {
 
 def check(plan: Plan) -> None:
     """Raises `SettingsError` for invalid options."""
-    if not (isinstance(plan.options["shard_size"], int) and plan.options["shard_size"] >= 1):
-        raise SettingsError(
-            f"shard_size is {plan.options['shard_size']!r}, expected the number of samples per tar file, at least 1",
-            code="out_of_range",
-        )
+    whole("shard_size", plan.options["shard_size"], 1, 2**31 - 1)
     channel_names(plan.options["channels"])
 
 

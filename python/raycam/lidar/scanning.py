@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Floats, flag, whole
+from ..arguments import Floats, as_number, flag, whole
 from ..errors import LidarError, nearest
 from ..notices import collected, warn
 from .column_buffer import ColumnBuffer
@@ -166,7 +166,8 @@ def scan_many(
     name in `World.sensors` at the frame's start. Raises the errors of `scan`, and `SettingsError` for a frame number
     below 0.
     """
-    numbers = range(whole("frames", frames, 0, 2**31 - 1)) if isinstance(frames, int) else frames
+    count = as_number(frames)
+    numbers: Any = frames if count is None else range(whole("frames", count, 0, 2**31 - 1))
     named = lidar_named(world, lidar) if isinstance(lidar, str) else lidar
     start = world._core.time
     for number in numbers:

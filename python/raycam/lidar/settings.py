@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..arguments import flag, floats, real, whole
+from ..arguments import as_number, flag, floats, real, whole
 from ..errors import LidarError
 
 __all__ = ["SETTINGS", "SETTING_CHECKS", "Returns"]
@@ -36,7 +36,7 @@ SETTINGS: dict[str, tuple[float, float, str]] = {
 
 def _number(name: str, value: Any) -> float:
     low, high, unit = SETTINGS[name]
-    if high == math.inf and isinstance(value, float) and value == math.inf:
+    if high == math.inf and as_number(value) == math.inf:
         return math.inf
     return real(name, value, low, high, what=unit, error=LidarError)
 

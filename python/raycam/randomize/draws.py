@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from ..arguments import as_number
 from ..errors import WorldError, nearest
 
 __all__ = ["DISTRIBUTIONS", "ONE_OF", "RandomStream", "RejectedSample"]
@@ -127,7 +128,8 @@ def _each(given: Any, draw: Callable[[float, float, int], float]) -> Any:
 def _integer(draw: RandomStream, given: Any) -> int:
     """A uniform whole number, both ends included."""
     low, high = _pair(given)
-    if not all(isinstance(end, int) and not isinstance(end, bool) for end in (low, high)) or low > high:
+    low, high = as_number(low), as_number(high)
+    if not isinstance(low, int) or not isinstance(high, int) or low > high:
         raise ValueError("expected two whole numbers, the smaller first")
     return draw.integer(low, high)
 
@@ -153,7 +155,7 @@ def range_of(name: str, value: Any, default: tuple[float, float]) -> tuple[float
     if value is None:
         return default
     try:
-        return _numbers(*((value, value) if isinstance(value, int | float) else _pair(value)))
+        return _numbers(*(_pair(value) if as_number(value) is None else (value, value)))
     except (TypeError, ValueError) as fault:
         raise WorldError(f"{name} = {value!r}: {fault}", code="invalid_value") from None
 
@@ -177,9 +179,14 @@ def _pair(given: Any) -> tuple[Any, Any]:
 
 
 def _numbers(low: Any, high: Any) -> tuple[float, float]:
-    for end in (low, high):
-        if isinstance(end, bool) or not isinstance(end, int | float) or not math.isfinite(end):
-            raise ValueError(f"expected finite numbers, not {end!r}")
-    if low > high:
+    first, second = _finite(low), _finite(high)
+    if first > second:
         raise ValueError("expected the smaller number first")
-    return float(low), float(high)
+    return first, second
+
+
+def _finite(value: Any) -> float:
+    number = as_number(value)
+    if number is None or not math.isfinite(number):
+        raise ValueError(f"expected finite numbers, not {value!r}")
+    return float(number)

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..arguments import Floats, product, whole
+from ..arguments import Floats, product, real, whole
 from ..camera import Background, Camera
 from ..errors import FormatError, SettingsError, WorldError
 from ..io.html_form import html_table
@@ -489,16 +489,12 @@ def _checked_gap(item: Mapping[str, Any], how: Mapping[str, Any], what: str) -> 
             f'{what}: the keys "location" and "instance_of" cannot be used with "on", which sets the position',
             code="conflicting_values",
         )
-    gap = how.get("gap", MIN_GAP)
-    if isinstance(gap, bool) or not isinstance(gap, int | float) or not 0.0 <= gap < float("inf"):
-        raise WorldError(
-            f"{what}: gap must be a distance in metres of at least 0, got {gap!r}", code="out_of_range"
-        )
+    gap = real(f"{what}: gap", how.get("gap", MIN_GAP), 0.0, what="metres", error=WorldError)
     if not isinstance(how["on"], str):
         raise WorldError(
             f"{what}: the key 'on' must be the name of an object, not {how['on']!r}", code="wrong_type"
         )
-    return float(gap)
+    return gap
 
 
 def _read(path: Path) -> tuple[dict[str, Any], Path]:

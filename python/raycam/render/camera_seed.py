@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ..arguments import as_number
+
 __all__ = ["camera_seed", "with_camera_seed"]
 
 MASK = (1 << 64) - 1
@@ -33,6 +35,7 @@ def with_camera_seed(options: Mapping[str, Any], index: int) -> dict[str, Any]:
     Options without random numbers, and invalid seeds, which `raycam.render` refuses, are unchanged.
     """
     seed = options.get("seed")
-    if index == 0 or options.get("integrator") == "reference" or not isinstance(seed, int | None):
+    number = 0 if seed is None else as_number(seed)
+    if index == 0 or options.get("integrator") == "reference" or not isinstance(number, int):
         return dict(options)
-    return {**options, "seed": camera_seed(seed or 0, index)}
+    return {**options, "seed": camera_seed(number, index)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Floats, whole
+from ..arguments import Floats, real, whole
 from ..camera import Camera
 from ..errors import CameraError, Notice, SettingsError, nearest
 from ..jobs.job_package import JobPackage
@@ -95,13 +94,13 @@ class VideoPlan:
             message = "time_limit: the number of samples per frame depends on the machine and differs from run to run"
             self.notices.append(Notice(message, "varying_samples"))
         video = world.video
-        self.fps = (FPS if video is None else video.fps) if fps is None else _positive("fps", fps)
+        self.fps = (FPS if video is None else video.fps) if fps is None else real("fps", fps, 0, above=True)
         """Frames per second."""
         # An animation whose keyframes are all at time 0 has a single frame.
         length = video.seconds if video else max(animations[animation or 0].duration, 1 / self.fps)
         follows = rig is None and bool(animations)
         self._animation, self._follows = animation, _name_of(world, self.camera) if follows else None
-        self.seconds = length if seconds is None else _positive("seconds", seconds)
+        self.seconds = length if seconds is None else real("seconds", seconds, 0, above=True)
         """The duration."""
         if self.fps * self.seconds > MAX_FRAMES:
             raise SettingsError(
@@ -383,9 +382,3 @@ def _names(name: str) -> Iterator[str]:
     """Yields the name, then name-2, name-3 and so on."""
     yield name
     yield from (f"{name}-{number}" for number in count(2))
-
-
-def _positive(name: str, value: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise SettingsError(f"{name} must be a number greater than 0, not {value!r}", code="out_of_range")
-    return float(value)

@@ -17,7 +17,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import floats, real
+from ..arguments import as_number, floats, real
 from ..errors import SettingsError
 from ..explanation.scene_figure import Line
 from ..render.channel_picture import encode_jpeg
@@ -84,14 +84,11 @@ class Control:
             return value
         if self.kind == "text" and isinstance(value, str) and len(value) <= MAX_TEXT_LENGTH:
             return value
-        if (
-            self.kind in ("slider", "button")
-            and isinstance(value, int | float)
-            and not isinstance(value, bool)
-        ):
+        number = as_number(value)
+        if self.kind in ("slider", "button") and number is not None:
             low, high = self._properties.get("min", 0), self._properties.get("max", math.inf)
-            if low <= value <= high:
-                return value
+            if low <= number <= high:
+                return number
             raise SettingsError(
                 f"{self.label}: {value!r} is out of range; expected {low:g} to {high:g}", code="out_of_range"
             )

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from .. import _core
-from ..arguments import Bools
+from ..arguments import Bools, as_number
 from ..errors import WorldError, nearest
 
 __all__ = ["Chosen", "object_mask", "object_number", "one_object"]
@@ -54,12 +53,9 @@ def one_object(which: object) -> int | str:
     """Returns a single object's number or name; raises `WorldError` for other values."""
     if isinstance(which, str):
         return which
-    try:
-        if isinstance(which, bool | np.bool_):
-            raise TypeError
-        number = operator.index(which)  # type: ignore[arg-type]
-    except TypeError:
-        raise WorldError(f"expected an object index or name, got {which!r}", code="wrong_type") from None
+    number = as_number(which)
+    if not isinstance(number, int):
+        raise WorldError(f"expected an object index or name, got {which!r}", code="wrong_type")
     if abs(number) > MAX_NUMBER:
         raise WorldError(
             f"object index {number} is out of range; the limit is {MAX_NUMBER}", code="index_out_of_range"

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arguments import Bools, Floats, limits, one_of, paired, rows_of, thread_count, triples
-from ..errors import SettingsError
+from ..arguments import Bools, Floats, limits, one_of, paired, real, rows_of, thread_count, triples
 from ..io.fork_guard import no_fork
 from ..one_line import one_line
 from .chosen import Chosen, object_mask, object_number
@@ -186,10 +185,7 @@ class PointQueries:
         left, right = triples("a", a), triples("b", b)
         pair = paired(("a", left), ("b", right))
         shape = pair[0].shape[:-1]
-        if margin is None:
-            margin = _rounding(left, right)
-        elif not isinstance(margin, int | float | np.number) or not margin >= 0:
-            raise SettingsError(f"margin must be a number of at least 0, not {margin!r}", code="out_of_range")
+        margin = _rounding(left, right) if margin is None else real("margin", margin, 0.0, what="metres")
         word = one_of("surface", surface, ("first", "solid"))
         mask, threads = self._ready(objects, threads)
         count = int(np.prod(shape, dtype=np.int64))

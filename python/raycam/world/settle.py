@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..arguments import real, whole
+from ..arguments import as_number, real, whole
 from ..errors import Notice, SettingsError, WorldError, nearest
 from ..notices import warn_all
 from .world import World
@@ -138,7 +138,8 @@ def find_overlaps(world: World) -> list[tuple[str, str, float]]:
 
 def _numbers(world: World, argument: str, which: Any) -> list[int]:
     """The numbers of objects that are given by name, number or the first part of their names."""
-    items: Sequence[Any] = [which] if isinstance(which, str | int) else list(which)
+    alone = isinstance(which, str) or as_number(which) is not None
+    items: Sequence[Any] = [which] if alone else list(which)
     names = [item.name for item in world.objects]
     found: list[int] = []
     for item in items:

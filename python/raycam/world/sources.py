@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from ..arguments import real
 from ..errors import SettingsError
 from .endings import MESH_ENDINGS, MODEL_ENDINGS
 
@@ -110,13 +111,7 @@ def scale_factor(scale: float | None, units: str | None) -> float | None:
         if units not in METRES:
             raise SettingsError(f"units is {units!r}; options: {', '.join(METRES)}", code="unknown_name")
         return METRES[units]
-    if scale is None:
-        return None
-    if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0.0 < scale < float("inf"):
-        raise SettingsError(
-            f"scale must be a finite number greater than 0, got {scale!r}", code="out_of_range"
-        )
-    return float(scale)
+    return None if scale is None else real("scale", scale, 0.0, above=True)
 
 
 def check_scalable(name: str, suffix: str, head: bytes) -> None:

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...annotations.flow import check_rectified
-from ...arguments import Floats
+from ...arguments import Floats, real
 from ...camera import Camera
 from ...errors import CameraError, SettingsError
 from ..plan import Format, Index, Made, Plan, Record, View, k_with_integer_centers
@@ -162,18 +162,13 @@ def check(plan: Plan) -> None:
     Lens models that ROS does not support and times before 0 also raise `SettingsError`.
     """
     library()
-    fps, topic = plan.options["fps"], plan.options["topic"]
-    if isinstance(fps, bool) or not (isinstance(fps, int | float) and fps > 0):
-        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
+    topic = plan.options["topic"]
+    real("fps", plan.options["fps"], 0, above=True, what="frames per second")
     if not (isinstance(topic, str) and topic.startswith("/")):
         raise SettingsError(
             f"topic is {topic!r}, expected a name that begins with /, such as /camera", code="invalid_value"
         )
-    start = plan.options["start_time"]
-    if isinstance(start, bool) or not (isinstance(start, int | float) and 0 <= start < 2**31):
-        raise SettingsError(
-            f"start_time must be seconds from 0 to 2147483647, got {start!r}", code="out_of_range"
-        )
+    start = real("start_time", plan.options["start_time"], 0, 2**31 - 1, what="seconds")
     check_imu(plan)
     for number, view in enumerate(plan.shots):
         distortion(view.camera)

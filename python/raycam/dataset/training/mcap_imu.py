@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from ...arguments import real
 from ...errors import SettingsError
 from ..imu import LEAST_POSES, BodyMotion, specific_force
 from ..plan import Plan, Record
@@ -28,11 +29,7 @@ BLOCK = 4096
 
 def check_imu(plan: Plan) -> None:
     """Raises `SettingsError` for an invalid rate, and for poses that do not determine a motion."""
-    rate = plan.options["imu"]
-    if isinstance(rate, bool) or not (isinstance(rate, int | float) and 0 <= rate <= MAX_RATE):
-        raise SettingsError(
-            f"imu is {rate!r}; expected messages per second, 0 (none) to {MAX_RATE:g}", code="out_of_range"
-        )
+    rate = real("imu", plan.options["imu"], 0, MAX_RATE, what="messages per second")
     if rate and len(plan.rigs) < LEAST_POSES:
         raise SettingsError(
             f"imu requires a rig with at least {LEAST_POSES} poses; got {len(plan.rigs)}",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from ...arguments import real
 from ...errors import SettingsError
 from ..plan import Format, Index, Made, Plan, Record
 
@@ -18,9 +19,7 @@ def check(plan: Plan) -> None:
 
     Images of different sizes in a sequence also raise `SettingsError`.
     """
-    fps = plan.options["fps"]
-    if not (isinstance(fps, int | float) and fps > 0):
-        raise SettingsError(f"fps is {fps!r}, expected frames per second, more than 0", code="out_of_range")
+    real("fps", plan.options["fps"], 0, above=True, what="frames per second")
     sizes: dict[str, tuple[int, int]] = {}
     for number, view in enumerate(plan.shots):
         name = sequence(plan, number)[0]

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import numpy.typing as npt
 
+from ...arguments import whole
 from ...errors import SettingsError
 from ..plan import Format, Index, Made, Plan, Record, png
 
@@ -37,12 +38,9 @@ def check(plan: Plan) -> None:
                     f"{option}: unknown category {name!r}, available: {list(plan.categories.values())}",
                     code="unknown_name",
                 )
-    for number in [plan.options["void"], *label_ids(plan).values()]:
-        if not (isinstance(number, int) and 0 <= number <= 255):
-            raise SettingsError(
-                f"a label id is {number!r}; expected 0 to 255 (8 bits); pass labels={{category: id}}",
-                code="out_of_range",
-            )
+    whole("void", plan.options["void"], 0, 255)
+    for name, number in label_ids(plan).items():
+        whole(f"the label id of {name!r}", number, 0, 255)
     for name, color in plan.options["palette"].items():
         if np.shape(color) != (3,) or not all(0 <= value <= 255 for value in color):
             raise SettingsError(

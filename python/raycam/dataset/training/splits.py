@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from ...arguments import as_number
 from ...errors import SettingsError
 from ..plan import Plan
 
@@ -26,15 +27,15 @@ def check_splits(plan: Plan) -> None:
     """
     splits, seed = plan.options["splits"], plan.options["split_seed"]
     named = isinstance(splits, Mapping) and all(
-        isinstance(share, int | float) and share >= 0 and name.isidentifier()
+        isinstance(as_number(share), int | float) and share >= 0 and name.isidentifier()
         for name, share in splits.items()
     )
-    if not named or not math.isclose(sum(splits.values()), 1.0, abs_tol=1e-9):
+    if not named or not math.isclose(sum(splits.values()), 1.0, abs_tol=1e-6):
         raise SettingsError(
             f'splits is {splits!r}; expected fractions with the sum 1, as in {{"train": 0.8, "val": 0.2}}',
             code="out_of_range",
         )
-    if not isinstance(seed, int):
+    if not isinstance(as_number(seed), int):
         raise SettingsError(f"split_seed is {seed!r}; expected a whole number", code="wrong_type")
 
 

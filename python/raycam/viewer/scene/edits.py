@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..._core import srgb_from_linear
-from ...arguments import Floats
+from ...arguments import Floats, real
 from ...camera import Camera
 from ...errors import SettingsError, WorldError
 from ...world import World
@@ -247,9 +247,9 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     elif key in ("roughness", "metallic"):
         is_principled = material(world, number).get("model") == "principled"
         own = {} if is_principled else {"type": "principled"}
-        changed.set_object(number, material={**own, key: _within(key, value, 1.0)})
+        changed.set_object(number, material={**own, key: real(key, value, 0.0, 1.0)})
     elif key == "emission":
-        changed.set_object(number, emission=[_within(key, value, 1e6)] * 3)
+        changed.set_object(number, emission=[real(key, value, 0.0, 1e6)] * 3)
     elif key in ("move", "turn", "scale"):
         _require_placeable(world, number)
         changed.set_object(number, matrix=_placed(world, number, key, value))
@@ -303,18 +303,6 @@ def _require_placeable(world: World, number: int) -> None:
         )
 
 
-def _within(key: str, value: Any, most: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= most:
-        raise SettingsError(f"{key} must be a number from 0 to {most:g}, not {value!r}", code="out_of_range")
-    return float(value)
-
-
-def _factor(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 1e-6 <= value <= 1e6:
-        raise SettingsError(f"expected a factor from 1e-6 to 1e6, not {value!r}", code="out_of_range")
-    return float(value)
-
-
 def _with_number(world: World, number: int, value: Any) -> Floats:
     """Returns the matrix of an object after one number of its placement is changed.
 
@@ -342,11 +330,10 @@ def _placed(world: World, number: int, key: str, value: Any) -> Floats:
         step[:3, 3] = value
         return np.asarray(step @ matrix)
     if key == "scale":
-        step[:3, :3] *= _factor(value)
+        step[:3, :3] *= real(key, value, 1e-6, 1e6, what="a factor")
     else:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise SettingsError("turn must be a number of degrees", code="wrong_type")
-        c, s = math.cos(math.radians(value)), math.sin(math.radians(value))
+        angle = math.radians(real(key, value, what="degrees"))
+        c, s = math.cos(angle), math.sin(angle)
         first, second = (0, 1) if world.up == "z" else (2, 0)
         step[first, first] = step[second, second] = c
         step[first, second], step[second, first] = -s, s

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..._core import srgb_from_linear
-from ...arguments import Floats
+from ...arguments import Floats, real
 from ...errors import SettingsError, WorldError
 from ...srgb import linear_from_srgb
 from ...world import World
@@ -138,11 +138,7 @@ def _stronger(light: dict[str, Any], factor: float) -> dict[str, Any]:
 
 
 def _number(key: str, value: Any, low: float, high: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-        raise SettingsError(
-            f"{key}: expected a number from {low:g} to {high:g}, not {value!r}", code="out_of_range"
-        )
-    return float(value)
+    return real(key, value, low, high)
 
 
 def _vector(key: str, value: Any, before: Sequence[float]) -> list[float]:
