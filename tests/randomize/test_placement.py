@@ -14,6 +14,8 @@ import raycam
 import trimesh
 from raycam import Recipe, WorldError
 from raycam.randomize import placement
+from raycam.randomize.convex_prism import ConvexPrism, outline
+from raycam.randomize.surroundings import Surroundings
 from support.raises import raises
 
 GROUND = {"name": "ground", "box": {"size": [2, 2, 0.1]}}
@@ -57,26 +59,13 @@ def test_objects_that_cannot_fit_are_refused_without_tries(
     ("size", "count"), [([1.99, 1.99, 0.1], 1), ([2.7, 0.01, 0.1], 1), ([0.9, 0.9, 0.1], 2)]
 )
 def test_objects_that_barely_fit_are_not_too_large(size: Any, count: int) -> None:
-    sampler = placement.PlacementSampler(Recipe({"object": [GROUND]}).world(0))
+    sampler = placement.PlacementSampler(Surroundings(Recipe({"object": [GROUND]}).world(0)))
     corners = np.array([[x, y, z] for x in (0, size[0]) for y in (0, size[1]) for z in (0, size[2])], float)
-    shape = placement.ConvexPrism(placement.outline(corners[:, :2]), 0.0, size[2])
-    ground, _, _ = sampler._ground("ground")
+    shape = ConvexPrism(outline(corners[:, :2]), 0.0, size[2])
     for _ in range(count):
-        assert not sampler._is_too_large(shape, "ground", ground, 0.001)
+        assert not sampler._is_too_large(shape, "ground", 0.001)
         sampler._taken.append(shape)
         sampler._surface_of.append("ground")
-
-
-def test_diameter_width_and_area_of_outlines_equal_closed_forms() -> None:
-    angle = np.arange(64) * 2 * np.pi / 64
-    circle = placement.outline(np.column_stack([3 * np.cos(angle), 3 * np.sin(angle)]))
-    assert placement._diameter(circle) == pytest.approx(6)
-    assert placement._width(circle) == pytest.approx(6 * np.cos(np.pi / 64))
-    assert placement._area(circle) == pytest.approx(32 * 9 * np.sin(2 * np.pi / 64))
-    box = np.array([[0, 0], [3, 0], [3, 1], [0, 1.0]]) + 100
-    assert (placement._diameter(box), placement._width(box), placement._area(box)) == pytest.approx(
-        (np.sqrt(10), 1, 3)
-    )
 
 
 def test_batches_of_tries_contain_each_try_once() -> None:

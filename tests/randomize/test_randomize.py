@@ -16,7 +16,6 @@ import trimesh
 from raycam import _core
 from raycam.randomize import Recipe, sample
 from raycam.randomize.draws import RandomStream
-from raycam.randomize.placement import ConvexPrism, outline
 from support.raises import Fault, fault, raises
 
 RECIPE: dict[str, Any] = {
@@ -165,25 +164,6 @@ def test_drawn_values_are_in_their_ranges() -> None:
         assert found["c"] in (1, 2, 3)
         assert 0.01 <= found["d"] <= 100
         assert found["e"] == "x" or 5 <= found["e"] < 6
-
-
-def test_outlines_are_convex_hulls_and_prisms_intersect_exactly() -> None:
-    rng = np.random.default_rng(0)
-    points = rng.normal(size=(3000, 2))
-    from scipy.spatial import ConvexHull  # type: ignore[import-untyped]
-
-    assert sorted(map(tuple, outline(points))) == sorted(map(tuple, points[ConvexHull(points).vertices]))
-    square = ConvexPrism(outline(np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])), 0.0, 1.0)
-    turned = square.turned(np.sqrt(0.5), np.sqrt(0.5), [2.0, 0.0, 0.0])
-    assert not square.intersects(turned, 0.0)
-    assert square.intersects(turned, 0.4)
-    assert not square.intersects(square.turned(1.0, 0.0, [0, 0, 1.0]), 0.0)
-    flat = np.array([[[-5.0, -5, 0.5], [9, -5, 0.5], [0, 9, 0.5]]])
-    assert square.intersects_triangles(flat)
-    assert not square.intersects_triangles(flat + np.array([0, 0, 0.6]))
-    # Only the triangle's bounding box touches the square.
-    corner = np.array([[[1.4, 0.7, 0.2], [0.7, 1.4, 0.2], [1.5, 1.5, 0.9]]])
-    assert not square.intersects_triangles(corner)
 
 
 def test_recipe_with_y_up_and_a_base_world_places_objects(tmp_path: Path) -> None:

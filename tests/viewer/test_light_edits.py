@@ -83,7 +83,7 @@ def test_light_of_strength_zero_becomes_white_if_its_strength_is_increased(small
         (0, "color", "#000000", "out_of_range"),
         (0, "color", 7, "invalid_value"),
         (0, "level", -1, "out_of_range"),
-        (0, "level", True, "out_of_range"),
+        (0, "level", True, "wrong_type"),
         (0, "direction", [3, 2], "wrong_shape"),
         (0, "direction", [1, 2, 3, 4], "wrong_shape"),
         (0, "position", [1, 2, 3], "unknown_name"),

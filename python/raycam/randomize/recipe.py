@@ -30,9 +30,11 @@ from ..world.description import plain
 from ..world.load import load
 from .backgrounds import BackgroundFolder
 from .calibrated import calibrated
+from .convex_prism import ConvexPrism
 from .draws import ONE_OF, RandomStream, RejectedSample, check_known_keys
 from .drop import Drop, settle_drops
-from .placement import ConvexPrism, PlacementSampler
+from .placement import PlacementSampler
+from .surroundings import Surroundings
 from .views import place_camera
 
 __all__ = ["Recipe", "sample"]
@@ -60,6 +62,8 @@ GEOMETRY = (
 RELIEF = ("displace", "textures", "height_scale", "uvs", "normals", "wrap", "type")
 """Keys that, with `displace`, also change the shape."""
 POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
+LOOK = ("color", "roughness", "metallic", "emission", "category")
+"""Keys that change neither an object's shape nor its place."""
 MIN_GAP = 0.001
 MAX_ATTEMPTS = 10
 """Number of attempts to sample a world before an error is raised."""
@@ -154,8 +158,9 @@ class Recipe:
         return _core.SharedFiles()
 
     def __getstate__(self) -> dict[str, Any]:
-        """The recipe without the shared files, which another process reads again."""
-        return {key: value for key, value in self.__dict__.items() if key != "_shared"}
+        """The recipe without its caches, which another process fills again."""
+        caches = ("_shared", "_shapes", "_last_surroundings")
+        return {key: value for key, value in self.__dict__.items() if key not in caches}
 
     @cached_property
     def _base(self) -> World | None:
@@ -200,6 +205,11 @@ class Recipe:
         The stream does not change if the world is drawn again.
         """
         return RandomStream(self.seed, "world", number, "background", camera)
+
+    @cached_property
+    def _last_surroundings(self) -> dict[str, Surroundings]:
+        """The surroundings in the last world with placed objects, by their description."""
+        return {}
 
     @cached_property
     def _shapes(self) -> dict[str, tuple[ConvexPrism, Floats]]:
@@ -315,7 +325,8 @@ class Recipe:
                 still.append(item)
         world = self._begun(draw, still)
         first: dict[str, str] = {}
-        self._place_objects(world, placed, first)
+        if placed:
+            self._place_objects(world, self._surroundings(world, still), placed, first)
         names = [self._add_shared(world, item, first) for item, _ in dropped]
         settle_drops(
             world, [(name, drop) for name, (_, drop) in zip(names, dropped, strict=True)], fixed, draw
@@ -372,15 +383,27 @@ class Recipe:
         """Adds an object; its files must be in the recipe's folder, because a recipe is untrusted."""
         return _core.world_add_object(world._core, plain(item), self.folder, self._shared)
 
+    def _surroundings(self, world: World, still: list[dict[str, Any]]) -> Surroundings:
+        """The surroundings of placed objects; successive worlds with equal shapes share them.
+
+        `still` are the objects of `world` that the recipe does not place.
+        """
+        rows = [{key: value for key, value in row.items() if key not in LOOK} for row in still]
+        key = _cache_key([world.up, rows])
+        known = self._last_surroundings.get(key)
+        if known is None:
+            known = Surroundings(world)
+            self._last_surroundings = {key: known}
+        return known
+
     def _place_objects(
         self,
         world: World,
+        surroundings: Surroundings,
         placed: list[tuple[dict[str, Any], dict[str, Any], RandomStream]],
         first: dict[str, str],
     ) -> None:
-        if not placed:
-            return
-        placer = PlacementSampler(world)
+        placer = PlacementSampler(surroundings)
         ready: list[tuple[ConvexPrism, Floats, float, str]] = []
         by_surface: dict[str, list[int]] = {}
         for number, (item, how, _) in enumerate(placed):
@@ -410,7 +433,7 @@ class Recipe:
         """
         row = {key: value for key, value in item.items() if key not in POSE}
         style = row.keys() - {*GEOMETRY, "name", "category"}
-        key = json.dumps([_select_keys(row, GEOMETRY), sorted(style)], sort_keys=True, default=str)
+        key = _cache_key([_select_keys(row, GEOMETRY), sorted(style)])
         if (
             key in first
             and "category" in row
@@ -425,7 +448,7 @@ class Recipe:
     def _shape(self, world: World, item: Mapping[str, Any]) -> tuple[ConvexPrism, Floats]:
         """The bound of an object at the origin, and its world_from_mesh."""
         alone = _select_keys(item, (*GEOMETRY, *RELIEF) if item.get("displace") else GEOMETRY)
-        key = json.dumps([world.up, alone], sort_keys=True, default=str)
+        key = _cache_key([world.up, alone])
         if key not in self._shapes:
             thing = World(world.up)
             self._add(thing, alone)
@@ -510,6 +533,18 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
         return tomllib.loads(data.decode()), path.absolute().parent
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
         raise FormatError(f"{path}: not a TOML file: {fault}") from None
+
+
+def _cache_key(description: Any) -> str:
+    """Returns a text that is equal for equal descriptions; arrays are represented by their hashes."""
+
+    def stamp(value: Any) -> Any:
+        if not hasattr(value, "__array__"):
+            return repr(value)
+        array = np.ascontiguousarray(value)
+        return [str(array.dtype), array.shape, hashlib.sha256(array.tobytes()).hexdigest()]
+
+    return json.dumps(description, sort_keys=True, default=stamp)
 
 
 def _named(item: Mapping[str, Any], what: str) -> str:
