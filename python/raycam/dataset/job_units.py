@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import zlib
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,18 +19,30 @@ from ..sensors import describe_sensor, read_sensor
 from ..world import World
 from .formats import FORMATS
 from .per_world import each_make
-from .plan import Format, Plan, View
+from .plan import Format, Plan, Record, View
 from .sensor_files import sensor_files
 from .world_sequence import WorldSequence
 
-__all__ = ["job_package", "record_name", "unit_maker"]
+__all__ = ["job_package", "read_record", "record_name", "unit_maker"]
 
 PREFIX = "view"
 
 
 def record_name(unit: int) -> str:
-    """Returns the name of the file with a unit's record, from which the index files are created."""
-    return f".raycam-dataset/{unit:06d}.json"
+    """Returns the name of the compressed file with a unit's record, from which the index files are created."""
+    return f".raycam-dataset/{unit:06d}.json.zlib"
+
+
+def read_record(path: Path) -> Record:
+    """Reads a unit's record; raises `JobError` for a damaged file, and `OSError`."""
+    try:
+        record: Record = json.loads(zlib.decompress(path.read_bytes()))
+    except (zlib.error, ValueError):
+        raise JobError(
+            f"{path}: the record of a view is damaged; remove this file and run the job's command again",
+            code="damaged_job",
+        ) from None
+    return record
 
 
 def job_package(format: str, plan: Plan) -> JobPackage:
@@ -101,7 +115,7 @@ def _maker(kind: Format, plan: Plan) -> FrameMaker:
         apart = plan.recipe is not None and not kind.many_worlds
         parts, known = each_make(kind, plan, number) if apart else kind.make(plan, number)
         samples = sensor_files(plan, number, kind.units(plan), with_lidars=not kind.writes_lidars)
-        return {**parts, **samples, record_name(number): json.dumps(known).encode()}, []
+        return {**parts, **samples, record_name(number): zlib.compress(json.dumps(known).encode())}, []
 
     return make
 

@@ -6,7 +6,6 @@ raycam.dataset.write(world, "apples", "coco", cameras=cameras)
 from __future__ import annotations
 
 import inspect
-import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,7 +30,7 @@ from ..render.arguments import UNPOSED, is_unposed_within, world_of
 from ..rig import Rig
 from ..world import World
 from .formats import FORMATS
-from .job_units import job_package, record_name
+from .job_units import job_package, read_record, record_name
 from .joint_keypoints import JOINTS, joint_keypoints
 from .lidars import other_sensors, world_sensors
 from .lost import lost_notices
@@ -298,7 +297,7 @@ def write(
 def _records(job: Job, end: int, first: int = 0) -> Iterator[Record]:
     """Iterates over the records of units."""
     for unit in range(first, end):
-        yield json.loads((job.folder / record_name(unit)).read_bytes())
+        yield read_record(job.folder / record_name(unit))
 
 
 def _write_index(job: Job, kind: Format, plan: Plan, format: str, licence: str) -> bool:
