@@ -46,6 +46,33 @@ def test_info_shows_joints_and_links(capsys: pytest.CaptureFixture[str]) -> None
         assert line in text
 
 
+@pytest.mark.parametrize(
+    ("document", "joint"),
+    [
+        (ARM, "joint 'turn'"),
+        (
+            '<?xml version="1.0"?><!-- <opencv_storage> --><mujoco><worldbody><body><joint name="roll"/>'
+            '<geom size="1"/></body></worldbody></mujoco>',
+            "joint 'roll'",
+        ),
+    ],
+)
+def test_info_of_an_xml_file_shows_its_robot(
+    document: str, joint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("robot.xml").write_text(document, encoding="utf-8")
+    assert main(["info", "robot.xml"]) == 0
+    assert joint in capsys.readouterr().out
+
+
+def test_info_of_an_xml_file_with_an_entity_names_it(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("robot.xml").write_text(
+        '<!DOCTYPE r [<!ENTITY laugh "m">]><mujoco model="&laugh;"/>', encoding="utf-8"
+    )
+    assert main(["info", "robot.xml"]) != 0
+    assert "'laugh'" in capsys.readouterr().err
+
+
 def test_trajectory_moves_the_robot_in_a_video() -> None:
     Path("j.csv").write_text("time, turn\n0, 0\n0.5, 1\n", encoding="utf-8")
     command = ["video", "arm.urdf", "--trajectory", "j.csv", "-o", "v.gif", "--fps", "4", "--size", "32x24"]

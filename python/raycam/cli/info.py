@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from .options.cameras import add_known, load_calibration
 from .options.command import Command
@@ -19,18 +20,24 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
-    from pathlib import Path
-
     from ..info import info, info_cameras
     from ..world.load import load
     from ..world.sources import assumed_up_axis
 
     path = Path(find_file(options.world))
-    if path.is_dir() or path.suffix.lower() in CALIBRATION_ENDINGS or options.camera_format is not None:
+    if path.is_dir() or options.camera_format is not None or _is_calibration(path):
         cameras = load_calibration(options.world, options)
         print(info_cameras(cameras, cameras.rigs))
     else:
         print(info(load(path, folder=options.folder, up=assumed_up_axis(path))))
+
+
+def _is_calibration(path: Path) -> bool:
+    """Returns True for endings of calibration files, except for robots in .xml files."""
+    from ..robots import has_robot_root
+
+    ending = path.suffix.lower()
+    return ending in CALIBRATION_ENDINGS and not (ending == ".xml" and has_robot_root(path))
 
 
 COMMAND = Command(

@@ -9,7 +9,7 @@ from .joint_points import JointPoint, joint_points
 from .kinematics import WIDTHS
 from .mjcf import CompiledModel
 from .mounted import MountedCamera, place_camera
-from .read import SUFFIXES, RobotModel, read_robots
+from .read import SUFFIXES, RobotModel, has_robot_root, read_robots
 from .resolve import FileResolver, Missing, find_root
 from .robot import JointValues, Robot
 from .sdf_cameras import SdfCamera
@@ -35,6 +35,7 @@ __all__ = [
     "Visual",
     "collada_to_glb",
     "find_root",
+    "has_robot_root",
     "is_bag",
     "joint_points",
     "place_camera",

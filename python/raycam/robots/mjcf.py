@@ -44,9 +44,9 @@ class CompiledModel(NamedTuple):
     """The name of the link of each body."""
 
 
-def is_mjcf(root: Element) -> bool:
-    """Returns True for the root element of an MJCF file."""
-    return root.tag in ("mujoco", "mujocoinclude")
+def is_mjcf(tag: str | None) -> bool:
+    """Returns True for the tag of an MJCF file's root element."""
+    return tag in ("mujoco", "mujocoinclude")
 
 
 def read_mjcf(path: Path, root: Element, files: FileResolver) -> tuple[RobotDescription, CompiledModel]:

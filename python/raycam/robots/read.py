@@ -19,12 +19,14 @@ from .sdf_cameras import SdfCamera
 from .sdf_lights import SdfLight
 from .urdf import read_urdf
 from .xacro import expand_xacro
-from .xml_tree import XmlLimits, parse_xml
+from .xml_tree import ROOT_BYTES, XmlLimits, parse_xml, root_tag
 
-__all__ = ["SUFFIXES", "RobotModel", "read_robots"]
+__all__ = ["SUFFIXES", "RobotModel", "has_robot_root", "read_robots"]
 
 SUFFIXES = (".urdf", ".xacro", ".sdf", ".xml")
 """Endings of robot files."""
+XML_ROOTS = ("robot", "sdf")
+"""Root elements of URDF and SDF in .xml files."""
 
 
 @dataclass
@@ -41,6 +43,16 @@ class RobotModel:
     """The compiled model of an MJCF file, which contains its shapes, cameras and lights; None for files of other
     formats.
     """
+
+
+def has_robot_root(path: str | os.PathLike[str]) -> bool:
+    """Returns True if the root element of an .xml file is that of MJCF, URDF or SDF.
+
+    Raises `OSError` if the file cannot be read.
+    """
+    with Path(path).open("rb") as file:
+        tag = root_tag(file.read(ROOT_BYTES))
+    return is_mjcf(tag) or tag in XML_ROOTS
 
 
 def read_robots(
@@ -69,10 +81,10 @@ def read_robots(
     data = read_bytes(Path(path), XmlLimits().bytes)
     if suffix == ".xml":
         root = parse_xml(data, name)
-        if is_mjcf(root):
+        if is_mjcf(root.tag):
             description, compiled = read_mjcf(Path(path), root, files)
             return [RobotModel(description, np.eye(4), [], mujoco=compiled)]
-        if root.tag not in ("robot", "sdf"):
+        if root.tag not in XML_ROOTS:
             raise FormatError(
                 f"{name}: the root element is <{root.tag}>; expected <mujoco>, <robot> (URDF) or <sdf>",
                 code="unknown_format",

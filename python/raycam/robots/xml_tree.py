@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import NoReturn
 from xml.parsers import expat
 
 from ..errors import FormatError
 
-__all__ = ["Element", "XmlLimits", "check_xml", "parse_xml"]
+__all__ = ["ROOT_BYTES", "Element", "XmlLimits", "check_xml", "parse_xml", "root_tag"]
+
+ROOT_BYTES = 64 << 10
+"""The size of a document's beginning, in bytes, in which the root element is searched for."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,19 @@ def check_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> None:
     This function is used for documents that another library parses.
     """
     _Builder(name, limits or XmlLimits(), keep=False).parse(data)
+
+
+def root_tag(data: bytes) -> str | None:
+    """Returns the root element's tag without its namespace prefix, or None if there is no start tag.
+
+    `data` is the beginning of a document; faults after the start tag are ignored.
+    """
+    tags: list[str] = []
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = lambda tag, _: tags.append(tag.rpartition(":")[2])
+    with suppress(expat.ExpatError):
+        parser.Parse(data)
+    return tags[0] if tags else None
 
 
 class _Builder:

@@ -112,6 +112,8 @@ def test_wrong_types_and_data_of_another_model_raise() -> None:
     with raises(raycam.WorldError, code="wrong_type", mentions=["mujoco.MjModel"]):
         raycam.from_mujoco({})
     scene = raycam.from_mujoco(mujoco.MjModel.from_xml_string(FLAT))
+    with raises(raycam.WorldError, code="wrong_type", mentions=["mujoco.MjData"]):
+        scene.update(3)
     other = mujoco.MjData(mujoco.MjModel.from_xml_string(ROUND))
     with raises(raycam.WorldError, code="wrong_shape", mentions=["4", "6"]):
         scene.update(other)

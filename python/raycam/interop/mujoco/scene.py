@@ -91,7 +91,8 @@ class MujocoScene:
         """Moves objects, lights and cameras to the state in `data` (`geom_xpos`, `cam_xpos`, ...).
 
         No mesh is rebuilt, except that the vertices of skins, flexes and tendons move. `mujoco.mj_forward` or `mj_step`
-        must have computed the state. Raises `WorldError` for data of another model or without poses.
+        must have computed the state. Raises `WorldError` for another type, and for data of another model or without
+        poses.
         """
         self._check(data)
         for number, (kind, element) in enumerate(self.elements):
@@ -110,6 +111,8 @@ class MujocoScene:
 
     def _check(self, data: Any) -> None:
         """Raises `WorldError` unless `data` has the poses of this model."""
+        if not hasattr(data, "geom_xpos"):
+            raise WorldError(f"expected a mujoco.MjData, not {type(data).__name__}", code="wrong_type")
         if len(data.geom_xpos) != self.model.ngeom or len(data.cam_xpos) != self.model.ncam:
             raise WorldError(
                 f"data belongs to another model: it has {len(data.geom_xpos)} geoms and {len(data.cam_xpos)} cameras, "
