@@ -182,7 +182,8 @@ def paired(
 
 def rows_of(array: npt.NDArray[Any]) -> Floats:
     """Returns an array [..., 3] as C-contiguous float64 [n, 3]."""
-    return np.ascontiguousarray(array, dtype=np.float64).reshape(-1, 3)
+    rows = np.ascontiguousarray(array, dtype=np.float64)
+    return rows if rows.ndim == 2 else rows.reshape(-1, 3)
 
 
 def limits(name: str, values: object, shape: tuple[int, ...]) -> Floats:

@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import os
 import threading
-from collections import Counter
 
 __all__ = ["no_fork"]
 
 _lock = threading.RLock()
 _changed = threading.Condition(_lock)
-_inside: Counter[int] = Counter()
-"""The depth of `no_fork` by thread."""
+_inside: list[int] = []
+"""The threads in `no_fork`, once for each context."""
+_waits = False
+"""True while a fork waits for other threads."""
 
 
 class no_fork:
@@ -25,23 +26,24 @@ class no_fork:
     def __enter__(self) -> None:
         """Registers the thread."""
         with _lock:
-            _inside[threading.get_ident()] += 1
+            _inside.append(threading.get_ident())
 
     def __exit__(self, *raised: object) -> None:
         """Lets waiting forks continue when the thread has left all of its contexts."""
-        me = threading.get_ident()
-        with _lock:
-            _inside[me] -= 1
-            if not _inside[me]:
-                del _inside[me]
-            _changed.notify_all()
+        _inside.remove(threading.get_ident())
+        if _waits:
+            with _lock:
+                _changed.notify_all()
 
 
 def _before() -> None:
+    global _waits
     me = threading.get_ident()
     _lock.acquire()
+    _waits = True
     while any(thread != me for thread in _inside):
         _changed.wait()
+    _waits = False
 
 
 def _in_parent() -> None:
@@ -52,9 +54,6 @@ def _in_child() -> None:
     global _lock, _changed
     _lock = threading.RLock()  # threads that hold the old lock do not exist here
     _changed = threading.Condition(_lock)
-    me = threading.get_ident()
-    for thread in [thread for thread in _inside if thread != me]:
-        del _inside[thread]
 
 
 if hasattr(os, "register_at_fork"):

@@ -84,7 +84,7 @@ class RaycastingScene(Hints):
         found = self._ids(hits)
         found["t_hit"] = self._single(hits["t"])
         normals = hits["normal"]
-        if not hits["front"].all():
+        if not np.logical_and.reduce(hits["front"], axis=None):
             normals = normals * np.where(hits["front"], 1.0, -1.0)[..., None]
         found["primitive_normals"] = self._single(normals + 0.0)
         return found
