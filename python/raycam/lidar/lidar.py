@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Sized
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
@@ -125,7 +125,7 @@ class Lidar:
         `LidarError` for numbers that are not finite, zero directions, and times that decrease, with the row, and
         `MemoryError` for more than 67,108,864 directions.
         """
-        if hasattr(directions, "__len__"):
+        if isinstance(directions, Sized):
             check_count(len(directions))  # before a copy is allocated
         ways = floats("directions", directions, ("n", 3), error=LidarError)
         count = len(ways)
