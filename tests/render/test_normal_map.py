@@ -23,6 +23,7 @@ def normal_map(kind: str) -> npt.NDArray[np.uint8]:
 
 
 MIRROR = {"type": "principled", "metallic": 1, "roughness": 0}
+COATED_MIRROR = {**MIRROR, "clearcoat": 1}
 BRUSHED = {"type": "principled", "metallic": 1, "roughness": 0.2}
 GLASS = {"type": "glass", "ior": 1.5}
 CYCLES_BRUSHED = {
@@ -62,6 +63,17 @@ def test_mirrors_with_normal_maps_keep_all_light(kind: str, elevation: float) ->
     )
 
 
+@pytest.mark.parametrize("elevation", [4, 15])
+@pytest.mark.parametrize("kind", ["waves", "dents"])
+def test_coated_mirrors_with_normal_maps_equal_cycles(kind: str, elevation: float) -> None:
+    """Cycles (Blender 5.0, 256 samples) renders 0.9926 and 0.9989 at 4 and 15 degrees, with both maps.
+
+    The coat keeps the surface's own normal, and dims the mirror by its reflectance for the view only.
+    """
+    found = mean_under_white_sky(kind, elevation, {"plane": {"size": 40}}, COATED_MIRROR)
+    assert found == pytest.approx({4: 0.9926, 15: 0.9989}[elevation], rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("kind", "elevation", "expected"), [(*key, value) for key, value in CYCLES_BRUSHED.items()]
 )
@@ -81,15 +93,17 @@ def test_glass_slabs_with_normal_maps_keep_their_energy(kind: str, elevation: fl
 
 COATED = {"type": "principled", "metallic": 1, "roughness": 0.5, "clearcoat": 1, "clearcoat_roughness": 0.05}
 CYCLES_COATED = {
-    ("waves", 3): 1.0125,
-    ("waves", 10): 0.9982,
-    ("dents", 3): 1.0106,
-    ("dents", 10): 0.9944,
+    ("waves", 4): 1.0006,
+    ("waves", 15): 0.9847,
+    ("waves", 40): 0.9566,
+    ("dents", 4): 0.9992,
+    ("dents", 15): 0.9824,
+    ("dents", 40): 0.9558,
 }
-"""The same for a smooth coat on rough metal with a normal map. At steeper angles, the models of coats differ."""
+"""The same for a smooth coat on rough metal with a normal map (Blender 5.0, 256 samples)."""
 
 
 @pytest.mark.parametrize(("kind", "elevation"), CYCLES_COATED)
 def test_clearcoats_reflect_where_the_mapped_normal_faces_away(kind: str, elevation: float) -> None:
     found = mean_under_white_sky(kind, elevation, {"plane": {"size": 40}}, COATED)
-    assert found == pytest.approx(CYCLES_COATED[kind, elevation], rel=0.025)
+    assert found == pytest.approx(CYCLES_COATED[kind, elevation], rel=0.01)

@@ -2,8 +2,8 @@
 //!
 //! From above: a clear coat, a sheen, a rough interface, and below the interface either a diffuse base that reflects
 //! and transmits, or refraction. The interface and the base share energy by their albedos (C. Kelemen and L.
-//! Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001), so that the BSDF is reciprocal, and
-//! lossless over a white base.
+//! Szirmay-Kalos, "A Microfacet Based Coupled Specular-Matte BRDF Model", 2001), so that the BSDF without a coat is
+//! reciprocal, and lossless over a white base.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -174,15 +174,14 @@ impl<'a> LayeredBsdf<'a> {
         (critical_cos2 * beyond + (1.0 - critical_cos2) * within).max(1e-6)
     }
 
-    /// Fractions of light that the coat and the sheen transmit, on the way in and out.
+    /// Fractions of light that the coat and the sheen transmit. The coat's fraction depends only on the view.
     pub(crate) fn cover_transmittance(&self, frame: &ShadingFrame, wi_world: Vec3) -> (f32, f32) {
-        let coat = self.stack.coat.map_or(1.0, |coat| coat.transmittance(albedo_tables(), self.coat_albedo, wi_world));
         let sheen = self.stack.sheen.map_or(1.0, |sheen| {
             let cosine = frame.normal.dot(wi_world).abs();
             let from_wo = sheen.base_transmittance(self.wo.z);
             from_wo.min(sheen.base_transmittance(cosine))
         });
-        (coat, sheen)
+        (1.0 - self.coat_albedo, sheen)
     }
 
     pub fn eval(&self, frame: &ShadingFrame, wi_world: Vec3) -> BsdfEval {

@@ -1,4 +1,7 @@
 //! A clear coat with an index of refraction of 1.5 on top of the other layers (`KHR_materials_clearcoat`).
+//!
+//! The coat dims the layers below by its albedo for the viewing direction, as in Cycles and glTF. This conserves energy
+//! for any normals of coat and base, but is not reciprocal.
 
 use glam::Vec3;
 
@@ -43,13 +46,6 @@ impl Clearcoat {
         let row = AlbedoRow::new(&self.ggx);
         let (albedo, [mean, _]) = (row.albedo_at(tables, cosine.max(0.0)), row.mean_albedo(tables));
         self.weight * Albedo::new(F0_F90, albedo, mean).single_scatter.x
-    }
-
-    /// Fraction of light from the world direction `wi` that passes the coat on its way in and out.
-    #[inline(always)]
-    pub fn transmittance(&self, tables: &AlbedoTables, view_albedo: f32, wi: Vec3) -> f32 {
-        let cosine = self.frame.normal.dot(wi).abs();
-        1.0 - view_albedo.max(self.albedo(tables, cosine))
     }
 
     /// Reflectance times the cosine of the world direction `wi`, equal in all colours, and the density of sampling

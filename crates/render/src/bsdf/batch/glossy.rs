@@ -185,11 +185,8 @@ impl GlossyModel {
             values[lane] = if is_active { value } else { 0.0 };
             pdfs[lane] = if is_active { pdf } else { 0.0 };
         }
-        let tables = albedo_tables();
         for lane in 0..LANES {
-            let coat = self.coat.get(context, lane);
-            let passed = coat.transmittance(tables, view.coat_albedo[lane], lane_vec3(wi, lane));
-            let passed = if self.coat.is_active[lane] { passed } else { 1.0 };
+            let passed = 1.0 - view.coat_albedo[lane];
             let eval = BsdfEval {
                 value: lane_vec3(&evals.value, lane) * passed + values[lane],
                 pdf: evals.pdf[lane] + pdfs[lane] * view.lobe_probabilities[2][lane],

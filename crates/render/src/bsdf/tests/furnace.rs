@@ -56,6 +56,18 @@ fn white_furnace_losses_match_the_documented_bounds() {
     assert!(worst.is_empty(), "{}", worst.join("\n"));
 }
 
+#[test]
+fn coated_mirrors_with_tilted_normals_conserve_energy() {
+    // The mirror faces away from the view: the view is 40 degrees from the coat's normal, and the mirrored light is 80
+    // degrees from it on the other side.
+    let flat = frame(40.0, 0.0);
+    let (sin, cos) = 20f32.to_radians().sin_cos();
+    let tilted = flat.with_shading_normal(Vec3::new(-sin, 0.0, cos), None);
+    let bsdf = Bsdf::Layered(LayeredBsdf::new(coated(white_metal(0.0), &flat), &tilted));
+    let found = furnace(&bsdf, &tilted, 1 << 17);
+    assert!((found.x - 1.0).abs() < 1e-3, "{found}");
+}
+
 /// White principled materials with a diffuse base and refraction, over a grid of index of refraction, roughness,
 /// transmission and diffuse transmission, from outside and from inside: 48 points, or 1,152 with `RAYCAM_PROOF`.
 #[test]
@@ -117,11 +129,7 @@ fn documented_losses_equal_the_measured_losses() {
     let page = std::fs::read_to_string(page).unwrap();
     let (_, lossy) = all();
     let mut found = String::new();
-    for (title, of) in [
-        ("white plastic with a thin coat", "coated #"),
-        ("white plastic with white sheen", "cloth #"),
-        ("white plastic under a film", "film #"),
-    ] {
+    for (title, of) in [("white plastic with white sheen", "cloth #"), ("white plastic under a film", "film #")] {
         for degrees in [0.0, 60.0, 80.0] {
             let frame = frame(degrees, 0.3);
             let cells = ["0.1", "0.3", "0.6", "1"].map(|roughness| {

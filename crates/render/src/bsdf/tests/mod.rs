@@ -114,6 +114,8 @@ type Make = Box<dyn Fn(&ShadingFrame) -> Bsdf<'static>>;
 /// Kinds of scattering: each has a name, which includes the roughness, and a constructor.
 type Named = Vec<(String, Make)>;
 
+const ROUGHNESS_VALUES: [f32; 5] = [0.0, 0.1, 0.3, 0.6, 1.0];
+
 /// All kinds of scattering by name: first the lossless kinds, then the others.
 fn all() -> (Named, Named) {
     fn layers(name: String, make: impl Fn(&ShadingFrame) -> LayerStack<'static> + 'static) -> (String, Make) {
@@ -122,7 +124,7 @@ fn all() -> (Named, Named) {
     }
     let mut lossless = vec![];
     let mut lossy = vec![];
-    for roughness in [0.0f32, 0.1, 0.3, 0.6, 1.0] {
+    for roughness in ROUGHNESS_VALUES {
         lossless.push(layers(format!("metal {roughness}"), move |_| white_metal(roughness)));
         lossless.push(layers(format!("plastic {roughness}"), move |_| plastic(roughness)));
         lossless.push(layers(format!("translucent {roughness}"), move |_| LayerStack {
@@ -130,7 +132,6 @@ fn all() -> (Named, Named) {
             diffuse_transmission: Vec3::splat(0.7),
             ..plastic(roughness)
         }));
-        lossy.push(layers(format!("coated {roughness}"), move |frame| coated(plastic(roughness), frame)));
         lossy.push(layers(format!("cloth {roughness}"), move |_| LayerStack {
             sheen: Some(Sheen { color: Vec3::ONE, roughness }),
             ..plastic(0.5)
@@ -168,6 +169,10 @@ fn all() -> (Named, Named) {
     }
     let matte = |_: &ShadingFrame| Bsdf::Phong(ModifiedPhong { diffuse: Vec3::ONE, specular: Vec3::ZERO, lobe: None });
     lossless.push(("matte".into(), Box::new(matte)));
+    for roughness in ROUGHNESS_VALUES {
+        lossless.push(layers(format!("coated plastic {roughness}"), move |frame| coated(plastic(roughness), frame)));
+        lossless.push(layers(format!("coated metal {roughness}"), move |frame| coated(white_metal(roughness), frame)));
+    }
     let lobe: &'static PhongLobe = Box::leak(Box::new(PhongLobe::new(20.0)));
     let lecture = move |_: &ShadingFrame| {
         Bsdf::Phong(ModifiedPhong { diffuse: Vec3::splat(0.6), specular: Vec3::splat(0.4), lobe: Some(lobe) })
