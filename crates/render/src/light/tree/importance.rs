@@ -36,12 +36,13 @@ impl LightTreeContext<'_> {
                     *weight = of_child[lane];
                 }
             }
-            None => dispatch_simd(ComputeImportance {
-                node,
-                position: self.from.position.as_vec3(),
-                normal: self.from.normal,
-                out: &mut weights,
-            }),
+            None => {
+                let (position, normal) = (self.from.position.as_vec3(), self.from.normal);
+                match node.children() {
+                    [_] => weights[0] = node.child_bounds(0).importance(position, normal),
+                    _ => dispatch_simd(ComputeImportance { node, position, normal, out: &mut weights }),
+                }
+            }
         }
         ChildProbabilities::new(weights)
     }
