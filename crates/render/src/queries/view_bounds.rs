@@ -20,7 +20,7 @@ const MAX_RATIO: f64 = 1.25;
 /// Allowance for rounding and for central differences.
 const SLACK: f64 = 1.01;
 
-/// Largest angle from the image's middle at which an image has a cone.
+/// Largest angle of a cone that contains all directions in an image. Images with larger angles have no cone.
 const MAX_CONE_ANGLE: f64 = 1.75;
 
 /// Place of a sphere relative to an image. `max_scale` bounds the length of the derivative of the pixel with respect to
@@ -76,7 +76,7 @@ impl ViewBounds {
         cameras.iter().map(bounds).collect()
     }
 
-    /// True if no point of a sphere projects into the image.
+    /// True if the image certainly shows no point of a sphere.
     pub fn is_outside(&self, sphere: DVec3, radius: f64) -> bool {
         let way = sphere - self.center;
         let distance = way.length();
