@@ -160,6 +160,13 @@ def test_look_controls_change_the_light_and_reset_restores_it(tab: Tab, viewer: 
     assert tab.evaluate("document.getElementById('look').open")
 
 
+def hold(tab: Tab, column: int, row: int, size: tuple[int, int]) -> None:
+    """Clicks a pixel, and waits until its values are shown."""
+    tab.click(*place_of(tab, column, row, size))
+    place = f"column {column}, row {row} (held)"
+    tab.wait(f"document.getElementById('pixel-place').textContent === '{place}'")
+
+
 def test_distance_between_two_pixels_is_measured(tab: Tab, viewer: Viewer) -> None:
     session = session_of(viewer, tab)
     box = "(({width, height}) => [width, height])(document.getElementById('picture').getBoundingClientRect())"
@@ -168,13 +175,14 @@ def test_distance_between_two_pixels_is_measured(tab: Tab, viewer: Viewer) -> No
     tab.wait(f"document.getElementById('status-picture').textContent === '{size[0]} x {size[1]}'")
     truth = raycam.render(session.view.world, session.view.still_camera, channels=["position", "instance"])
     rows, columns = (truth["instance"] >= 0).nonzero()
-    first, second = ((int(columns[i]), int(rows[i])) for i in (len(rows) // 3, 2 * len(rows) // 3))
-    tab.click(*place_of(tab, *first, size))
-    tab.wait(
-        "document.querySelectorAll('#values tr').length > 3 && !document.getElementById('measure').disabled"
+    held, first, second = (
+        (int(columns[i * len(rows) // 4]), int(rows[i * len(rows) // 4])) for i in (1, 2, 3)
     )
+    hold(tab, *held, size)
     click(tab, "#measure")
-    tab.click(*place_of(tab, *second, size))
+    hold(tab, *first, size)  # the pixel that was held before is not a point of the measurement
+    tab.wait("document.getElementById('message').textContent.includes('second')")
+    hold(tab, *second, size)
     tab.wait("!document.getElementById('distance').hidden")
     a, b = (truth["position"][v, u] for u, v in (first, second))
     shown = float(tab.evaluate("document.getElementById('distance').textContent").split(": ")[1].split()[0])

@@ -127,6 +127,44 @@ def test_materials_are_changed_and_keep_their_colour(small_world: raycam.World) 
     assert np.allclose(seen[16, 24], 4)
 
 
+@pytest.mark.parametrize(
+    ("kind", "roughness", "metallic"),
+    [
+        ({"type": "glass", "roughness": 0.1}, 0.1, 0),
+        ({"type": "metal", "metal": "gold", "roughness": 0.2}, 0.2, 1),
+        ({"type": "principled", "roughness": 0.3, "metallic": 0.6}, 0.3, 0.6),
+        ({"color": "#404040", "specular": 0.5, "shininess": 150}, (2 / 152) ** 0.25, 0),
+        ({"type": "matte"}, 1, 0),
+    ],
+)
+def test_shown_roughness_and_metallic_equal_the_channels(
+    kind: dict[str, Any], roughness: float, metallic: float
+) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, name="box", **kind)
+    found = material(world, 0)
+    assert (found["roughness"], found["metallic"]) == pytest.approx((roughness, metallic))
+    camera = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(9, 9), fov=20)
+    frame = raycam.render(world, camera, channels=["roughness", "metallic"])
+    assert [frame[key][4, 4] for key in ("roughness", "metallic")] == pytest.approx([roughness, metallic])
+
+
+def test_roughness_of_glass_and_metal_keeps_the_model() -> None:
+    world = raycam.World()
+    world.add_object(sphere={"radius": 1}, type="glass", ior=1.7)
+    world.add_object(sphere={"radius": 1}, type="metal", metal="gold")
+    for number, model in enumerate(["glass", "metal"]):
+        found = material(edited(world, "object", number, "roughness", 0.4), number)
+        assert (found["model"], found["roughness"]) == (model, 0.4)
+
+
+def test_metallic_keeps_the_shown_roughness() -> None:
+    world = raycam.World()
+    world.add_object(sphere={"radius": 1}, color="#404040", specular=0.5, shininess=150)
+    before = material(world, 0)["roughness"]
+    assert material(edited(world, "object", 0, "metallic", 0.5), 0)["roughness"] == pytest.approx(before)
+
+
 def test_roughness_keeps_color_and_texture_of_each_material(tmp_path: Path) -> None:
     (tmp_path / "m.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.9\n")
     faces = "usemtl red\nf 1 2 3\nusemtl blue\nf 2 4 3\n"

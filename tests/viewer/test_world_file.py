@@ -62,6 +62,19 @@ def room(tmp_path: Path) -> Path:
     return tmp_path / "room.toml"
 
 
+@pytest.mark.parametrize("key", ["roughness", "metallic"])
+def test_saved_world_file_keeps_edited_glass_and_metal(tmp_path: Path, key: str) -> None:
+    path = tmp_path / "room.toml"
+    objects = ['type = "glass"\nior = 1.7', 'type = "metal"\nmetal = "gold"']
+    path.write_text("".join(f"[[object]]\nsphere = {{ radius = 1 }}\n{each}\n" for each in objects))
+    opened = raycam.load(path)
+    world = edited(edited(opened, "object", 0, key, 0.4), "object", 1, key, 0.4)
+    camera = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(8, 6), fov=40)
+    (tmp_path / "changed.toml").write_text(world_file(path, opened, world, camera))
+    again = raycam.load(tmp_path / "changed.toml")
+    assert [again._core.material(i, 0) for i in range(2)] == [world._core.material(i, 0) for i in range(2)]
+
+
 @pytest.mark.parametrize("number", range(len(EDITS)))
 def test_saved_world_file_renders_the_same_image(room: Path, number: int) -> None:
     opened = raycam.load(room)

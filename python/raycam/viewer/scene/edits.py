@@ -224,9 +224,9 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
 
     Keys of objects: `visible` (bool), `isolate` (True hides all others, False shows all), `color` (text), `roughness`
     and `metallic` (0 to 1), `emission` (W/(m² sr)), `move` (metres [3]), `turn` (degrees about up) and `scale` (a
-    factor), around the centre of its mesh. A change of roughness or metallic makes each material of the object
-    principled; the materials keep their colours and textures. `place` is an index and a value in the object's
-    placement: location, roll, pitch, yaw in degrees, scales. `edit_light` describes the keys of lights. Raises
+    factor), around the centre of its mesh. A change of roughness or metallic makes materials without this key
+    principled; they keep their colours, textures, and the other key's value. `place` is an index and a value in the
+    object's placement: location, roll, pitch, yaw in degrees, scales. `edit_light` describes the keys of lights. Raises
     `WorldError`, for example if an animation moves the object, and `SettingsError`.
     """
     if kind == "light":
@@ -245,9 +245,8 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     elif key == "color" and isinstance(value, str):
         changed.set_object(number, color=value)
     elif key in ("roughness", "metallic"):
-        is_principled = material(world, number).get("model") == "principled"
-        own = {} if is_principled else {"type": "principled"}
-        changed.set_object(number, material={**own, key: real(key, value, 0.0, 1.0)})
+        share = real(key, value, 0.0, 1.0)
+        changed.set_object(number, material={**_missing_keys(material(world, number), key), key: share})
     elif key == "emission":
         changed.set_object(number, emission=[real(key, value, 0.0, 1e6)] * 3)
     elif key in ("move", "turn", "scale"):
@@ -278,8 +277,32 @@ def material(world: World, number: int) -> dict[str, Any]:
         "linear": found["color"],
         "textured": found["texture"] is not None,
         "emission": max(found["emission"]["value"]),
-        **{key: values[key]["value"] for key in ("roughness", "metallic") if name == "Principled"},
+        "roughness": _roughness(name, values),
+        "metallic": values["metallic"]["value"] if name == "Principled" else float(name == "Metal"),
     }
+
+
+def _roughness(model: str, values: dict[str, Any]) -> float:
+    """The roughness of a material, as in the channel `roughness`: 1 without a glossy lobe.
+
+    For a Phong lobe, it is the roughness of the microfacets that correspond to its exponent (B. Walter et al.,
+    "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2).
+    """
+    if model == "Principled":
+        return float(values["roughness"]["value"])
+    if model in ("Metal", "Glass"):
+        return float(values["roughness"])
+    if model == "Phong" and any(values["specular"]):
+        return float((2 / (values["shininess"] + 2)) ** 0.25)
+    return 1.0
+
+
+def _missing_keys(shown: dict[str, Any], key: str) -> dict[str, Any]:
+    """The keys that make a material principled if it has no `key`; none if the material has the key."""
+    with_key = ("principled", "metal", "glass") if key == "roughness" else ("principled",)
+    if not shown or shown["model"] in with_key:
+        return {}
+    return {"type": "principled", "roughness": shown["roughness"], "metallic": shown["metallic"]}
 
 
 def is_animated(world: World, number: int) -> bool:

@@ -17,6 +17,10 @@ from ...world import World
 __all__ = ["toml_text", "world_file"]
 
 PLACE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
+PHONG_KEYS = ("diffuse", "specular", "shininess")
+GLASS_KEYS = ("ior", "thin", "dispersion", "attenuation_color", "attenuation_distance", "priority", "medium")
+OTHER_MODELS_KEYS = (*PHONG_KEYS, *GLASS_KEYS, "metal")
+"""Keys of a material that are removed if an edit makes the material principled."""
 
 
 def world_file(source: Path | None, opened: World, world: World, camera: Camera) -> str:
@@ -101,19 +105,25 @@ def _entry(entry: dict[str, Any], before: _Object, after: _Object) -> dict[str, 
     old, new = (json.loads(each.material) for each in (before, after))
     if old == new:
         return entry
-    entry["color"] = new["color"]
+    if new["color"] != old["color"]:
+        entry["color"] = new["color"]
     if new["emission"]["value"] != old["emission"]["value"]:
         entry["emission"] = new["emission"]["value"]
-    model, was = new["model"], old["model"]
-    if isinstance(model, dict) and "Principled" in model:
-        if not (isinstance(was, dict) and "Principled" in was):
-            entry = {
-                key: value for key, value in entry.items() if key not in ("diffuse", "specular", "shininess")
-            }
-            entry["type"] = "principled"
-        for key in ("roughness", "metallic"):
-            entry[key] = model["Principled"][key]["value"]
+    (model, values), (was, _) = (_model(each) for each in (new, old))
+    if model == "Principled":
+        if was != model:
+            entry = {key: value for key, value in entry.items() if key not in OTHER_MODELS_KEYS}
+            entry |= {"type": "principled", "color": new["color"]}
+        entry |= {key: values[key]["value"] for key in ("roughness", "metallic")}
+    elif model in ("Metal", "Glass"):
+        entry["roughness"] = values["roughness"]
     return entry
+
+
+def _model(material: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """The name of a material's model, and the model's values."""
+    model = material["model"]
+    return (model, {}) if isinstance(model, str) else next(iter(model.items()))
 
 
 def _check(document: dict[str, Any], source: Path, world: World, camera: Camera) -> None:

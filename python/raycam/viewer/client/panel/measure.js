@@ -17,13 +17,11 @@ export class Measure {
     this.button.addEventListener("click", () => this.toggle());
   }
 
-  /** Starts a measurement, at the held pixel if there is one, or stops the measurement. */
+  /** Starts a measurement with the next click, or stops the measurement. */
   toggle() {
-    const { known, held } = this.client;
-    const point = known?.values.position?.numbers;
+    this.first = null;
     this.setActive(!this.isActive);
-    this.first = this.isActive && held && point?.every(Number.isFinite) ? { point, ...held } : null;
-    if (this.isActive) this.client.say(`Measure: click the ${this.first ? "second" : "first"} point.`, "notice");
+    if (this.isActive) this.client.say("Measure: click the first point.", "notice");
   }
 
   /** @param {boolean} isActive */

@@ -193,7 +193,7 @@ export class WorldControls {
     }
     if (!material.color) return;
     const shown = [this.color, this.roughness, this.metallic, this.emission];
-    const values = [material.color, material.roughness ?? 1, material.metallic ?? 0, Number(material.emission.toPrecision(6))];
+    const values = [material.color, material.roughness, material.metallic, Number(material.emission.toPrecision(6))];
     shown.forEach((input, i) => {
       if (document.activeElement !== input) input.value = String(values[i]);
     });
