@@ -10,7 +10,7 @@ with raycam.view(world, port=0, browser=False, block=False) as viewer:
 
     @angle.on_change
     def turn(control):
-        turned = viewer.world.copy()
+        turned = viewer.world
         turned.set_object("box", yaw=control.value)
         viewer.world = turned
 

@@ -11,7 +11,7 @@ with raycam.view(world, port=0, browser=False, block=False) as viewer:
 
     @shown.on_change
     def show(control):
-        changed = viewer.world.copy()
+        changed = viewer.world
         changed.set_object("ball", visible=control.value)
         viewer.world = changed
 

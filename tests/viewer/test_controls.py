@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import json
 import threading
 import weakref
 from typing import Any
@@ -39,6 +40,15 @@ def test_control_values_of_clients_call_the_callbacks(viewer: Viewer) -> None:
     until(lambda: len(called) == 4)
     assert called == [("speed", 3.5), ("on", True), ("go", 1), ("name", "b")]
     assert [each["value"] for each in session.controls.message()["controls"]] == [3.5, True, 1, "b"]
+
+
+def test_numpy_scalars_are_accepted_as_python_values(viewer: Viewer) -> None:
+    slider = viewer.add_slider("speed", min=np.float32(1), max=5, value=np.int64(2))
+    box = viewer.add_checkbox("on", np.bool_(True))
+    assert (type(slider.value), type(box.value)) == (int, bool)
+    slider.value = np.float32(2.5)
+    json.dumps(viewer.controls.message())
+    assert slider.value == 2.5
 
 
 @pytest.mark.parametrize("value", [0.5, 6, True, "x"])
@@ -77,6 +87,55 @@ def test_error_of_a_callback_is_shown_and_the_next_callback_called(
     until(lambda: sum(each["type"] == "error" for each in told) == 2)
     assert "broken" in next(each["text"] for each in told if each["type"] == "error")
     assert "broken" in capsys.readouterr().err
+
+
+def test_error_of_a_pick_callback_is_shown(viewer: Viewer, capsys: pytest.CaptureFixture[str]) -> None:
+    @viewer.on_pick
+    def fail(picked: dict[str, Any]) -> None:
+        raise ValueError("broken")
+
+    session = viewer._session()
+    told: list[dict[str, Any]] = []
+    session.connection.open(lambda message, buffers: told.append(message))
+    receive(session, {"type": "pick", "u": 1, "v": 1})
+    until(lambda: any(each["type"] == "error" and "broken" in each["text"] for each in told))
+    assert "broken" in capsys.readouterr().err
+
+
+def test_world_changed_in_place_is_shown_when_it_is_set_again(small_world: raycam.World) -> None:
+    world = small_world.copy()
+    with Viewer(world, small_world.camera("front"), port=0) as viewer:
+        session = viewer._session()
+        before = session.view.world.to_bytes()
+        world.set_object("box", visible=False)
+        assert session.view.world.to_bytes() == before
+        viewer.world = world
+        assert not session.view.world.objects[0].visible
+        viewer.world.set_object("box", visible=True)  # the property is a copy
+        assert not session.view.world.objects[0].visible
+        receive(session, {"type": "undo"})
+        assert session.view.world.objects[0].visible
+
+
+def test_controls_change_while_clients_connect(viewer: Viewer) -> None:
+    slider = viewer.add_slider("speed", max=1000)
+    errors: list[Exception] = []
+
+    def drive() -> None:
+        try:
+            for value in range(300):
+                slider.value = value
+        except RuntimeError as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=drive) for _ in range(2)]
+    for each in threads:
+        each.start()
+    sessions = [viewer._session() for _ in range(30)]
+    for each in threads:
+        each.join()
+    assert errors == []
+    assert [each["value"] for each in sessions[-1].controls.message()["controls"]] == [299]
 
 
 def test_coroutines_run_in_the_loop_that_registered_them(viewer: Viewer) -> None:

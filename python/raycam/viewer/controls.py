@@ -5,8 +5,6 @@ A script can add sliders, buttons, checkboxes, texts, images, plots, labels and 
 
 from __future__ import annotations
 
-import asyncio
-import inspect
 import math
 import re
 import threading
@@ -21,6 +19,7 @@ from ..arguments import as_number, floats, real
 from ..errors import SettingsError
 from ..explanation.scene_figure import Line
 from ..render.channel_picture import encode_jpeg
+from .callbacks import callback
 from .wire import data_url
 
 __all__ = ["Control", "Controls", "Folder", "Value"]
@@ -60,7 +59,7 @@ class Control:
         self, controls: Controls, number: int, kind: str, label: str, folder: str, **properties: Any
     ) -> None:
         self._controls = controls
-        self._callbacks: list[tuple[Callable[[Control], object], asyncio.AbstractEventLoop | None]] = []
+        self._callbacks: list[Callable[..., object]] = []
         self.number = number
         self.kind = kind
         self.label = label
@@ -80,6 +79,8 @@ class Control:
 
     def checked(self, value: Any) -> Value:
         """Returns a value in the control's type; raises `SettingsError` if it is out of range."""
+        if isinstance(value, np.generic):
+            value = value.item()
         if self.kind == "checkbox" and isinstance(value, bool):
             return value
         if self.kind == "text" and isinstance(value, str) and len(value) <= MAX_TEXT_LENGTH:
@@ -107,21 +108,17 @@ class Control:
 
         Returns `function`, so that `on_change` can be used as a decorator. Functions are called one after another on a
         thread of the view, coroutine functions in the event loop that is running now. An exception is printed and shown
-        in the view.
+        in the view. Raises `SettingsError` for a coroutine function without a running event loop.
         """
-        loop = asyncio.get_running_loop() if inspect.iscoroutinefunction(function) else None
-        self._callbacks.append((function, loop))
+        self._callbacks.append(callback(function))
         return function
 
     on_click = on_change
 
     def call(self) -> None:
-        """Calls the callbacks. Raises the first exception of a function that is not a coroutine."""
-        for function, loop in self._callbacks:
-            if loop is None:
-                function(self)
-            else:
-                asyncio.run_coroutine_threadsafe(function(self), loop).result()  # type: ignore[arg-type]
+        """Calls the callbacks. Raises the first exception of a callback."""
+        for function in self._callbacks:
+            function(self)
 
     def update(self, **properties: Any) -> None:
         """Replaces properties of an image, a plot, a label or lines.
@@ -213,7 +210,8 @@ class Controls(Folder):
 
     def listen(self, listener: Listener) -> None:
         """Reports each change to `listener` until it is garbage-collected."""
-        self._listeners.add(listener)
+        with self._lock:
+            self._listeners.add(listener)
 
     def add_folder(self, name: str) -> Folder:
         """Adds a group of controls."""
@@ -238,7 +236,7 @@ class Controls(Folder):
             self._count += 1
             made = Control(self, self._count, kind, str(label), folder, **properties)
             if "value" in properties:
-                made.checked(properties["value"])
+                made._properties["value"] = made.checked(made.value)
             self._all[made.number] = made
         self.changed()
         return made
@@ -251,7 +249,9 @@ class Controls(Folder):
 
     def changed(self) -> None:
         """Reports a change to the sessions."""
-        for listener in list(self._listeners):
+        with self._lock:
+            listeners = list(self._listeners)
+        for listener in listeners:
             listener.show_controls()
 
     def message(self) -> dict[str, Any]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import os
 import tempfile
 import threading
 import time
 import traceback
 import weakref
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,8 +21,10 @@ from ..camera import Camera, check_camera
 from ..errors import Error, SettingsError
 from ..notices import collected
 from ..render import render
+from ..render.arguments import world_of
 from ..render.frame import Frame
 from ..world import World
+from .callbacks import callback
 from .controls import Control, Controls, Folder
 from .files.browser_folder import browser_folder
 from .files.photographs import Photographs
@@ -102,7 +105,8 @@ class Viewer:
         camera, framing = _framed(world, camera, {"direction": view_from, "zoom": zoom, "fov": fov})
         self.controls = Controls()
         """The controls that the script added."""
-        self._edits = Edits(world, allowed=edit)
+        # The view has its own copy, so that a script can prepare the next world in place.
+        self._edits = Edits(world.copy(), allowed=edit)
         self._joints = JointSliders(self.controls, self._edits)
         self._camera = camera
         self._options: dict[str, Any] = {
@@ -170,15 +174,16 @@ class Viewer:
 
     @property
     def world(self) -> World:
-        """The world, including edits made in the browser.
+        """A copy of the world, including edits made in the browser.
 
-        Setting this property shows another world to all clients.
+        Setting this property shows another world to all clients. Later changes of that world are shown when it is set
+        again.
         """
-        return self._edits.world
+        return self._edits.world.copy()
 
     @world.setter
     def world(self, world: World) -> None:
-        self._edits.replace(world)
+        self._edits.replace(world_of(world).copy())
 
     def _reload(self) -> None:
         """Shows the world of the changed file, or its error."""
@@ -366,10 +371,12 @@ class Viewer:
         Returns `function`, so that `on_pick` can be used as a decorator.
 
         The argument is a dict: `pixel` (column, row), `camera`, and the channels of `Frame` for this pixel as NumPy
-        values: `position` [3], `instance` (-1 for the background), `triangle`, `normal` [3] and so on. Calls are made
-        one after another on a separate thread; an exception is printed and does not stop the view.
+        values: `position` [3], `instance` (-1 for the background), `triangle`, `normal` [3] and so on. Functions are
+        called one after another on a thread of the view, coroutine functions in the event loop that is running now.
+        An exception is printed and shown in the view. Raises `SettingsError` for a coroutine function without a
+        running event loop.
         """
-        self._listeners.append(function)
+        self._listeners.append(callback(function))
         return function
 
     def _pick(self, session: Session, what: Control | tuple[int, int]) -> None:
@@ -380,23 +387,20 @@ class Viewer:
         world, camera = session.view.world, session.view.still_camera
         is_inside = u < camera.size[0] and v < camera.size[1]
         if self._listeners and is_inside and self._free_picks.acquire(blocking=False):
-            self._telling.submit(self._tell, world, camera, u, v)
+            self._telling.submit(self._tell, session, world, camera, (u, v))
 
     def _call(self, session: Session, control: Control) -> None:
-        try:
+        with _reporting(session, control.label):
             control.call()
-        except Exception as error:
-            traceback.print_exc()
-            session.complain(f"{control.label}: the callback failed: {type(error).__name__}: {error}")
 
-    def _tell(self, world: World, camera: Camera, u: int, v: int) -> None:
+    def _tell(self, session: Session, world: World, camera: Camera, pixel: tuple[int, int]) -> None:
+        """Calls the functions of `on_pick` with the ground truth of a pixel."""
         try:
-            seen = truth(world, camera, region=(u, v, 1, 1), threads=1)
-            channels = {name: array[0, 0] for name, array in seen.items()}
-            for function in self._listeners:
-                function({"pixel": (u, v), "camera": camera, **channels})
-        except Exception:
-            traceback.print_exc()
+            with _reporting(session, "on_pick"):
+                seen = truth(world, camera, region=(*pixel, 1, 1), threads=1)
+                channels = {name: array[0, 0] for name, array in seen.items()}
+                for function in self._listeners:
+                    function({"pixel": pixel, "camera": camera, **channels})
         finally:
             self._free_picks.release()
 
@@ -491,6 +495,16 @@ def _chosen_look(opened: Opened, options: Mapping[str, Any]) -> Look:
     world = world_at(opened.edits.world, 0.0, "", "")
     camera, _ = opened.home(world)
     return Look.choose(world, camera, is_framed=opened.fills_window, is_model=opened.is_model, **options)
+
+
+@contextlib.contextmanager
+def _reporting(session: Session, name: str) -> Iterator[None]:
+    """Prints an exception of a callback, and shows it in the view; the view continues."""
+    try:
+        yield
+    except Exception as error:
+        traceback.print_exc()
+        session.complain(f"{name}: the callback failed: {type(error).__name__}: {error}")
 
 
 def _weakly(method: Callable[..., Any]) -> Callable[..., Any]:
