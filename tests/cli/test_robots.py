@@ -82,7 +82,7 @@ def test_trajectory_moves_the_robot_in_a_video() -> None:
 
 def test_trajectories_are_read_from_csv_and_npy() -> None:
     robot = raycam.load("arm.urdf").robots["arm"]
-    Path("j.csv").write_text("time,push\n0,0.1\n1,0.2\n", encoding="utf-8")
+    Path("j.csv").write_text("time,push\n0,0.1\n1,0.2\n", encoding="utf-8-sig")  # as written by Excel
     times, vectors = read_trajectory(robot, "j.csv")
     np.testing.assert_array_equal(times, [0, 1])
     np.testing.assert_array_equal(vectors, [[0, 0.1], [0, 0.2]])

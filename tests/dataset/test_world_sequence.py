@@ -150,6 +150,11 @@ def test_wrong_worlds_raise_before_rendering(
     assert not (tmp_path / "a").exists()
 
 
+def test_empty_worlds_raise_missing_value(tmp_path: Path) -> None:
+    with raises(raycam.SettingsError, code="missing_value", mentions=["worlds"]):
+        write(worlds=[], folder=tmp_path / "a", cameras=ring(1), **OPTIONS)
+
+
 def test_unknown_category_of_a_world_fails_with_its_name(tmp_path: Path) -> None:
     with raises(raycam.JobError, code="failed_frames", mentions=["ball"]):
         write(worlds=make_world, count=2, folder=tmp_path / "a", cameras=ring(1), **OPTIONS)

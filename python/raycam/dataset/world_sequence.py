@@ -78,6 +78,8 @@ class WorldSequence:
                     code="conflicting_values",
                 )
             count = len(worlds)
+            if count == 0:
+                raise SettingsError("worlds is empty; pass at least one world", code="missing_value")
         if count is None:
             raise SettingsError(
                 "count is missing; pass count=, the number of worlds of the function or the iterator",

@@ -24,6 +24,7 @@ from ..arguments import Floats, product, real, whole
 from ..camera import Background, Camera
 from ..errors import FormatError, SettingsError, WorldError
 from ..io.html_form import html_table
+from ..io.text_files import decode_text
 from ..progress import bar
 from ..world import World
 from ..world.description import plain
@@ -530,7 +531,7 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
         )
     _core.check_stand_in(path, data)
     try:
-        return tomllib.loads(data.decode()), path.absolute().parent
+        return tomllib.loads(decode_text(data)), path.absolute().parent
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
         raise FormatError(f"{path}: not a TOML file: {fault}") from None
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arguments import Floats, floats, real
 from ..errors import Notice, WorldError, nearest
+from ..io.text_files import decode_text
 from ..notices import warn, warn_all
 from ..robots import JointMotion, Robot, is_bag, place_camera, read_joint_states
 from .joint_curves import curve_times, limit_turns
@@ -173,7 +174,7 @@ def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats,
             error=WorldError,
         )
         return table[:, 0], table[:, 1:]
-    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    lines = [line for line in decode_text(path.read_bytes()).splitlines() if line.strip()]
     names = [name.strip() for name in lines[0].split(",")] if lines else []
     if not names or names[0].lower() not in ("time", "t"):
         raise WorldError(

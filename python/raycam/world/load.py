@@ -11,6 +11,7 @@ from .. import _core, usd
 from ..errors import Error, SettingsError, WorldError
 from ..io import memory_limits
 from ..io.folders import check_folder
+from ..io.text_files import decode_text
 from ..notices import collected, warn_all
 from ..robots import CompiledModel, FileResolver, find_root, read_robots
 from .missing_files import check_exists, recipe_named
@@ -191,7 +192,7 @@ def _with_robots(
     """
     if Path(path).suffix.lower() != ".toml":
         return None
-    text = Path(path).read_bytes().decode("utf-8", "replace")
+    text = decode_text(Path(path).read_bytes(), "replace")
     lines = robot_lines(text)
     if not lines:
         return None

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import WorldError, with_code
+from ..io.text_files import decode_text
 from .endings import MODEL_ENDINGS
 
 __all__ = ["check_exists", "nearest_names", "recipe_named"]
@@ -69,7 +70,9 @@ def recipe_named(path: str | os.PathLike[str]) -> Iterator[None]:
     try:
         yield
     except WorldError as error:
-        if Path(path).suffix.lower() != ".toml" or not DRAWS.search(Path(path).read_text(errors="replace")):
+        if Path(path).suffix.lower() != ".toml" or not DRAWS.search(
+            decode_text(Path(path).read_bytes(), "replace")
+        ):
             raise
         raise WorldError(
             f"{error}; the file looks like a recipe for many worlds; use raycam.sample({os.fspath(path)!r}, 0), which "

@@ -7,15 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import LidarError
+from ...io.text_files import decode_text
 from ..device import device_description
 
 __all__ = ["base_description", "finite", "read_text"]
 
 
 def read_text(path: Path) -> str:
-    """Returns the text of a file; raises `LidarError` if it is not UTF-8."""
+    """Returns the text of a file; raises `LidarError` if it is neither UTF-8 nor UTF-16."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return decode_text(path.read_bytes())
     except UnicodeDecodeError as fault:
         raise LidarError(
             f"{path}: not a text file (byte {fault.start} is not UTF-8)", code="not_text"
