@@ -189,6 +189,21 @@ def test_distance_between_two_pixels_is_measured(tab: Tab, viewer: Viewer) -> No
     assert shown == pytest.approx(float(((a - b) ** 2).sum() ** 0.5), rel=1e-4)
 
 
+@pytest.mark.parametrize("width", [770, 830, 1010, 1100])
+def test_medium_windows_keep_a_large_image_and_all_buttons(tab: Tab, viewer: Viewer, width: int) -> None:
+    tab.show(width, 700)
+    try:
+        session_of(viewer, tab)
+        assert tab.evaluate("picture.getBoundingClientRect().width") > 0.4 * width
+        assert tab.evaluate("document.documentElement.scrollWidth") <= width
+        right = "document.getElementById('save-button').getBoundingClientRect().right"
+        assert tab.evaluate(right) <= width
+        assert tab.evaluate("document.querySelector('header').getBoundingClientRect().height") < 60
+        assert "Wheel" in tab.evaluate("document.getElementById('hint').innerText")
+    finally:
+        tab.show(1280, 800)
+
+
 def test_phones_show_the_image_first_and_panels_as_sheets(tab: Tab, viewer: Viewer) -> None:
     tab.show(390, 780)
     try:

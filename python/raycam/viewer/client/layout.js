@@ -1,11 +1,15 @@
-// The initial layout of the live view: panels next to the image, or folded panels on narrow screens.
+// The initial layout of the live view: panels next to the image, or folded panels if the image would be too small.
 
-const NARROW_SCREEN = "(max-width: 760px)";
+const NARROW_SCREEN = "(max-width: 760px)", TWO_COLUMNS = "(max-width: 1000px)";
 
-/** Folds the panels on narrow screens, where they would cover the image. @param {boolean} isLive */
+/**
+ * Folds the panels on narrow screens, where they would cover the image, and the tree on screens for two columns.
+ * @param {boolean} isLive
+ */
 export function foldPanels(isLive) {
-  if (!matchMedia(NARROW_SCREEN).matches) return;
-  for (const side of isLive ? ["panel", "tree"] : ["panel"]) {
+  const sides = matchMedia(NARROW_SCREEN).matches ? ["panel"] : [];
+  if (isLive && matchMedia(TWO_COLUMNS).matches) sides.push("tree");
+  for (const side of sides) {
     document.body.classList.add(`no-${side}`);
     document.getElementById(`${side}-button`)?.setAttribute("aria-expanded", "false");
   }
