@@ -141,6 +141,10 @@ _OWN_NOTICES = {
         "A lidar uses the angles of its model, or a substitute pattern, because the unit's own are unknown.",
         "Load the unit's calibration with raycam.load_lidar.",
     ),
+    "assumed_device": Code(
+        "A calibration's device is unknown, so another device supplies the numbers that the file does not contain.",
+        "Pass a device, or the numbers as settings.",
+    ),
     "assumed_reflectance": Code(
         "Coloured materials have no reflectance at a lidar's wavelength, so their red channel was used.",
         "Give the materials a red channel that is their reflectance at this wavelength.",

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import raycam
 from scipy.spatial.transform import Rotation
-from support.raises import raises
+from support.raises import raises, warns
 
 OUSTER = {
     "prod_line": "OS-1-16",
@@ -57,6 +57,16 @@ def test_ouster_kinds_without_a_device_of_their_rows_use_a_device_of_their_kind(
     assert lidar.pattern().shape == (16, 512)
     assert lidar.settings["max_range"] == raycam.Lidar("os0-128").settings["max_range"]
     assert lidar.settings["max_range"] != raycam.Lidar("os1-16").settings["max_range"]
+
+
+@pytest.mark.parametrize("line", ["OS-9-16", "OS-DOME-16", 3])
+def test_ouster_of_an_unknown_product_line_gives_a_notice_unless_a_device_is_given(
+    line: object, tmp_path: Path
+) -> None:
+    (tmp_path / "unit.json").write_text(ouster(prod_line=line), encoding="utf-8")
+    with warns(raycam.Notice, code="assumed_device", mentions=["prod_line", repr(line), "OS1"]):
+        raycam.load_lidar(tmp_path / "unit.json")
+    raycam.load_lidar(tmp_path / "unit.json", "os1-16")
 
 
 def test_ouster_mode_is_read_from_the_data_format_if_missing(tmp_path: Path) -> None:

@@ -6,7 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from ...errors import LidarError
+from ...errors import LidarError, Notice
+from ...notices import warn
 from .reading import base_description, finite, read_text
 
 __all__ = ["read_ouster"]
@@ -58,6 +59,9 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
             code="wrong_shape",
         )
     kind = _kind(keys)
+    if device is None and kind is None and "prod_line" in keys:
+        _report_product(path, keys["prod_line"])
+    kind = kind or "os1"
     similar = DEVICES[kind][128] if len(altitudes) in DEVICES["os1"] else None
     description = base_description(path, device, "ouster", len(altitudes), DEVICES[kind], similar)
     if device is None and len(altitudes) not in DEVICES[kind]:
@@ -94,10 +98,19 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
     return description
 
 
-def _kind(keys: dict[str, Any]) -> str:
-    """Returns the kind of device, such as "os1", for a product line such as "OS-1-128"; without one, "os1"."""
+def _report_product(path: Path, line: object) -> None:
+    """Issues a notice about a product line that is not known."""
+    text = (
+        f"{path}: unknown prod_line {line!r}; numbers that the file does not contain, such as ranges and noise, are "
+        "those of an OS1; pass them as settings, or a device as the second argument of load_lidar"
+    )
+    warn(Notice(text, "assumed_device"))
+
+
+def _kind(keys: dict[str, Any]) -> str | None:
+    """Returns the kind of device, such as "os1", for a product line such as "OS-1-128"; None for other lines."""
     line = str(keys.get("prod_line", "")).upper()
-    return next((kind for prefix, kind in PREFIXES.items() if line.startswith(prefix)), "os1")
+    return next((kind for prefix, kind in PREFIXES.items() if line.startswith(prefix)), None)
 
 
 def _mode_of_format(keys: dict[str, Any]) -> str | None:

@@ -58,7 +58,8 @@ def base_description(
     description = device_description(name)
     if description["family"] != family:
         raise LidarError(
-            f"{path}: this calibration requires a {family} device, got {name}", code="wrong_device"
+            f"{path}: this calibration requires a device of the family {family}, got {name}",
+            code="wrong_device",
         )
     own = laser_count(description)
     if own != lasers and (device is not None or name != similar):
