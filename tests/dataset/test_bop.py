@@ -23,6 +23,7 @@ def test_bop_data_set_is_complete_and_consistent(tmp_path: Path) -> None:
     rows = {
         name: json.loads((scene / f"scene_{name}.json").read_text()) for name in ("camera", "gt", "gt_info")
     }
+    assert all(" " not in (scene / f"scene_{name}.json").read_text() for name in rows)
     information = json.loads((tmp_path / "models" / "models_info.json").read_text())
     assert information["2"]["diameter"] == pytest.approx(1000 * np.linalg.norm([0.6, 0.4, 0.5]))
     assert information["1"]["diameter"] == pytest.approx(600, rel=0.02)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -208,8 +209,13 @@ def rows(
         row = record[key]
         if key == "gt":
             row = [{**turned_pose(one, turns[one["obj_id"]]), "obj_id": ids[one["obj_id"]]} for one in row]
-        yield (b",\n" if number else b"\n") + f'"{number}": {json.dumps(row)}'.encode()
+        yield (b",\n" if number else b"\n") + f'"{number}":{_compact(row)}'.encode()
     yield b"\n}\n"
+
+
+def _compact(value: Any) -> str:
+    """Returns JSON without spaces, because the JSON of small images is a large part of a data set."""
+    return json.dumps(value, separators=(",", ":"))
 
 
 def turned_pose(row: Record, turns: int) -> Record:
@@ -231,12 +237,12 @@ def coco_rows(
     """
     yield b'{"info": {"description": "made by raycam"}, "licenses": [],\n"categories": '
     kinds = [{"id": model, "name": str(model), "supercategory": "object"} for model in every]
-    yield json.dumps(kinds).encode()
+    yield _compact(kinds).encode()
     yield b',\n"images": ['
     for number, record in enumerate(records()):
         width, height = record["size"]
         image = {"id": number, "file_name": f"rgb/{number:06d}.png", "width": width, "height": height}
-        yield (b",\n" if number else b"\n") + json.dumps(image).encode()
+        yield (b",\n" if number else b"\n") + _compact(image).encode()
     yield b'],\n"annotations": ['
     count = 0
     for number, record in enumerate(records()):
@@ -246,7 +252,7 @@ def coco_rows(
             seen = whole.pop("bbox_visib")
             if modal:
                 whole["bbox"] = seen
-            yield (b",\n" if count > 1 else b"\n") + json.dumps(whole).encode()
+            yield (b",\n" if count > 1 else b"\n") + _compact(whole).encode()
     yield b"]}\n"
 
 
