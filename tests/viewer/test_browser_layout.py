@@ -5,6 +5,7 @@ Tree, properties, axes, palette, phones, and transferred bytes are checked.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import pytest
@@ -242,6 +243,13 @@ def test_controls_of_a_script_are_shown_and_used(tab: Tab, viewer: Viewer) -> No
     until(lambda: slider.value == 7)
     slider.value = 2
     tab.wait("document.querySelector('#script-controls output').textContent === '2'")
+
+
+def test_slider_shows_its_value_even_if_no_step_from_its_minimum_reaches_it(tab: Tab, viewer: Viewer) -> None:
+    session_of(viewer, tab)
+    viewer.add_slider("angle", min=-math.pi, max=math.pi, step=0.001, value=0)
+    tab.wait("document.querySelector('#script-controls output')?.textContent")
+    assert tab.evaluate("document.querySelector('#script-controls output').textContent") == "0"
 
 
 CONTROLS = """(() => {

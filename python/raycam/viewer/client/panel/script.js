@@ -75,14 +75,15 @@ export class ScriptControls {
   addSlider(row, { id, min, max, step }) {
     const output = element("output");
     const input = /** @type {HTMLInputElement} */ (element("input", "", { type: "range", min, max, step }));
-    const show = () => (output.textContent = String(Number(Number(input.value).toPrecision(6))));
+    const show = (/** @type {unknown} */ value) => (output.textContent = String(Number(Number(value).toPrecision(6))));
     input.addEventListener("input", () => {
-      show();
+      show(input.value);
       this.changed(id, Number(input.value));
     });
     this.setters.set(id, ({ value }) => {
-      if (document.activeElement !== input) input.value = String(value);
-      show();
+      const isHeld = document.activeElement === input;
+      if (!isHeld) input.value = String(value);
+      show(isHeld ? input.value : value); // the browser rounds input.value to a step
     });
     row.append(output, input);
   }
