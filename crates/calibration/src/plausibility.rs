@@ -40,9 +40,10 @@ pub(crate) fn check_cameras(records: &[CameraRecord], path: &Path) -> Result<Vec
             return Err(FormatError::whole(
                 path,
                 format!(
-                    "camera {:?}: fx {}, cx {cx} are in units of the image size; expected pixels, so multiply the \
-                     first row of K by the width and the second by the height",
-                    record.name, k.x_axis.x
+                    "camera {:?}: fx {}, cx {cx} are in units of the image size; expected pixels; {}",
+                    record.name,
+                    k.x_axis.x,
+                    conversion_to_pixels(cx, cy, height / width)
                 ),
             ));
         }
@@ -118,6 +119,19 @@ fn notice_of_blind(found: &[(&CameraRecord, f64)]) -> Option<Notice> {
     let message =
         format!("most pixels ({:.0} %) have no ray, so the lens probably does not match K and the size", 100.0 * share);
     Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(record, _)| record.name.as_str()), message))
+}
+
+/// The remedy for K or P in units of the image size, whose principal point is (`cx`, `cy`). `aspect` is height / width.
+fn conversion_to_pixels(cx: f64, cy: f64, aspect: f64) -> &'static str {
+    let is_near = |value: f64, expected: f64| (value - expected).abs() < 0.1;
+    if is_near(cx, 0.0) && is_near(cy, 0.0) {
+        "as coordinates go from -1 to 1, multiply the first row of K (or P) by width / 2 and the second by \
+         height / 2, then add the third row times width / 2 and height / 2"
+    } else if is_near(cx, 0.5) && is_near(cy, 0.5 * aspect) && !is_near(cy, 0.5) {
+        "multiply the first and the second row of K (or P) by the width"
+    } else {
+        "multiply the first row of K (or P) by the width and the second by the height"
+    }
 }
 
 /// True if the focal length in pixels is implausibly short: fewer than 8 pixels (unless the image is equally small) or,
