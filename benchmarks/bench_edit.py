@@ -121,12 +121,12 @@ def rows(rounds: int, calls: int) -> list[list[str]]:
 
 
 def fresh() -> list[str]:
-    """Returns notes on the processor time of images at times of worlds never rendered before."""
+    """Returns notes on the processor time of the first images of new worlds."""
     notes = []
     for name, world in {
         "327,680 triangles": scene(7, 0),
-        "a sky of 4k": scene(4, 0, sky=4096),
-        "81,920 that shine": scene(4, 0, shining=6),
+        "a sky image of 4k": scene(4, 0, sky=4096),
+        "81,920 emissive triangles": scene(4, 0, shining=6),
     }.items():
         world.set_video(fps=24, seconds=10, keyframe=[{"time": 0, "object": "cup", "location": [0, 0, 0.6]}])
         spent = []
@@ -135,7 +135,7 @@ def fresh() -> list[str]:
             raycam.render(world.at(0.1 * i), camera(), channels="depth")
             spent.append(f"{1e3 * (time.process_time() - start):.1f}")
         notes.append(
-            f"Depth images of a world at four times, never rendered before, {name}: {', '.join(spent)} ms."
+            f"First four depth images of a new world ({name}), at four times: {', '.join(spent)} ms."
         )
     return notes
 
@@ -166,9 +166,9 @@ def many(rounds: int) -> list[str]:
         together, apart, fixed = cpu_in_turn(loops, rounds)
         together /= 1000
         notes.append(
-            f"A thousand poses with render_many, ball of {name} triangles: {together:.0f} per image; its rays: "
-            f"{apart - fixed:.0f} (an image, {apart:.0f}, minus an image of 1 x 1 pixels, {fixed:.0f}); ratio "
-            f"{together / (apart - fixed):.2f}."
+            f"1,000 poses with `render_many`, ball of {name} triangles: {together:.0f} µs per image; rays of "
+            f"one image: {apart - fixed:.0f} µs (an image by a moved camera, {apart:.0f} µs, minus an image "
+            f"of 1 x 1 pixels, {fixed:.0f} µs); ratio {together / (apart - fixed):.2f}."
         )
     return notes
 
@@ -186,7 +186,8 @@ def small() -> list[str]:
         raycam.render(world, one, channels="depth")
     wall = (time.perf_counter() - start) / 200
     return [
-        f"One ray: {ray:.0f}; a depth image of 1 x 1 pixels: {pixel:.0f} (elapsed time {1e6 * wall:.0f})."
+        f"One ray: {ray:.0f} µs; a depth image of 1 x 1 pixels: {pixel:.0f} µs (elapsed time "
+        f"{1e6 * wall:.0f} µs)."
     ]
 
 

@@ -1,12 +1,12 @@
-"""Images for training a network: colour, depth and ids of five meshes that move, in two processes.
+"""Measures training images: colour, depth and ids of five moving meshes, in two processes.
 
     python benchmarks/bench_training.py [--pyrender INTERPRETER] [--open3d INTERPRETER] [--seconds 5]
 
 Each process changes the poses of five balls of 20,480 triangles over a floor, and renders an image of 128 x 128 pixels
-with one sample on one thread, as a worker of PyTorch's DataLoader does. pyrender renders colour and depth with OSMesa,
-and the ids in a second pass; Open3D casts rays for depth and ids, without colour, and builds its scene for each image
-because its objects cannot be moved. The report has images per second of elapsed time, and images per second of
-processor time.
+with one sample on one thread, like a worker of PyTorch's DataLoader. pyrender renders colour and depth with
+OSMesa, and the ids in a second pass. Open3D casts rays for depth and ids, without colour; it builds its scene
+again for each image, because its objects cannot be moved. The report contains images per second of elapsed
+time, and images per second of processor time.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ EYE, TARGET, FIELD_OF_VIEW = (4.0, -5.0, 4.0), (0.0, 0.0, 0.0), 40.0
 
 
 def place(image: int, ball: int) -> list[float]:
-    """Returns the location of a ball."""
+    """Returns the location of ball number `ball` in image number `image`."""
     return [ball - 2 + 0.2 * np.sin(0.7 * image + ball), 0.3 * np.cos(0.9 * image + 2 * ball), 0.5]
 
 
@@ -54,7 +54,7 @@ def raycam_images(integrator: str) -> Callable[[int], object]:
 
 
 def ball_mesh() -> Any:
-    """Returns the ball of the other renderers."""
+    """Returns the mesh of a ball, for pyrender and Open3D."""
     import trimesh
 
     return trimesh.creation.icosphere(subdivisions=5, radius=0.4)
@@ -129,7 +129,7 @@ IMAGES = {"raycam": raycam_images, "pyrender": pyrender_images, "open3d": open3d
 
 
 def work(renderer: str, integrator: str, seconds: float) -> None:
-    """Renders for some seconds, and prints the number of images, the elapsed and the processor time."""
+    """Renders for `seconds`; prints the number of images, the elapsed and the processor time."""
     image = IMAGES[renderer](integrator)
     for number in range(10):
         image(number)
@@ -145,14 +145,14 @@ def work(renderer: str, integrator: str, seconds: float) -> None:
 def measure(
     python: str, renderer: str, integrator: str, seconds: float, processes: int
 ) -> tuple[float, float]:
-    """Returns images per second of elapsed time of all processes, and images per second of processor time."""
+    """Returns images per second of elapsed time (all processes) and of processor time."""
     command = [python, str(Path(__file__)), "--work", renderer, integrator, "--seconds", str(seconds)]
     limits = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "LP_NUM_THREADS"), "1")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     workers = [subprocess.Popen(command, env={**os.environ, **limits}, **pipes) for _ in range(processes)]
     for worker in workers:
         if worker.stdout.readline() != "ready\n":
-            raise SystemExit(f"{renderer} did not start")
+            raise SystemExit(f"{renderer}: the process ended before its first image; its error is above")
     for worker in workers:
         worker.stdin.write("\n")
         worker.stdin.flush()
@@ -190,7 +190,10 @@ def main() -> None:
         for (_, renderer, integrator), values in found.items()
     ]
     head = ["renderer", "images/s, best", "median", "images per processor second, best", "median"]
-    notes = [f"{options.processes} processes, {options.rounds} rounds of {options.seconds:g} s in turn."]
+    notes = [
+        f"{options.processes} processes per renderer; {options.rounds} rounds of {options.seconds:g} s, "
+        "in which the renderers alternate."
+    ]
     report.write("training", "Images for training", notes, head, rows)
 
 

@@ -60,7 +60,7 @@ def test_whole_checks_type_and_range() -> None:
         (np.float64("inf"), float("inf")),
     ],
 )
-def test_as_number_returns_pythons_number(value: object, expected: float) -> None:
+def test_as_number_returns_a_python_number(value: object, expected: float) -> None:
     number = as_number(value)
     assert type(number) is type(expected)
     assert number == expected

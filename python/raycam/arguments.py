@@ -232,8 +232,8 @@ def lengths(vectors: npt.ArrayLike) -> Floats:
 def as_number(value: object) -> int | float | None:
     """Returns a real number as a Python int or float, or None for any other value.
 
-    Numbers are the scalars of Python, NumPy and other libraries, and their arrays and tensors of shape (). Flags,
-    strings, complex numbers, dates, masked values and arrays with axes are not numbers.
+    Numbers are the scalars of Python, NumPy and other libraries, and their arrays and tensors of shape ().
+    Booleans, strings, complex numbers, dates, masked values and arrays with axes are not numbers.
     """
     if type(value) in (int, float):
         return value  # type: ignore[return-value]
@@ -253,7 +253,7 @@ def as_number(value: object) -> int | float | None:
 
 
 def plain_numbers(value: Any) -> Any:
-    """Returns a description of mappings, lists and tuples with Python's numbers instead of other libraries' scalars."""
+    """Returns a copy of nested mappings, lists and tuples with all scalars as Python numbers."""
     if isinstance(value, Mapping):
         return {plain_numbers(key): plain_numbers(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

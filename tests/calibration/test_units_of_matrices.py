@@ -19,7 +19,7 @@ from support.raises import raises
         ((2 / 640, 2 / 480), (-1, -1), "width / 2"),
     ],
 )
-def test_matrix_in_units_of_the_image_is_refused_with_its_factor(
+def test_matrix_in_units_of_the_image_size_is_refused_with_the_conversion(
     tmp_path: Path, scale: tuple[float, float], offset: tuple[float, float], remedy: str
 ) -> None:
     camera = raycam.Camera.look_at([3, 1, 2], [0, 0, 0], size=(640, 480), fov=50)

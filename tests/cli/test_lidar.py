@@ -134,7 +134,7 @@ def test_force_rate_scans_at_a_rate_that_the_device_does_not_support() -> None:
 
 
 @pytest.mark.parametrize("name", ["car/tpo", "poel"])
-def test_unknown_lidar_is_refused_with_the_lidars_of_the_world_and_the_devices(
+def test_unknown_lidar_error_lists_the_lidars_of_the_world_and_the_devices(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("both.toml").write_text(WITH_LIDARS, encoding="utf-8")

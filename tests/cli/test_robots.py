@@ -65,7 +65,7 @@ def test_info_of_an_xml_file_shows_its_robot(
     assert joint in capsys.readouterr().out
 
 
-def test_info_of_an_xml_file_with_an_entity_names_it(capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_of_an_xml_file_with_an_entity_reports_the_entity(capsys: pytest.CaptureFixture[str]) -> None:
     Path("robot.xml").write_text(
         '<!DOCTYPE r [<!ENTITY laugh "m">]><mujoco model="&laugh;"/>', encoding="utf-8"
     )

@@ -108,4 +108,5 @@ def test_in_process_pool_stops_during_a_frame(tmp_path: Path) -> None:
 def test_invalid_worker_addresses_are_refused(where: object) -> None:
     with raises(SettingsError, mentions=[where]) as caught:
         make_pool(where)  # type: ignore[arg-type]
-    assert caught.value.code == ("invalid_value" if isinstance(where, str) else "wrong_type")
+    codes = {str: "invalid_value", bool: "wrong_type", int: "out_of_range"}
+    assert caught.value.code == codes[type(where)]

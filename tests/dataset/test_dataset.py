@@ -71,7 +71,7 @@ def test_equal_calls_and_resumed_calls_write_the_same_files(tmp_path: Path, name
 
 
 @pytest.mark.parametrize("name", HERE)
-def test_options_as_numpy_scalars_equal_pythons_numbers(tmp_path: Path, name: str) -> None:
+def test_options_as_numpy_scalars_equal_python_numbers(tmp_path: Path, name: str) -> None:
     known = {"baseline": 0.5, "depth_scale": 1.0}
     options = {key: known.get(key, value) for key, value in FORMATS[name].options.items()}
     numbers = {key: value for key, value in options.items() if type(value) in (int, float)}

@@ -1,4 +1,4 @@
-"""Texts of files in the encodings that editors write."""
+"""Text files in the encodings that editors write."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from raycam.io.text_files import decode_text
 TEXT = 'name = "ü"\nsize = 3\n'
 ENCODED = {
     "utf-8": TEXT.encode(),
-    "utf-8 with a mark": codecs.BOM_UTF8 + TEXT.encode(),
+    "utf-8 with a byte order mark": codecs.BOM_UTF8 + TEXT.encode(),
     "little endian": codecs.BOM_UTF16_LE + TEXT.encode("utf-16-le"),
     "big endian": codecs.BOM_UTF16_BE + TEXT.encode("utf-16-be"),
     "windows": codecs.BOM_UTF8 + TEXT.replace("\n", "\r\n").encode(),
@@ -24,7 +24,7 @@ def test_decode_text_returns_the_same_text_for_every_encoding(name: str) -> None
     assert decode_text(ENCODED[name]) == TEXT
 
 
-def test_decode_text_raises_for_other_bytes() -> None:
+def test_decode_text_raises_for_invalid_bytes() -> None:
     with pytest.raises(UnicodeDecodeError):
         decode_text(b"\xff\xfa")
     assert decode_text(b"a\xff", "replace") == "a\ufffd"

@@ -140,16 +140,24 @@ LENSES = {
     "pinhole": {"fov": 60},
     "opencv": {"fov": 60, "model": "opencv", "distortion": [0.1, -0.05, 0.001, -0.002, 0.01]},
     "fisheye": {"fov": 60, **FISHEYE},
-    "wide fisheye": {"K": [[30, 0, 59.5], [0, 30, 39.5], [0, 0, 1]], "model": "fisheye", "distortion": [0] * 4},
-    "double sphere": {"K": [[40, 0, 59.5], [0, 40, 39.5], [0, 0, 1]], "model": "ds", "distortion": [-0.2, 0.6]},
+    "wide fisheye": {
+        "K": [[30, 0, 59.5], [0, 30, 39.5], [0, 0, 1]],
+        "model": "fisheye",
+        "distortion": [0] * 4,
+    },
+    "double sphere": {
+        "K": [[40, 0, 59.5], [0, 40, 39.5], [0, 0, 1]],
+        "model": "ds",
+        "distortion": [-0.2, 0.6],
+    },
     "panorama": {"model": "equirectangular"},
 }
 
 
 @pytest.mark.parametrize("facing", ["front", "both"])
 @pytest.mark.parametrize("name", LENSES)
-def test_blocks_of_faces_equal_single_points(name: str, facing: str) -> None:
-    """Whole blocks of faces, and single faces, are inside, outside or behind the image of a camera in a room."""
+def test_faces_tested_in_blocks_equal_single_points(name: str, facing: str) -> None:
+    """Blocks and single faces are in a camera's image, next to the image, or behind the camera."""
     world = raycam.World()
     world.add_object(sphere={"radius": 5, "level": 5}, scale=[1, 1, -1])
     world.add_object(sphere={"radius": 0.4, "level": 3}, location=[2, 1, 0.3])

@@ -56,12 +56,12 @@ def count_surroundings(monkeypatch: pytest.MonkeyPatch, recipe: Recipe, worlds: 
     return made
 
 
-def test_worlds_share_surroundings_of_which_only_the_color_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_worlds_share_surroundings_if_only_colors_are_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     table = {**TABLE, "color": {"uniform": [[0, 0, 0], [1, 1, 1]]}}
     assert count_surroundings(monkeypatch, Recipe({"object": [table, CUP]}), 3) == 1
 
 
-def test_drawn_shape_of_the_surface_moves_the_placed_objects(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_placed_objects_follow_the_drawn_height_of_their_surface(monkeypatch: pytest.MonkeyPatch) -> None:
     table = {"name": "table", "box": {"size": {"uniform": [[2, 2, 0.1], [2, 2, 1]]}}}
     recipe = Recipe({"object": [table, CUP]})
     assert count_surroundings(monkeypatch, recipe, 3) == 3
@@ -73,7 +73,7 @@ def test_drawn_shape_of_the_surface_moves_the_placed_objects(monkeypatch: pytest
         assert corners[owners == 1][..., 2].min() == pytest.approx(top, abs=1e-6)
 
 
-def test_worlds_do_not_depend_on_the_worlds_before() -> None:
+def test_worlds_do_not_depend_on_previous_worlds() -> None:
     objects = {
         "object": [TABLE, CUP, {"name": "wall", "box": {"size": [1, 0.1, 1]}, "location": [0, 0, 0.55]}]
     }
@@ -82,8 +82,8 @@ def test_worlds_do_not_depend_on_the_worlds_before() -> None:
     assert together == [Recipe(objects).world(number).to_bytes() for number in range(3)]
 
 
-def test_drawn_large_arrays_are_not_confused() -> None:
-    """The texts of arrays with more than a thousand numbers are abbreviated, so these two are equal as texts."""
+def test_large_drawn_arrays_with_equal_texts_are_distinguished() -> None:
+    """NumPy abbreviates arrays of more than 1,000 numbers, so the texts of these two are equal."""
     grid = np.stack(np.meshgrid(np.linspace(-0.1, 0.1, 20), np.linspace(-0.1, 0.1, 20)), -1).reshape(-1, 2)
     flat = np.column_stack([grid, np.zeros(400)])
     index = np.arange(400).reshape(20, 20)

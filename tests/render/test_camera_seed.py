@@ -1,4 +1,4 @@
-"""Seeds of the cameras of one exposure."""
+"""Seeds of cameras that take images at the same time."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ def test_mirrors_with_normal_maps_keep_all_light(kind: str, elevation: float) ->
 def test_coated_mirrors_with_normal_maps_equal_cycles(kind: str, elevation: float) -> None:
     """Cycles (Blender 5.0, 256 samples) renders 0.9926 and 0.9989 at 4 and 15 degrees, with both maps.
 
-    The coat keeps the surface's own normal, and dims the mirror by its reflectance for the view only.
+    The coat keeps the surface's own normal, and dims the mirror by its albedo for the viewing direction only.
     """
     found = mean_under_white_sky(kind, elevation, {"plane": {"size": 40}}, COATED_MIRROR)
     assert found == pytest.approx({4: 0.9926, 15: 0.9989}[elevation], rel=0.01)
@@ -100,7 +100,7 @@ CYCLES_COATED = {
     ("dents", 15): 0.9824,
     ("dents", 40): 0.9558,
 }
-"""The same for a smooth coat on rough metal with a normal map (Blender 5.0, 256 samples)."""
+"""Mean radiance of a smooth coat on rough metal with a normal map (Cycles in Blender 5.0)."""
 
 
 @pytest.mark.parametrize(("kind", "elevation"), CYCLES_COATED)

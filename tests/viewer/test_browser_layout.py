@@ -245,7 +245,7 @@ def test_controls_of_a_script_are_shown_and_used(tab: Tab, viewer: Viewer) -> No
     tab.wait("document.querySelector('#script-controls output').textContent === '2'")
 
 
-def test_slider_shows_its_value_even_if_no_step_from_its_minimum_reaches_it(tab: Tab, viewer: Viewer) -> None:
+def test_slider_shows_a_value_that_is_between_two_steps(tab: Tab, viewer: Viewer) -> None:
     session_of(viewer, tab)
     viewer.add_slider("angle", min=-math.pi, max=math.pi, step=0.001, value=0)
     tab.wait("document.querySelector('#script-controls output')?.textContent")

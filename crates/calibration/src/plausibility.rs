@@ -121,12 +121,13 @@ fn notice_of_blind(found: &[(&CameraRecord, f64)]) -> Option<Notice> {
     Some(about_cameras(NoticeCode::Implausible, found.iter().map(|(record, _)| record.name.as_str()), message))
 }
 
-/// The remedy for K or P in units of the image size, whose principal point is (`cx`, `cy`). `aspect` is height / width.
+/// Returns the remedy for a matrix K or P in units of the image size. (`cx`, `cy`) is its principal point; `aspect` is
+/// height / width.
 fn conversion_to_pixels(cx: f64, cy: f64, aspect: f64) -> &'static str {
     let is_near = |value: f64, expected: f64| (value - expected).abs() < 0.1;
     if is_near(cx, 0.0) && is_near(cy, 0.0) {
-        "as coordinates go from -1 to 1, multiply the first row of K (or P) by width / 2 and the second by \
-         height / 2, then add the third row times width / 2 and height / 2"
+        "the coordinates go from -1 to 1: multiply the first row of K (or P) by width / 2 and the second row by \
+         height / 2, then add the third row times width / 2 to the first row, and times height / 2 to the second row"
     } else if is_near(cx, 0.5) && is_near(cy, 0.5 * aspect) && !is_near(cy, 0.5) {
         "multiply the first and the second row of K (or P) by the width"
     } else {

@@ -33,7 +33,7 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _is_calibration(path: Path) -> bool:
-    """Returns True for endings of calibration files, except for robots in .xml files."""
+    """Returns True for endings of calibration files, but False for a robot in an .xml file."""
     from ..robots import has_robot_root
 
     ending = path.suffix.lower()

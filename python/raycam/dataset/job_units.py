@@ -29,12 +29,12 @@ PREFIX = "view"
 
 
 def record_name(unit: int) -> str:
-    """Returns the name of the compressed file with a unit's record, from which the index files are created."""
+    """Returns the name of a unit's record, a compressed file used to create the index files."""
     return f".raycam-dataset/{unit:06d}.json.zlib"
 
 
 def read_record(path: Path) -> Record:
-    """Reads a unit's record; raises `JobError` for a damaged file, and `OSError`."""
+    """Reads a unit's record; raises `JobError` if it is damaged, `OSError` if it is unreadable."""
     try:
         record: Record = json.loads(zlib.decompress(path.read_bytes()))
     except (zlib.error, ValueError):

@@ -29,7 +29,7 @@ def check_depth_scale(scale: Any) -> None:
     A valid `scale` is None or a number of millimetres per unit, more than 0.
     """
     if scale is not None:
-        real("depth_scale", scale, 0, above=True, what="millimetres per unit")
+        real("depth_scale", scale, 0, above=True, what="a number of millimetres per unit")
 
 
 def depth_units(

@@ -33,7 +33,7 @@ def check(plan: Plan) -> None:
                 code="unsupported_camera",
             )
     check_depth_scale(plan.options["depth_scale"])
-    real("fps", plan.options["fps"], 0, above=True, what="frames per second")
+    real("fps", plan.options["fps"], 0, above=True, what="a number of frames per second")
 
 
 def check_tum(plan: Plan) -> None:

@@ -46,7 +46,7 @@ def check(plan: Plan) -> None:
                 f"camera {frame[0]} has a lens model or skew, which KITTI does not support; {NO_LENSES}",
                 code="unsupported_camera",
             )
-    real("fps", plan.options["fps"], 0, above=True, what="frames per second")
+    real("fps", plan.options["fps"], 0, above=True, what="a number of frames per second")
     sequence = plan.options["sequence"]
     if not (isinstance(sequence, str) and sequence.isalnum()):
         raise SettingsError(f'sequence is {sequence!r}, expected a name such as "00"', code="invalid_value")

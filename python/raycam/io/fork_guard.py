@@ -13,7 +13,7 @@ __all__ = ["no_fork"]
 _lock = threading.RLock()
 _changed = threading.Condition(_lock)
 _inside: list[int] = []
-"""The threads in `no_fork`, once for each context."""
+"""The ids of the threads in `no_fork`; a thread in nested contexts is listed once for each."""
 _waits = False
 """True while a fork waits for other threads."""
 

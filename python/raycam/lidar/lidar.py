@@ -122,8 +122,8 @@ class Lidar:
 
         `times` [n] are seconds from the frame's start (default: 0), in ascending order; `rings` [n] are integers
         (default: 0); `origins` [n, 3] are the starting points of the beams (default: the sensor's origin). Raises
-        `LidarError` for numbers that are not finite, zero directions, and times that decrease, with the row, and
-        `MemoryError` for more than 67,108,864 directions.
+        `LidarError`, with the row, for a number that is not finite, a zero direction, or a time that is less
+        than the previous one. Raises `MemoryError` for more than 67,108,864 directions.
         """
         if isinstance(directions, Sized):
             check_count(len(directions))  # before a copy is allocated

@@ -24,9 +24,10 @@ def standard_normals(count: int, seed: int, frame: int, use: str, echo: int = 0)
 
 
 class PulseNumbers:
-    """The random numbers of a frame's pulses, for ranges from `first` (included) to `stop` (excluded).
+    """The random numbers of a frame's pulses.
 
-    A pulse has the same number in every range that contains it. Ascending ranges are the fastest.
+    Each call returns the numbers of the pulses from `first` (included) to `stop` (excluded). A pulse has the
+    same number in every call that includes it. Calls are fastest if their pulses ascend from call to call.
     """
 
     def __init__(self, seed: int, frame: int) -> None:

@@ -107,12 +107,12 @@ def surface_visibility(
     the beam's samples, `returns` and range limits. A sample is visible to a lidar if it is the face's sample nearest to
     a point; "faces" uses one sample for 16 points on a face, from 4 to 256.
 
-    `facing="front"` ignores cameras behind a face and points on its back; "both" includes them. "auto" means "both",
-    with a notice, if at least 90 % of the rays that hit the world hit back sides first; otherwise "front". If a notice
-    reports that the mesh is misplaced and the cameras are inside it, "auto" means "front". `pairs=True` also returns
-    the visible faces of each camera. A notice is issued if fewer than half of the cameras show the world, and for a
-    lidar without points. Memory does not grow with the number of cameras, except with `pairs`; each point of a lidar
-    takes 13 bytes.
+    `facing="front"` ignores cameras behind a face, and lidar points on its back; "both" includes them.
+    "auto" means "both", with a notice, if at least 90 % of the rays that hit the world hit back sides first;
+    otherwise "front". If a notice reports that the mesh is misplaced and the cameras are inside it, "auto"
+    means "front". `pairs=True` also returns the visible faces of each camera. A notice is issued if fewer
+    than half of the cameras show the world, and if a lidar measures no points. Memory does not grow with the
+    number of cameras, except with `pairs`; each point of a lidar takes 13 bytes.
 
     Raises `SettingsError` for invalid arguments and `WorldError` for unknown objects and worlds without faces.
     """
@@ -160,9 +160,9 @@ def side_of(
 ) -> Literal["front", "both"]:
     """Returns "both" if nearly all rays that hit the world hit back sides first, else "front".
 
-    The limit is 90 %; "both" is reported by a notice. If a notice reported a misplaced mesh
-    (`is_misplaced`) and the cameras are inside it, the cause is the misplacement, and the result is "front". Each lidar
-    contributes about as many points as a camera has rays, or all of its points if it has fewer.
+    The limit is 90 %; a notice reports the result "both". If a notice has already reported that the mesh is
+    misplaced and the cameras are inside it (`is_misplaced`), the result is "front". Each lidar contributes
+    about as many points as a camera has rays, or all of its points if it has fewer.
     """
     hits = [meets_front(world, camera, pixel_grid(camera), threads) for camera in cameras]
     hits += [one.front[:: max(1, len(one.front) // GRID_SIDE**2)] for one in lidars]

@@ -15,7 +15,7 @@ __all__ = ["AXES", "ConvexPrism", "outline"]
 AXES = {"z": [0, 1, 2], "y": [2, 0, 1]}
 """Order of the axes that puts the up axis last."""
 LARGE = 512
-"""Number of points from which most points are discarded before the hull is computed."""
+"""Number of points above which inner points are discarded before the hull is computed."""
 
 
 @dataclass(frozen=True)
@@ -69,20 +69,20 @@ class ConvexPrism:
         if self.low >= other.high + gap or other.low >= self.high + gap:
             return False
         axes = np.concatenate([self.normals, other.normals])
-        # The axis that is closest to the line between the bases decides most cases alone.
+        # In most cases, the axis closest to the line between the bases' centres is sufficient.
         aside = other.outline.mean(axis=0) - self.outline.mean(axis=0)
         likely = int(np.abs(product(axes, aside)).argmax())
         limit = max(gap, 1e-12)
         return all(self._gaps(other, some).max() < limit for some in (axes[likely : likely + 1], axes))
 
     def _gaps(self, other: ConvexPrism, axes: Floats) -> Floats:
-        """The distances [n] of the bases' projections to the axes [n, 2]; negative if they overlap."""
+        """The distances [n] between the bases' projections onto axes [n, 2]; negative for overlaps."""
         a, b = product(axes, self.outline.T), product(axes, other.outline.T)
         found: Floats = np.maximum(b.min(axis=1) - a.max(axis=1), a.min(axis=1) - b.max(axis=1))
         return found
 
     def grown(self, gap: float) -> ConvexPrism:
-        """Returns the prism with each edge of the base moved outwards by `gap`, and the top by `gap` upwards."""
+        """Returns the prism enlarged by `gap` at its sides, with bevelled corners, and at its top."""
         normals, corners = self.normals, self.outline
         moved = [corners + normals * gap, np.roll(corners, -1, axis=0) + normals * gap, corners]
         return ConvexPrism(outline(np.concatenate(moved)), self.low, self.high + gap)
@@ -154,7 +154,10 @@ def outline(points: Floats) -> Floats:
 
 
 def _outer(points: Floats) -> Floats:
-    """Returns the points outside of the polygon of the extremes along 16 directions, which contain the hull."""
+    """Returns the points on or outside a polygon; they include the corners of the convex hull.
+
+    The polygon's corners are the extreme points along 16 directions.
+    """
     # Integer directions give the same hull on every machine.
     directions = [(2.0, y) for y in (-2.0, -1.0, 0.0, 1.0, 2.0)] + [(x, 2.0) for x in (-1.0, 0.0, 1.0)]
     # One direction at a time: arrays of all points and directions would not fit into the processor's cache.

@@ -22,7 +22,10 @@ __all__ = ["PlacementSampler"]
 
 MAX_TRIES = 2000
 FIRST_BATCH, MAX_BATCH = 1, 512
-"""Number of tries that are checked together: one at first, because most objects find space immediately."""
+"""Smallest and largest number of tries that are checked together.
+
+The first batch has one try, because most objects find space immediately.
+"""
 MAX_HULL_TRIANGLES = 20_000
 """Largest surface whose convex hull is computed to find out whether an object fits at all."""
 SLACK = 1e-6

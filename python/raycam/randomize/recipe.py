@@ -159,7 +159,7 @@ class Recipe:
         return _core.SharedFiles()
 
     def __getstate__(self) -> dict[str, Any]:
-        """The recipe without its caches, which another process fills again."""
+        """Returns the state for pickling, without the caches, which are filled again when needed."""
         caches = ("_shared", "_shapes", "_last_surroundings")
         return {key: value for key, value in self.__dict__.items() if key not in caches}
 
@@ -209,7 +209,7 @@ class Recipe:
 
     @cached_property
     def _last_surroundings(self) -> dict[str, Surroundings]:
-        """The surroundings in the last world with placed objects, by their description."""
+        """The surroundings in the last world in which objects were placed, by cache key."""
         return {}
 
     @cached_property
@@ -385,9 +385,10 @@ class Recipe:
         return _core.world_add_object(world._core, plain(item), self.folder, self._shared)
 
     def _surroundings(self, world: World, still: list[dict[str, Any]]) -> Surroundings:
-        """The surroundings of placed objects; successive worlds with equal shapes share them.
+        """Returns the fixed objects among which objects are placed.
 
-        `still` are the objects of `world` that the recipe does not place.
+        Successive worlds whose fixed objects have equal shapes and poses share them. `still` are the
+        descriptions of the fixed objects.
         """
         rows = [{key: value for key, value in row.items() if key not in LOOK} for row in still]
         key = _cache_key([world.up, rows])
@@ -513,7 +514,7 @@ def _checked_gap(item: Mapping[str, Any], how: Mapping[str, Any], what: str) -> 
             f'{what}: the keys "location" and "instance_of" cannot be used with "on", which sets the position',
             code="conflicting_values",
         )
-    gap = real(f"{what}: gap", how.get("gap", MIN_GAP), 0.0, what="metres", error=WorldError)
+    gap = real(f"{what}: gap", how.get("gap", MIN_GAP), 0.0, what="a distance in metres", error=WorldError)
     if not isinstance(how["on"], str):
         raise WorldError(
             f"{what}: the key 'on' must be the name of an object, not {how['on']!r}", code="wrong_type"

@@ -28,11 +28,11 @@ class Ground:
     areas: Floats
     """Cumulative sums [n] of twice the triangles' horizontal areas."""
     owners: npt.NDArray[np.int32]
-    """The ids of the triangles' objects, each once."""
+    """The ids of the objects to which the triangles belong, without repetition."""
 
     @cached_property
     def relief(self) -> float:
-        """The difference of the highest and the lowest point."""
+        """The height difference between the highest and the lowest point."""
         return float(np.ptp(self.triangles[..., 2]))
 
     @cached_property
@@ -54,7 +54,7 @@ class Surroundings:
         """The names of the objects."""
         ids = world.triangle_ids()[:, 0] if self.names else np.empty(0, np.int32)
         self.ids: npt.NDArray[np.int32] = ids
-        """The object's id of each triangle."""
+        """The id of the object to which each triangle belongs [n]."""
         self.corners: Floats = world.triangles()[..., self.axes] if self.names else np.empty((0, 3, 3))
         """The triangles [n, 3, 3]."""
         self.first_triangles = np.searchsorted(ids, np.arange(len(self.names)))
@@ -75,7 +75,7 @@ class Surroundings:
         """
         if surface not in self._grounds:
             if surface is not None and surface not in self.names:
-                raise WorldError(nearest("object to stand on", surface, self.names), code="unknown_name")
+                raise WorldError(nearest("supporting object", surface, self.names), code="unknown_name")
             level = self._upward[:, 2] > LEVEL * np.sqrt((self._upward**2).sum(axis=1))
             if surface is not None:
                 level &= self.ids == self.names.index(surface)
@@ -86,6 +86,6 @@ class Surroundings:
 
     @cached_property
     def _upward(self) -> Floats:
-        """The normals [n, 3] of the triangles, of twice the triangles' areas."""
+        """The triangles' normals [n, 3]; their lengths are twice the triangles' areas."""
         corners = self.corners
         return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

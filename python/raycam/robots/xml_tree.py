@@ -13,7 +13,7 @@ from ..errors import FormatError
 __all__ = ["ROOT_BYTES", "Element", "XmlLimits", "check_xml", "parse_xml", "root_tag"]
 
 ROOT_BYTES = 64 << 10
-"""The size of a document's beginning, in bytes, in which the root element is searched for."""
+"""Number of bytes at a document's start in which the root element is searched for."""
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ __all__ = ["callback"]
 
 
 def callback(function: Callable[..., object]) -> Callable[..., object]:
-    """Returns a function that calls `function` from any thread, and waits for it.
+    """Returns a function that calls `function` from any thread, and waits for its result.
 
-    A coroutine function runs in the event loop that is running now. The returned function raises `SettingsError` if
-    another function returns a coroutine.
+    A coroutine function runs in the event loop that is running when `callback` is called. An ordinary
+    function must not return a coroutine: otherwise, the returned function raises `SettingsError`.
 
     Raises `SettingsError` for a coroutine function if no event loop is running.
     """

@@ -107,8 +107,9 @@ class Control:
         """Calls `function(control)` after each change in the browser.
 
         Returns `function`, so that `on_change` can be used as a decorator. Functions are called one after another on a
-        thread of the view, coroutine functions in the event loop that is running now. An exception is printed and shown
-        in the view. Raises `SettingsError` for a coroutine function without a running event loop.
+        thread of the view; coroutine functions run in the event loop in which `on_change` is called. An
+        exception is printed and shown in the view. Raises `SettingsError` for a coroutine function if no
+        event loop is running.
         """
         self._callbacks.append(callback(function))
         return function
@@ -116,7 +117,7 @@ class Control:
     on_click = on_change
 
     def call(self) -> None:
-        """Calls the callbacks. Raises the first exception of a callback."""
+        """Calls the callbacks in order; stops at the first exception, and raises it."""
         for function in self._callbacks:
             function(self)
 

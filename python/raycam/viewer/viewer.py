@@ -372,9 +372,9 @@ class Viewer:
 
         The argument is a dict: `pixel` (column, row), `camera`, and the channels of `Frame` for this pixel as NumPy
         values: `position` [3], `instance` (-1 for the background), `triangle`, `normal` [3] and so on. Functions are
-        called one after another on a thread of the view, coroutine functions in the event loop that is running now.
-        An exception is printed and shown in the view. Raises `SettingsError` for a coroutine function without a
-        running event loop.
+        called one after another on a thread of the view; coroutine functions run in the event loop in which
+        `on_pick` is called. An exception is printed and shown in the view. Raises `SettingsError` for a
+        coroutine function if no event loop is running.
         """
         self._listeners.append(callback(function))
         return function

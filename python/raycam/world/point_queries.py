@@ -185,7 +185,11 @@ class PointQueries:
         left, right = triples("a", a), triples("b", b)
         pair = paired(("a", left), ("b", right))
         shape = pair[0].shape[:-1]
-        margin = _rounding(left, right) if margin is None else real("margin", margin, 0.0, what="metres")
+        margin = (
+            _rounding(left, right)
+            if margin is None
+            else real("margin", margin, 0.0, what="a distance in metres")
+        )
         word = one_of("surface", surface, ("first", "solid"))
         mask, threads = self._ready(objects, threads)
         count = int(np.prod(shape, dtype=np.int64))

@@ -174,7 +174,8 @@ fn fortran_number(word: &[u8]) -> Option<f64> {
 }
 
 /// Reads three numbers that are written with commas or semicolons: as separators (`0, 0, 1`), or as decimal commas
-/// (`0,0 0,5 1,0`). The second value names the assumed notation. `None` for anything else, such as `1,5,2,5`.
+/// (`0,0 0,5 1,0`). The second value of the result names the assumed notation. The result is `None` for anything else,
+/// such as `1,5,2,5`.
 pub(crate) fn three_numbers_with_commas(text: &[u8]) -> Option<([f64; 3], &'static str)> {
     let text = std::str::from_utf8(trim(text)).ok()?;
     let three = |words: Vec<String>| {

@@ -174,7 +174,8 @@ impl<'a> LayeredBsdf<'a> {
         (critical_cos2 * beyond + (1.0 - critical_cos2) * within).max(1e-6)
     }
 
-    /// Fractions of light that the coat and the sheen transmit. The coat's fraction depends only on the view.
+    /// Fractions of light that the coat and the sheen transmit. The coat's fraction depends only on the viewing
+    /// direction.
     pub(crate) fn cover_transmittance(&self, frame: &ShadingFrame, wi_world: Vec3) -> (f32, f32) {
         let sheen = self.stack.sheen.map_or(1.0, |sheen| {
             let cosine = frame.normal.dot(wi_world).abs();

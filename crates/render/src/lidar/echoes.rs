@@ -44,7 +44,7 @@ pub struct Echoes {
     pub lengths: Vec<f64>,
     /// Sum of the energies of the echo's surfaces.
     pub energies: Vec<f64>,
-    /// Row, in the returns, of the largest return of the surface that contributes the most energy.
+    /// For the surface that contributes the most energy to the echo: row of its largest return in the list of returns.
     pub mains: Vec<i64>,
     /// Share of the energy that comes from this surface; an object is a separate surface for each number of bounces.
     pub purities: Vec<f32>,

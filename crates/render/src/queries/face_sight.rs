@@ -25,8 +25,8 @@ const NEIGHBORS: usize = 4;
 /// Area in pixels of a face, in any camera, above which the face has as many samples as pixels.
 const LARGE_FACE_PX: f64 = 4.0;
 
-/// Bound of the area in pixels below which a face certainly is not large. Smaller than `LARGE_FACE_PX`, because the
-/// projections of a face's edges are not exactly straight.
+/// A face is certainly not large if the upper bound of its area in pixels is below this value. The value is smaller
+/// than `LARGE_FACE_PX`, because the projections of a face's edges are not exactly straight.
 const MAX_SMALL_AREA_PX: f64 = LARGE_FACE_PX / 1.25;
 
 /// Triangles in world coordinates, with their samples. Neighbouring faces should follow each other: the rays to them
@@ -142,15 +142,15 @@ impl FaceSight {
     }
 }
 
-/// Camera that may show faces of a block.
+/// A camera that may show faces of a block.
 struct View<'a> {
     number: usize,
     camera: &'a Camera,
     /// The common origin of all lines of sight if the camera's image contains the whole block.
     origin: Option<DVec3>,
-    /// Bounds that exclude single faces; `None` if unknown, or if the image contains the whole block.
+    /// Bounds that can exclude single faces; `None` if unknown, or if the image contains the whole block.
     bounds: Option<&'a ViewBounds>,
-    /// Bound of the pixels per radian at the block, and of the area of a face in pixels.
+    /// Upper bounds, in the block: pixels per radian, and a face's area in pixels.
     max_scale: f64,
     max_area: f64,
 }

@@ -53,8 +53,8 @@ pub(super) struct SightLine {
 }
 
 impl SightLine {
-    /// Returns the line to a point with its pixel; `None` if the camera does not show the point even without other
-    /// surfaces.
+    /// Returns the line to a point, and the point's pixel; `None` if the point is outside the image or faces away
+    /// (`Incidence`).
     pub fn new(
         camera: &Camera,
         incidence: Incidence,
@@ -78,8 +78,8 @@ impl SightLine {
         Some((line?, pixel))
     }
 
-    /// Returns the line to a point that projects into the image, from the origin of its pixel's ray; `None` if the
-    /// point faces away.
+    /// Returns the line from `origin`, the origin of the pixel's ray, to a point that projects into the image; `None`
+    /// if the point faces away (`Incidence`).
     pub fn from_origin(
         origin: DVec3,
         incidence: Incidence,
@@ -101,8 +101,8 @@ impl SightLine {
         8.0 * f64::EPSILON * self.origin.abs().max(self.position.abs()).max_element()
     }
 
-    /// Bound of the smaller singular value of the footprint, if the derivative of the pixel with respect to the direction
-    /// is at most `max_scale` pixels per radian.
+    /// Upper bound of the footprint's smaller singular value, in pixels per metre, if the derivative of the pixel with
+    /// respect to the direction is at most `max_scale` pixels per radian.
     pub fn max_resolution(&self, max_scale: f64) -> f64 {
         max_scale * self.cosine / self.origin.distance(self.position)
     }

@@ -14,20 +14,21 @@ const NODES: usize = 17;
 /// Step of the central differences, in radians.
 const STEP: f64 = 1e-4;
 
-/// Maximum ratio of the scales of neighbouring nodes. A lens that varies more has no bounds.
+/// Maximum ratio of the pixels per radian at neighbouring nodes. A lens with a larger ratio has no bounds.
 const MAX_RATIO: f64 = 1.25;
 
 /// Allowance for rounding and for central differences.
 const SLACK: f64 = 1.01;
 
-/// Largest angle of a cone that contains all directions in an image. Images with larger angles have no cone.
+/// Maximum angle, in radians, between the axis and the directions in an image. Images with larger angles exclude no
+/// points.
 const MAX_CONE_ANGLE: f64 = 1.75;
 
 /// Place of a sphere relative to an image. `max_scale` bounds the length of the derivative of the pixel with respect to
 /// the direction, in pixels per radian, where the image shows the sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Placement {
-    /// No point projects into the image, nor near its border.
+    /// No point projects into the image or near its border.
     Outside,
     /// All points project into the image.
     Inside {
@@ -84,7 +85,7 @@ impl ViewBounds {
         distance > radius && self.axis.angle_between(way) - (radius / distance).asin() > self.lens.max_angle
     }
 
-    /// Returns the place of a sphere relative to the image of this object's camera.
+    /// Returns the place of a sphere relative to the image of `camera`, to which these bounds belong.
     pub fn place(&self, camera: &Camera, sphere: DVec3, radius: f64) -> Placement {
         let way = sphere - self.center;
         let distance = way.length();
@@ -96,7 +97,7 @@ impl ViewBounds {
         }
         let width = (radius / distance).asin();
         let angle = self.axis.angle_between(way);
-        // The margins exclude faces whose corners are on several sides of the image.
+        // Within the margins, the corners of one face may be on several sides of the image.
         if angle - 5.0 * width > self.lens.max_angle && angle + 5.0 * width < PI {
             return Placement::Outside;
         }
@@ -124,7 +125,7 @@ impl LensBounds {
         let axis = directions[NODES * NODES / 2];
         let (mut ratio, mut step) = (1.0, 0.0);
         for [i, j] in neighbors() {
-            // NaN if the lens does not cover the image, so that the comparison below is false.
+            // The ratio is NaN if the lens does not cover the image; the comparison with MAX_RATIO is then false.
             ratio = max_or_nan(ratio, max_or_nan(scales[i] / scales[j], scales[j] / scales[i]));
             step = max_or_nan(step, directions[i].angle_between(directions[j]));
         }
@@ -138,7 +139,7 @@ impl LensBounds {
         SLACK * self.ratio * self.scales.iter().fold(0.0, |most, scale| scale.max(most))
     }
 
-    /// Bound of the scale within a distance of a point of the image, both relative to the image's size.
+    /// Upper bound of the scale within `distance` of the point `at`, both as fractions of the image's size.
     fn max_scale_near(&self, at: DVec2, distance: DVec2) -> f64 {
         let cells = (NODES - 1) as f64;
         let [low, high] = [((at - distance) * cells).floor(), ((at + distance) * cells).ceil()];

@@ -51,7 +51,7 @@ def find_lidar(text: str, settings: Mapping[str, Any], up: Literal["z", "y"] = "
 
 
 def _is_file(text: str) -> bool:
-    """Returns True for existing files, FILE:DEVICE, and names with an extension."""
+    """Returns True if `text` is an existing file, FILE:DEVICE, or a name with an extension."""
     path = text.rpartition(":")[0]
     return os.path.exists(path) or os.path.exists(text) or bool(os.path.splitext(text)[1])
 
@@ -118,8 +118,8 @@ def world_lidars(world: World, texts: Sequence[str]) -> dict[str, Lidar]:
 def chosen_lidar(world: World, options: argparse.Namespace, settings: dict[str, Any]) -> Lidar:
     """The lidar of the world file, of a device or of a calibration, at its pose.
 
-    Raises `SettingsError` without `--lidar` if the world has no lidar, or several, and `LidarError` for a name
-    that is neither a lidar of the world, a device nor a file.
+    Raises `SettingsError` if `--lidar` is not given and the world has no lidar or several lidars. Raises
+    `LidarError` for a name that is neither a lidar of the world, nor a device, nor a file.
     """
     from ...lidar import Lidar, device_names, lidar_named
 

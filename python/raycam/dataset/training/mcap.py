@@ -163,12 +163,12 @@ def check(plan: Plan) -> None:
     """
     library()
     topic = plan.options["topic"]
-    real("fps", plan.options["fps"], 0, above=True, what="frames per second")
+    real("fps", plan.options["fps"], 0, above=True, what="a number of frames per second")
     if not (isinstance(topic, str) and topic.startswith("/")):
         raise SettingsError(
             f"topic is {topic!r}, expected a name that begins with /, such as /camera", code="invalid_value"
         )
-    start = real("start_time", plan.options["start_time"], 0, 2**31 - 1, what="seconds")
+    start = real("start_time", plan.options["start_time"], 0, 2**31 - 1, what="a time in seconds")
     check_imu(plan)
     for number, view in enumerate(plan.shots):
         distortion(view.camera)

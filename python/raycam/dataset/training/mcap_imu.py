@@ -29,7 +29,7 @@ BLOCK = 4096
 
 def check_imu(plan: Plan) -> None:
     """Raises `SettingsError` for an invalid rate, and for poses that do not determine a motion."""
-    rate = real("imu", plan.options["imu"], 0, MAX_RATE, what="messages per second")
+    rate = real("imu", plan.options["imu"], 0, MAX_RATE, what="a number of messages per second")
     if rate and len(plan.rigs) < LEAST_POSES:
         raise SettingsError(
             f"imu requires a rig with at least {LEAST_POSES} poses; got {len(plan.rigs)}",

@@ -19,7 +19,7 @@ def check(plan: Plan) -> None:
 
     Images of different sizes in a sequence also raise `SettingsError`.
     """
-    real("fps", plan.options["fps"], 0, above=True, what="frames per second")
+    real("fps", plan.options["fps"], 0, above=True, what="a number of frames per second")
     sizes: dict[str, tuple[int, int]] = {}
     for number, view in enumerate(plan.shots):
         name = sequence(plan, number)[0]

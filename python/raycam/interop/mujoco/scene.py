@@ -91,8 +91,8 @@ class MujocoScene:
         """Moves objects, lights and cameras to the state in `data` (`geom_xpos`, `cam_xpos`, ...).
 
         No mesh is rebuilt, except that the vertices of skins, flexes and tendons move. `mujoco.mj_forward` or `mj_step`
-        must have computed the state. Raises `WorldError` for another type, and for data of another model or without
-        poses.
+        must have computed the state. Raises `WorldError` if `data` is not a `mujoco.MjData`, or belongs to
+        another model, or has no poses.
         """
         self._check(data)
         for number, (kind, element) in enumerate(self.elements):

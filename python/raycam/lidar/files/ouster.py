@@ -99,7 +99,7 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
 
 
 def _report_product(path: Path, line: object) -> None:
-    """Issues a notice about a product line that is not known."""
+    """Issues a notice about an unknown product line."""
     text = (
         f"{path}: unknown prod_line {line!r}; numbers that the file does not contain, such as ranges and noise, are "
         "those of an OS1; pass them as settings, or a device as the second argument of load_lidar"

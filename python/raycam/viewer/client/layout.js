@@ -3,7 +3,7 @@
 const NARROW_SCREEN = "(max-width: 760px)", TWO_COLUMNS = "(max-width: 1000px)";
 
 /**
- * Folds the panels on narrow screens, where they would cover the image, and the tree on screens for two columns.
+ * Folds the panel on narrow screens, where it would cover the image, and the tree on screens of at most two columns.
  * @param {boolean} isLive
  */
 export function foldPanels(isLive) {

@@ -298,7 +298,7 @@ def _roughness(model: str, values: dict[str, Any]) -> float:
 
 
 def _missing_keys(shown: dict[str, Any], key: str) -> dict[str, Any]:
-    """The keys that make a material principled if it has no `key`; none if the material has the key."""
+    """Returns the keys that make a material without `key` principled; empty if it has `key`."""
     with_key = ("principled", "metal", "glass") if key == "roughness" else ("principled",)
     if not shown or shown["model"] in with_key:
         return {}
@@ -355,7 +355,7 @@ def _placed(world: World, number: int, key: str, value: Any) -> Floats:
     if key == "scale":
         step[:3, :3] *= real(key, value, 1e-6, 1e6, what="a factor")
     else:
-        angle = math.radians(real(key, value, what="degrees"))
+        angle = math.radians(real(key, value, what="an angle in degrees"))
         c, s = math.cos(angle), math.sin(angle)
         first, second = (0, 1) if world.up == "z" else (2, 0)
         step[first, first] = step[second, second] = c

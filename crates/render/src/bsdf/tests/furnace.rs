@@ -58,8 +58,8 @@ fn white_furnace_losses_match_the_documented_bounds() {
 
 #[test]
 fn coated_mirrors_with_tilted_normals_conserve_energy() {
-    // The mirror faces away from the view: the view is 40 degrees from the coat's normal, and the mirrored light is 80
-    // degrees from it on the other side.
+    // The viewing direction is 40 degrees from the coat's normal. The mirror is tilted by 20 degrees away from the
+    // viewing direction, so the mirrored light is 80 degrees from the coat's normal, on the other side.
     let flat = frame(40.0, 0.0);
     let (sin, cos) = 20f32.to_radians().sin_cos();
     let tilted = flat.with_shading_normal(Vec3::new(-sin, 0.0, cos), None);

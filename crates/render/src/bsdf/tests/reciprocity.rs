@@ -10,7 +10,7 @@ use crate::bsdf::tests::*;
 fn bsdf_values_are_reciprocal() {
     let (lossless, lossy) = all();
     let mut random = Random(5);
-    // A coat dims the layers below by its albedo for the view only.
+    // Coated BSDFs are not reciprocal: a coat dims the layers below by its albedo for the viewing direction only.
     for (name, make) in lossless.iter().chain(&lossy).filter(|(name, _)| !name.starts_with("coated")) {
         for _ in 0..200 {
             let mut direction = || {

@@ -78,8 +78,8 @@ pub struct TexturesSpec {
     pub height: Option<TextureSpec>,
     /// Fraction of indirect light that reaches the surface: red. Integrators that compute occlusion ignore it.
     pub occlusion: Option<TextureSpec>,
-    /// Diffuse reflectance at a lidar's wavelength, 0 to 1: red. It replaces the material's colour for lidars. The
-    /// object's `lidar.reflectance`, if given, multiplies it.
+    /// Diffuse reflectance at a lidar's wavelength, 0 to 1, in the red channel. For lidars, it replaces the material's
+    /// colour. The object's `lidar.reflectance`, if given, multiplies it.
     pub reflectance: Option<TextureSpec>,
     /// Emission: red, green, blue.
     pub emission: Option<TextureSpec>,

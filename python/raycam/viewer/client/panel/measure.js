@@ -17,7 +17,7 @@ export class Measure {
     this.button.addEventListener("click", () => this.toggle());
   }
 
-  /** Starts a measurement with the next click, or stops the measurement. */
+  /** Starts a measurement, which requires two clicks, or cancels the current measurement. */
   toggle() {
     this.first = null;
     this.setActive(!this.isActive);

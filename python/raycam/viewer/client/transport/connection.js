@@ -35,7 +35,7 @@ export function splitMessage(data) {
 
 export class Connection {
   /**
-   * Opens the socket. `greet` must follow.
+   * Opens the socket. The caller must then call `greet`.
    * @param {string} token
    */
   constructor(token) {
@@ -57,7 +57,7 @@ export class Connection {
   }
 
   /**
-   * Greets the server as soon as the socket is open.
+   * Sends the message `hello` as soon as the socket is open.
    * @param {Space} space for the image
    * @param {string} session the session to continue, or ""
    */
