@@ -155,7 +155,7 @@ def _settings(
 ) -> BakeSettings:
     """Checks the arguments of `bake`, and returns them as settings."""
     diagonal = float(np.sqrt((np.ptp(world.triangles(number).reshape(-1, 3), axis=0) ** 2).sum()))
-    angle = real("cone", cone, 0.0, what="degrees")
+    angle = real("cone", cone, 0.0, what="an angle in degrees")
     if not 0 < angle <= 180:
         raise SettingsError(
             f"cone must be more than 0 and at most 180 degrees, got {angle:g}", code="out_of_range"
@@ -164,9 +164,9 @@ def _settings(
         number,
         maps,
         whole("samples", samples, 1, 65536),
-        np.inf if distance == np.inf else real("distance", distance, 0.0, what="metres"),
+        np.inf if distance == np.inf else real("distance", distance, 0.0, what="a distance in metres"),
         float(np.radians(angle)),
-        DEFAULT_CAGE * diagonal if cage is None else real("cage", cage, 0.0, what="metres"),
+        DEFAULT_CAGE * diagonal if cage is None else real("cage", cage, 0.0, what="a distance in metres"),
         one_of("green", green, ("up", "down")) == "down",
         None if max_depth is None else whole("max_depth", max_depth, 1, 1 << 20),
         thread_count(threads),

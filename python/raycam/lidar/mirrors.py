@@ -54,7 +54,9 @@ def mirror_table(kind: str, numbers: dict[str, Any]) -> dict[str, Any]:
         raise LidarError(f"the mirror {kind!r} requires {', '.join(missing)}", code="missing_value")
     table: dict[str, Any] = {
         "kind": kind,
-        "pulse_rate": real("pulse_rate", numbers["pulse_rate"], 1e-3, 1e9, what="Hz", error=LidarError),
+        "pulse_rate": real(
+            "pulse_rate", numbers["pulse_rate"], 1e-3, 1e9, what="a frequency in Hz", error=LidarError
+        ),
     }
     for name, (low, high) in LIMITS[kind].items():
         table[name] = real(name, numbers[name], low, high, error=LidarError)

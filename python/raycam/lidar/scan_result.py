@@ -124,7 +124,9 @@ class Scan(Mapping[str, Array]):
         the frame's start (default: its middle).
         """
         moment = (
-            0.5 / self._lidar.rate if time is None else real("time", time, what="seconds", error=LidarError)
+            0.5 / self._lidar.rate
+            if time is None
+            else real("time", time, what="a time in seconds", error=LidarError)
         )
         turns, places = self._lidar.track.at(np.array([moment]))
         apart = self.in_world() - places

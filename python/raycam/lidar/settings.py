@@ -84,7 +84,7 @@ def _mode_name(name: str, value: Any) -> str:
 
 
 SETTING_CHECKS: dict[str, Callable[[str, Any], Any]] = {
-    "rate": lambda name, value: real(name, value, 1e-6, 1e7, what="Hz", error=LidarError),
+    "rate": lambda name, value: real(name, value, 1e-6, 1e7, what="a frequency in Hz", error=LidarError),
     "mode": _mode_name,
     "returns": _choice(RETURNS),
     "beam_samples": _choice(BEAM_SAMPLES),

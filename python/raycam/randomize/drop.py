@@ -39,7 +39,9 @@ class Drop:
                 f'{what}: "{where[0]}" must be the name of an object, not {drop[where[0]]!r}',
                 code="wrong_type",
             )
-        seconds = real(f"{what}: seconds", drop.get("seconds", 5.0), 0.1, MAX_SECONDS, what="seconds")
+        seconds = real(
+            f"{what}: seconds", drop.get("seconds", 5.0), 0.1, MAX_SECONDS, what="a time in seconds"
+        )
         self.target = (where[0], str(drop[where[0]]), seconds)
         """Key, target name and time limit; objects for which all three are equal fall together."""
         self.physics = dict(physics)

@@ -36,8 +36,8 @@ class Recording:
         """Records the result of `view` up to `fps` times per second, until `stop` or for `seconds`."""
         self._view = view
         self._title = title
-        self._interval = 1 / real("fps", fps, 0.1, 60, what="images per second")
-        self._limit = real("seconds", seconds, 0.1, MAX_SECONDS, what="seconds")
+        self._interval = 1 / real("fps", fps, 0.1, 60, what="a number of images per second")
+        self._limit = real("seconds", seconds, 0.1, MAX_SECONDS, what="a time in seconds")
         self._views: list[tuple[float, View]] = [(0.0, view())]
         self._start = time.monotonic()
         self._seconds: float | None = None

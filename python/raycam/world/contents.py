@@ -301,7 +301,7 @@ class WorldContents:
             animation = self._core.find_animation(animation)
         elif animation is not None:
             animation = whole("animation", animation, 0, len(self.animations) - 1, error=WorldError)
-        time = real("time", time, what="seconds", error=WorldError)
+        time = real("time", time, what="a time in seconds", error=WorldError)
         moment = self._derived(self._core.at(time, animation))
         for robot in moment._robots.values():
             robot._values = robot._values_at(time)
@@ -343,7 +343,8 @@ class WorldContents:
         """
         core = check_camera(camera)._core
         return Camera._of(
-            self._core.video_camera(core, real("time", time, what="seconds", error=WorldError)), self.up
+            self._core.video_camera(core, real("time", time, what="a time in seconds", error=WorldError)),
+            self.up,
         )
 
     def rig_at(self, rig: Rig, time: float) -> Rig:

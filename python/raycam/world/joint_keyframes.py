@@ -82,7 +82,7 @@ def _motion(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: float, alone
                 f"video.keyframe: joints must be a table of joint names and values, got {joints!r}",
                 code="wrong_type",
             )
-        time = real("video.keyframe.time", frame.get("time"), what="seconds", error=WorldError)
+        time = real("video.keyframe.time", frame.get("time"), what="a time in seconds", error=WorldError)
         for joint, value in joints.items():
             tracks.setdefault(joint, []).append((time, robot._joint_values(joint, value)[0][0]))
     ends = [time for track in tracks.values() for time, _ in track]

@@ -99,8 +99,8 @@ def settle(
         _properties(world, moving, physics or {}),
         target,
         whole("seed", seed, 0, (1 << 64) - 1),
-        real("seconds", seconds, what="seconds"),
-        real("gravity", gravity, what="m/s²"),
+        real("seconds", seconds, what="a time in seconds"),
+        real("gravity", gravity, what="an acceleration in m/s²"),
     )
     if fault is not None:
         raise WorldError(fault[1], code=fault[0])

@@ -114,7 +114,9 @@ class Look:
             stage=camera,
             light=light,
             image=_image_path(given["hdri"]) if "hdri" in given else None,
-            rotation=float(real("hdri_rotation", given.get("hdri_rotation", 0.0), -360, 360, what="degrees")),
+            rotation=float(
+                real("hdri_rotation", given.get("hdri_rotation", 0.0), -360, 360, what="an angle in degrees")
+            ),
             sun=_sun(given["sun"]) if "sun" in given else DEFAULT_SUN,
             ground="auto" if ground is None else "plain" if ground in ("", True) else str(ground),
             background=_background(given.get("background")),

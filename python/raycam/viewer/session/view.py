@@ -142,7 +142,7 @@ class View:
         given = {name: value for name, value in (start or {}).items() if value is not None}
         settings = base.render_settings
         seconds = seconds_of(base)
-        time = real("time", given.get("time", 0.0), 0.0, what="seconds")
+        time = real("time", given.get("time", 0.0), 0.0, what="a time in seconds")
         if time > seconds:
             lasts = f"the motion lasts {seconds:g} s" if seconds else "nothing in this world moves"
             raise SettingsError(
