@@ -161,7 +161,7 @@ fn views_of<'a>(corners: &[[[f64; 3]; 3]], cameras: &'a [Camera], bounds: &'a [O
     let low = points().fold(DVec3::INFINITY, DVec3::min);
     let sphere = (low + points().fold(DVec3::NEG_INFINITY, DVec3::max)) / 2.0;
     let radius = points().map(|point| point.distance(sphere)).fold(0.0, f64::max);
-    let largest = corners.iter().map(|corners| face_area(corners)).fold(0.0, f64::max);
+    let largest = corners.iter().map(face_area).fold(0.0, f64::max);
     let view = |(number, (camera, bounds)): (usize, (&'a Camera, &'a Option<ViewBounds>))| {
         let unknown = Placement::Uncertain { max_scale: f64::INFINITY };
         let (origin, max_scale) = match bounds.as_ref().map_or(unknown, |bounds| bounds.place(camera, sphere, radius)) {
@@ -320,8 +320,9 @@ fn sample_numbers(corners: &[[[f64; 3]; 3]], min: &[u16], limit: usize, views: &
     if numbers.iter().all(|number| *number == limit) {
         return numbers;
     }
-    let cameras: Vec<&Camera> =
-        views.iter().filter(|view| !(view.max_area < MAX_SMALL_AREA_PX)).map(|view| view.camera).collect();
+    // The bound is NaN for faces without area in a block whose distance is unknown.
+    let may_be_large = |view: &&View| view.max_area >= MAX_SMALL_AREA_PX || view.max_area.is_nan();
+    let cameras: Vec<&Camera> = views.iter().filter(may_be_large).map(|view| view.camera).collect();
     if cameras.is_empty() {
         return numbers;
     }
