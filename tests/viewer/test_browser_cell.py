@@ -210,6 +210,7 @@ def test_widget_works_in_the_frames_of_vs_code(
         x, y = middle_of_the_picture(browser)
         browser.click(x, y)
         shown("document.querySelectorAll('#values tr').length > 5")
+        in_the_cell(browser, "document.getElementById('copy').scrollIntoView({ block: 'center' })")
         x, y = in_the_cell(
             browser,
             "(({ x, y }) => [x, y])(document.getElementById('copy').getBoundingClientRect())",
