@@ -263,7 +263,13 @@ def plain_numbers(value: Any) -> Any:
     return value if number is None else number
 
 
-def whole(name: str, value: object, low: int, high: int, *, error: type[Error] = SettingsError) -> int:
+MAX_COUNT = 2**31 - 1
+"""The largest whole number of an argument that has no limit of its own."""
+
+
+def whole(
+    name: str, value: object, low: int, high: int = MAX_COUNT, *, error: type[Error] = SettingsError
+) -> int:
     """Returns `value` as an int from `low` to `high`, both included.
 
     Raises `error` with the name for other values.
@@ -272,7 +278,8 @@ def whole(name: str, value: object, low: int, high: int, *, error: type[Error] =
     if not isinstance(number, int):
         raise error(f"{name} must be a whole number, not {value!r}", code="wrong_type")
     if not low <= number <= high:
-        raise error(f"{name} is {number}, expected {low} to {high}", code="out_of_range")
+        wanted = f"{low} or more" if number < low and high == MAX_COUNT else f"{low} to {high}"
+        raise error(f"{name} is {number}, expected {wanted}", code="out_of_range")
     return number
 
 

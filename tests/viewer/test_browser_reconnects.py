@@ -163,7 +163,7 @@ def test_page_does_not_reconnect_to_a_closed_server(tab: Tab, small_world: rayca
     before = tab.evaluate(SHOWN)
     server.close()
     tab.wait("document.getElementById('status').textContent === 'disconnected'")
-    assert text_of(tab, "message") == "The server has stopped. The last picture and its values stay."
+    assert text_of(tab, "message") == "The server has stopped. The last image and its values are still shown."
     tab.evaluate("new Promise((done) => setTimeout(done, 1500))")
     assert text_of(tab, "status") == "disconnected", "nothing is tried again"
     assert tab.evaluate(SHOWN) == before

@@ -54,7 +54,7 @@ def make_pool(
     if where is None:
         return contextlib.closing(InProcessPool(threads))
     if isinstance(where, bool) or as_number(where) is not None:
-        return contextlib.closing(ProcessPool(whole("workers", where, 1, 1024), threads))
+        return contextlib.closing(ProcessPool(whole("workers", where, 1), threads))
     if isinstance(where, str):
         return contextlib.closing(connect(where, threads, tell))
     return contextlib.closing(ExecutorPool(where, threads=threads))  # type: ignore[arg-type]

@@ -38,7 +38,7 @@ def check(plan: Plan) -> None:
         except CameraError as fault:
             raise CameraError(f"camera {number}: {fault}", code=fault.code) from None
     colmap_rigs.check(plan)
-    whole("points", plan.options["points"], 1, 2**31 - 1)
+    whole("points", plan.options["points"], 1)
 
 
 def model(camera: Camera) -> str:

@@ -72,7 +72,7 @@ def _check_options(plan: Plan) -> None:
         value = plan.options[name]
         if not isinstance(value, str) or not value or set(value) & set("/\\:") or value.startswith("."):
             raise SettingsError(f"{name} is {value!r}, expected a name", code="invalid_value")
-    whole("key_every", plan.options["key_every"], 1, 2**31 - 1)
+    whole("key_every", plan.options["key_every"], 1)
     real("fps", plan.options["fps"], 0, above=True, what="a number of frames per second")
     real("start_time", plan.options["start_time"], 0, 2**40, what="a time in seconds")
 

@@ -30,7 +30,7 @@ OPTIONS = {
 
 def check(plan: Plan) -> None:
     """Raises `SettingsError` for invalid options."""
-    whole("shard_size", plan.options["shard_size"], 1, 2**31 - 1)
+    whole("shard_size", plan.options["shard_size"], 1)
     channel_names(plan.options["channels"])
 
 

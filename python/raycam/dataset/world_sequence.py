@@ -101,7 +101,7 @@ class WorldSequence:
 
     def _find_categories(self, given: Sequence[str] | Mapping[int, str] | None) -> dict[int, str]:
         if isinstance(given, Mapping):
-            return {whole("category id", key, 0, 2**31 - 1): str(name) for key, name in given.items()}
+            return {whole("category id", key, 0): str(name) for key, name in given.items()}
         names = [str(name) for name in given] if given is not None else self._known_names()
         found = {int(name): name for name in names if name.isdigit()}
         number = 0

@@ -115,7 +115,7 @@ def explain_beam(world: World, lidar: Lidar | str, firing: int, *, frame: int = 
         lidar = lidar_named(world, lidar)
     if not isinstance(lidar, Lidar):
         raise LidarError(f"lidar must be a raycam.Lidar, not {type(lidar).__name__}", code="wrong_type")
-    frame = whole("frame", frame, 0, 2**31 - 1)
+    frame = whole("frame", frame, 0)
     pattern = lidar.pattern(frame)
     firing = whole("firing", firing, 0, len(pattern) - 1)
     tracer, block = PulseTracer(world, lidar, pattern, frame, None), range(firing, firing + 1)

@@ -97,7 +97,7 @@ def scan(
         lidar = lidar_named(world, lidar)
     if not isinstance(lidar, Lidar):
         raise LidarError(f"scan requires a raycam.Lidar, not {type(lidar).__name__}", code="wrong_type")
-    frame = whole("frame", frame, 0, 2**31 - 1)
+    frame = whole("frame", frame, 0)
     keep_lost = flag("keep_lost", keep_lost)
     with collected() as notices:
         columns, pattern = _scan(world, lidar, frame, keep_lost, threads)
@@ -167,11 +167,11 @@ def scan_many(
     below 0.
     """
     count = as_number(frames)
-    numbers: Any = frames if count is None else range(whole("frames", count, 0, 2**31 - 1))
+    numbers: Any = frames if count is None else range(whole("frames", count, 0))
     named = lidar_named(world, lidar) if isinstance(lidar, str) else lidar
     start = world._core.time
     for number in numbers:
-        whole("frame", number, 0, 2**31 - 1)
+        whole("frame", number, 0)
         moment = world if start is None else world.at(start + number / named.rate)
         yield scan(moment, lidar, frame=number, keep_lost=keep_lost, threads=threads)
 

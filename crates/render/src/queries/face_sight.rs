@@ -11,9 +11,10 @@ use crate::control::Control;
 use crate::error::RenderError;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::world::PreparedWorld;
+use crate::queries::block_view::BlockView;
 use crate::queries::sight_line::{Blocker, Clearance, Incidence, SightLine, clearances};
 use crate::queries::tasks::NS_PER_RAY;
-use crate::queries::view_bounds::{Placement, ViewBounds};
+use crate::queries::view_bounds::ViewBounds;
 use crate::thread_pool::Workers;
 
 /// Faces per task. Their samples and results stay in the cache while all cameras are tested.
@@ -93,7 +94,7 @@ pub fn faces_in_sight(
     control.start(blocks.len());
     let found: Result<Vec<FaceSight>, RenderError> = workers.run(|| {
         let test = |range: Range<usize>| {
-            let views = views_of(&faces.corners[range.clone()], cameras, &bounds);
+            let views = BlockView::of_cameras(&faces.corners[range.clone()], cameras, &bounds);
             let mut block = Block::new(faces, range, cameras.len(), &views);
             for view in &views {
                 control.check()?;
@@ -142,46 +143,6 @@ impl FaceSight {
     }
 }
 
-/// A camera that may show faces of a block.
-struct View<'a> {
-    number: usize,
-    camera: &'a Camera,
-    /// The common origin of all lines of sight if the camera's image contains the whole block.
-    origin: Option<DVec3>,
-    /// Bounds that can exclude single faces; `None` if unknown, or if the image contains the whole block.
-    bounds: Option<&'a ViewBounds>,
-    /// Upper bounds, in the block: pixels per radian, and a face's area in pixels.
-    max_scale: f64,
-    max_area: f64,
-}
-
-/// Returns the cameras that may show a block of faces.
-fn views_of<'a>(corners: &[[[f64; 3]; 3]], cameras: &'a [Camera], bounds: &'a [Option<ViewBounds>]) -> Vec<View<'a>> {
-    let points = || corners.iter().flatten().map(|point| DVec3::from_array(*point));
-    let low = points().fold(DVec3::INFINITY, DVec3::min);
-    let sphere = (low + points().fold(DVec3::NEG_INFINITY, DVec3::max)) / 2.0;
-    let radius = points().map(|point| point.distance(sphere)).fold(0.0, f64::max);
-    let largest = corners.iter().map(face_area).fold(0.0, f64::max);
-    let view = |(number, (camera, bounds)): (usize, (&'a Camera, &'a Option<ViewBounds>))| {
-        let unknown = Placement::Uncertain { max_scale: f64::INFINITY };
-        let (origin, max_scale) = match bounds.as_ref().map_or(unknown, |bounds| bounds.place(camera, sphere, radius)) {
-            Placement::Outside => return None,
-            Placement::Inside { max_scale } => (camera.static_center(), max_scale),
-            Placement::Uncertain { max_scale } => (None, max_scale),
-        };
-        let nearest = origin.map_or(0.0, |origin| origin.distance(sphere) - radius);
-        let bounds = bounds.as_ref().filter(|_| origin.is_none());
-        let max_area = largest * (max_scale / nearest).powi(2);
-        Some(View { number, camera, origin, bounds, max_scale, max_area })
-    };
-    cameras.iter().zip(bounds).enumerate().filter_map(view).collect()
-}
-
-fn face_area(corners: &[[f64; 3]; 3]) -> f64 {
-    let [a, b, c] = corners.map(DVec3::from_array);
-    (b - a).cross(c - a).length() / 2.0
-}
-
 /// Consecutive faces whose samples are tested together.
 struct Block<'a> {
     corners: &'a [[[f64; 3]; 3]],
@@ -200,7 +161,7 @@ struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
-    fn new(faces: &SampledFaces<'a>, range: Range<usize>, cameras: usize, views: &[View]) -> Self {
+    fn new(faces: &SampledFaces<'a>, range: Range<usize>, cameras: usize, views: &[BlockView]) -> Self {
         let corners = &faces.corners[range.clone()];
         let samples = sample_numbers(corners, &faces.min_samples[range.clone()], faces.pattern.len(), views);
         let (n, total) = (corners.len(), samples.iter().sum());
@@ -237,11 +198,11 @@ impl<'a> Block<'a> {
 
     /// Tests the first sample of each face in a camera, and then only samples that can change the result: those of
     /// faces that are not shown so far, and those that no earlier camera shows. With pairs, all samples are tested.
-    fn add_camera(&mut self, geometry: &Geometry, view: &View, with_pairs: bool) {
+    fn add_camera(&mut self, geometry: &Geometry, view: &BlockView, with_pairs: bool) {
         self.shown.fill(0);
         self.blockers.fill(None);
         let faces: Vec<Range<usize>> = (0..self.ranges.len())
-            .filter(|face| self.may_show(view, *face))
+            .filter(|&face| view.may_show(&self.corners[face], self.normals[face], self.incidence))
             .map(|face| self.ranges[face].clone())
             .collect();
         let first: Vec<usize> = faces.iter().map(|range| range.start).collect();
@@ -260,22 +221,8 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// False if the camera is certainly behind the face, or if the face is certainly outside of the image.
-    fn may_show(&self, view: &View, face: usize) -> bool {
-        let Some(center) = view.camera.static_center() else { return true };
-        let (corners, normal) = (self.corners[face].map(DVec3::from_array), DVec3::from_array(self.normals[face]));
-        let largest = corners.iter().fold(center.abs(), |most, corner| most.max(corner.abs())).max_element();
-        let is_behind = |corner: &DVec3| (center - corner).dot(normal) < -64.0 * f64::EPSILON * largest;
-        if !self.incidence.both_sides && corners.iter().all(is_behind) {
-            return false;
-        }
-        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let radius = || corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max);
-        !view.bounds.is_some_and(|bounds| bounds.is_outside(middle, radius()))
-    }
-
     /// Tests samples, in ascending order. The first sample of a face that the camera shows represents the face.
-    fn test_samples(&mut self, geometry: &Geometry, view: &View, samples: &[usize]) {
+    fn test_samples(&mut self, geometry: &Geometry, view: &BlockView, samples: &[usize]) {
         let line = |&sample: &usize| {
             let face = self.owners[sample] as usize;
             let point = [self.positions[sample], self.normals[face]];
@@ -315,13 +262,12 @@ fn weighted_point(corners: &[[f64; 3]; 3], weights: &[f64; 3]) -> [f64; 3] {
 }
 
 /// Number of samples of each face: its largest area in pixels in any camera, between its minimum and `limit`.
-fn sample_numbers(corners: &[[[f64; 3]; 3]], min: &[u16], limit: usize, views: &[View]) -> Vec<usize> {
+fn sample_numbers(corners: &[[[f64; 3]; 3]], min: &[u16], limit: usize, views: &[BlockView]) -> Vec<usize> {
     let mut numbers: Vec<usize> = min.iter().map(|number| usize::from(*number)).collect();
     if numbers.iter().all(|number| *number == limit) {
         return numbers;
     }
-    // The bound is NaN for faces without area in a block whose distance is unknown.
-    let may_be_large = |view: &&View| view.max_area >= MAX_SMALL_AREA_PX || view.max_area.is_nan();
+    let may_be_large = |view: &&BlockView| view.max_area >= MAX_SMALL_AREA_PX;
     let cameras: Vec<&Camera> = views.iter().filter(may_be_large).map(|view| view.camera).collect();
     if cameras.is_empty() {
         return numbers;

@@ -5,6 +5,7 @@
 //! ([`inside`]). Points have closest points ([`points`]) and signed distances ([`signed_distance`]); points of surfaces
 //! receive and emit light ([`light`]) and move ([`velocity`]).
 
+mod block_view;
 pub mod camera_sight;
 pub mod crossings;
 pub mod face_sight;

@@ -97,7 +97,8 @@ impl ViewBounds {
         }
         let width = (radius / distance).asin();
         let angle = self.axis.angle_between(way);
-        // Within the margins, the corners of one face may be on several sides of the image.
+        // The margins keep a sphere whose faces could have corners on several sides of the image, because the area of
+        // such a face counts even if all of its corners are outside.
         if angle - 5.0 * width > self.lens.max_angle && angle + 5.0 * width < PI {
             return Placement::Outside;
         }

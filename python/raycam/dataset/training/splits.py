@@ -27,8 +27,7 @@ def check_splits(plan: Plan) -> None:
     """
     splits, seed = plan.options["splits"], plan.options["split_seed"]
     named = isinstance(splits, Mapping) and all(
-        isinstance(as_number(share), int | float) and share >= 0 and name.isidentifier()
-        for name, share in splits.items()
+        as_number(share) is not None and share >= 0 and name.isidentifier() for name, share in splits.items()
     )
     if not named or not math.isclose(sum(splits.values()), 1.0, abs_tol=1e-6):
         raise SettingsError(

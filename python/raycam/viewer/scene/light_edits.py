@@ -73,7 +73,7 @@ def edit_light(world: World, number: int, key: str, value: Any) -> World:
     if key == "remove" and value is True:
         changed.remove_light(number)
     elif key == "strength":
-        changed.set_light(number, _stronger(light, _number(key, value, 1e-6, 1e6)))
+        changed.set_light(number, _stronger(light, real(key, value, 1e-6, 1e6)))
     elif key in ("level", "color"):
         changed.set_light(number, _tinted(light, key, value))
     elif key in ("position", "direction") and light.get(key) is not None:
@@ -107,7 +107,7 @@ def _tinted(light: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
     largest = float(strength.max())
     if key == "level":
         share = strength / largest if largest > 0 else np.ones(3)
-        return {name: (share * _number(key, value, 0.0, MAX_LEVEL)).tolist()}
+        return {name: (share * real(key, value, 0.0, MAX_LEVEL)).tolist()}
     share = _linear(value)
     if not share.max() > 0:
         raise SettingsError(
@@ -135,10 +135,6 @@ def _stronger(light: dict[str, Any], factor: float) -> dict[str, Any]:
     if not own:
         own, light = ["scale"], {"scale": 1.0}
     return {name: (np.asarray(light[name], float) * factor).tolist() for name in own}
-
-
-def _number(key: str, value: Any, low: float, high: float) -> float:
-    return real(key, value, low, high)
 
 
 def _vector(key: str, value: Any, before: Sequence[float]) -> list[float]:

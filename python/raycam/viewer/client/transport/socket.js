@@ -92,7 +92,7 @@ export class SocketTransport {
     this.connection = null;
     if (code === TOO_MANY || code === MISBEHAVED || this.closing) {
       this.say?.({ type: "status", text: "disconnected" });
-      this.say?.({ type: "error", text: reason || "The server has stopped. The last picture and its values stay." });
+      this.say?.({ type: "error", text: reason || "The server has stopped. The last image and its values are still shown." });
       return;
     }
     this.say?.({ type: "status", text: "disconnected, trying again" });
