@@ -7,6 +7,7 @@ import itertools
 import json
 import shutil
 import subprocess
+import time
 import urllib.request
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -17,6 +18,8 @@ from websockets.sync.client import ClientConnection, connect
 from .patience import PATIENCE, until
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
+TERMINATION_S = 30.0
+"""Seconds after which a browser that does not end is killed."""
 OPTIONS = [
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
     *("--disable-background-networking", "--disable-component-update"),
@@ -43,8 +46,9 @@ class Tab:
         """The result of a command."""
         number = next(self._numbers)
         self._socket.send(json.dumps({"id": number, "method": method, "params": parameters}))
+        deadline = time.monotonic() + PATIENCE  # events of a busy page do not extend it
         while True:
-            message = json.loads(self._socket.recv(timeout=PATIENCE))
+            message = json.loads(self._socket.recv(timeout=max(0.0, deadline - time.monotonic())))
             self._note(message)
             if message.get("id") == number:
                 assert "error" not in message, message
@@ -146,4 +150,7 @@ def chromium(folder: Path, *more: str) -> Iterator[Tab]:
                 yield Tab(socket, process.pid)
         finally:
             process.terminate()
-            process.wait(PATIENCE)
+            try:
+                process.wait(TERMINATION_S)
+            except subprocess.TimeoutExpired:
+                process.kill()

@@ -11,9 +11,16 @@ import raycam
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
 from support.chromium import Tab, chromium
+from support.time_limit import time_limit
 from support.viewer_client import Client
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
+
+
+@pytest.fixture(autouse=True)
+def limited_time() -> Iterator[None]:
+    with time_limit():
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -55,8 +55,9 @@ def test_models_that_are_dropped_together_are_shown_together(
         small_world, allow_open=True, samples=SAMPLES, browser=False, block=False, port=0
     ) as viewer:
         session = open_page(tab, viewer)
+        before = session.view.base
         tab.drop(640, 400, [tmp_path / "wheel.obj", tmp_path / "hub.obj"])
-        until(lambda: session.view.base is not small_world)
+        until(lambda: session.view.base is not before)
         assert sorted(each.name for each in session.view.base.objects) == ["hub", "wheel"]
         tab.wait("document.querySelectorAll('#tree-list li').length === 2")
 
@@ -72,8 +73,9 @@ def test_dropped_folder_shows_its_first_world_and_lists_other_worlds(
         small_world, allow_open=True, samples=SAMPLES, browser=False, block=False, port=0
     ) as viewer:
         session = open_page(tab, viewer)
+        before = session.view.base
         tab.drop(640, 400, [folder])
-        until(lambda: session.view.base is not small_world)
+        until(lambda: session.view.base is not before)
         assert [each.name for each in session.view.base.objects] == ["a"]
         tab.wait("document.getElementById('message').textContent.includes('b.obj')")
 
