@@ -220,6 +220,10 @@ _OWN_ERRORS = {
         "The falling objects did not come to rest inside their target without penetrating each other.",
         "Use fewer objects, more room, more time or another seed.",
     ),
+    "missing_camera": Code(
+        "A rig has only lidars, but an image or the data set's format requires a camera.",
+        "Mount a camera on the rig, or use a format for lidars (semantickitti, nuscenes, mcap) or raycam scan.",
+    ),
     "unsupported_camera": Code(
         "The camera's lens, skew, motion or parallel rays are not supported here.",
         "Convert the camera with pinhole(), undistorted() or still().",

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import several, word
+from ..errors import CameraError
 from ..render import channel_names, render
 from ..render.camera_seed import with_camera_seed
 from ..render.frame import Frame
@@ -28,6 +29,8 @@ def render_rig(
     **options: Any,
 ) -> dict[str, Frame]:
     """Renders a frame with each camera of a rig; see `Rig.render`."""
+    if not rig:
+        raise CameraError(f"rig {rig.name!r} has no camera to render with", code="missing_camera")
     listed = [channels] if isinstance(channels, str) else several("channels", channels, "names")
     requested = [word("channel", name) for name in listed]
     names = [name for name in requested if name != "disparity"]

@@ -53,13 +53,14 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="NAME=DEVICE@X,Y,Z",
         action="append",
         default=[],
-        help="mount a lidar on the body of --rig: its name, a device or calibration file, and its position in metres "
-        "(x forward, y left, z up), as in LIDAR_TOP=vlp16@0,0,1.8; may be repeated",
+        help="mount a lidar on the body of --rig, or on a rig of its own: its name, a device or calibration file, and "
+        "its position in metres (x forward, y left, z up), as in LIDAR_TOP=vlp16@0,0,1.8; may be repeated",
     )
     command.add_argument(
         "--poses",
         metavar="FILE",
-        help="trajectory of the body of --rig (tum, kitti-poses, ...); default: the world's video, or a fixed pose",
+        help="trajectory of the body of --rig or --lidar (tum, kitti-poses, ...); default: the world's video, or a "
+        "fixed pose",
     )
     command.add_argument(
         "--camera-format",
@@ -113,10 +114,11 @@ def _run(options: argparse.Namespace) -> None:
 
     chosen = dict(_option(text) for text in options.option)
     shard = parse_shard(options)
-    if options.lidar and options.rig is None:
-        raise SettingsError("--lidar requires --rig NAME or FILE", code="missing_value")
+    on_rig = options.rig is not None or bool(options.lidar)
+    if options.poses is not None and not on_rig:
+        raise SettingsError("--poses requires --rig or --lidar", code="missing_value")
     world = load_world(options) if options.sample is None else Recipe(options.world)
-    cameras, times = _cameras(options) if options.rig is None else _rigs(world, options)
+    cameras, times = _rigs(world, options) if on_rig else _cameras(options)
     times = _from_offset(times, options.time_offset)
     with job_options(options), frames_bar("rendering views") as progress:
         written = write(
@@ -185,10 +187,10 @@ def _rigs(
     from ..world import World
 
     if options.cameras is not None or not isinstance(world, World):
-        raise SettingsError("--rig cannot be combined with --cameras or --sample", code="conflicting_values")
-    rig = find_rig(world, options)
-    assert rig is not None
-    rig = mount_lidars(rig, options.lidar)
+        raise SettingsError(
+            "--rig and --lidar cannot be combined with --cameras or --sample", code="conflicting_values"
+        )
+    rig = mount_lidars(find_rig(world, options), options.lidar)
     if options.poses is None:
         return rig, None
     rigs, poses = load_rigs(rig, options.poses)
@@ -216,6 +218,7 @@ COMMAND = Command(
         "raycam dataset table.recipe.toml --sample 10000 -o table --workers 8    randomised worlds",
         "raycam dataset car.toml -o drive --rig stereo --poses body.tum --format kitti",
         "raycam dataset car.toml -o drive --rig car --lidar LIDAR_TOP=vlp16@0,0,1.8 --format nuscenes",
+        "raycam dataset car.toml -o drive --lidar top=os1-64@0,0,1.8 --poses body.tum --format semantickitti",
         "raycam dataset room.toml -o room --format yolo --option task=segment",
         "raycam dataset room.toml -o room --shard 3/16              one of sixteen machines",
         "raycam dataset room.toml -o room --format bop --samples 64 --integrator path",

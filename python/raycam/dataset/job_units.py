@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..camera import Camera
 from ..errors import JobError, Notice
 from ..io.temp_stream import Piece
 from ..jobs.job_package import JobPackage
@@ -72,7 +73,7 @@ def job_package(format: str, plan: Plan) -> JobPackage:
         if any(value is not None for value in values):
             settings[f"{key}s"] = values
     if recipe is None:
-        cameras = [shot.camera for shot in plan.shots]
+        cameras = [shot.optional_camera for shot in plan.shots]
         return JobPackage("dataset", FORMATS[format].units(plan), settings, _with(plan.world, cameras))
     worlds = 1 + max(shot.world or 0 for shot in plan.shots)
     names = [shot.name for shot in plan.shots if shot.world == 0]
@@ -124,7 +125,8 @@ register("dataset", unit_maker)
 
 
 def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Plan:
-    cameras = [camera for name, camera in world.cameras.items() if name.startswith(f"{PREFIX}-")]
+    known = world.cameras
+    cameras = [known.get(view_name(number)) for number in range(settings["views"])]
     options, rendering = settings["options"], settings["render"]
     if "caller_worlds" in settings:
         raise JobError(
@@ -154,12 +156,17 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
             f"{settings['folder']}: {', '.join(changed)} changed since the job began",
             code="changed_input",
         )
-    pairs = list(zip(cameras, settings["names"], strict=True))
+    pairs = [(known[view_name(number)], name) for number, name in enumerate(settings["names"])]
     shots = [View(camera, None, i, name) for i in range(settings["worlds"]) for camera, name in pairs]
     return Plan(recipe.world(0), shots, rendering, options, threads, recipe)
 
 
-def _with(world: World, cameras: list[Any]) -> World:
+def view_name(number: int) -> str:
+    """Returns the reserved name of a view's camera in the package's world."""
+    return f"{PREFIX}-{number:06d}"
+
+
+def _with(world: World, cameras: Sequence[Camera | None]) -> World:
     """Returns the world with the cameras of the views, in their order and under reserved names."""
     taken = [name for name in world.cameras if name.startswith(f"{PREFIX}-")]
     if taken:
@@ -167,7 +174,9 @@ def _with(world: World, cameras: list[Any]) -> World:
             f"the world has a camera {taken[0]!r}: names that begin with {PREFIX}- are reserved for views",
             code="duplicate_name",
         )
-    return world.with_cameras({f"{PREFIX}-{number:06d}": camera for number, camera in enumerate(cameras)})
+    return world.with_cameras(
+        {view_name(number): camera for number, camera in enumerate(cameras) if camera is not None}
+    )
 
 
 def _plain(value: Any) -> Any:

@@ -43,7 +43,7 @@ def token(*parts: object) -> str:
 def check(plan: Plan) -> None:
     """Raises an error for a world, views or cameras that nuScenes does not support.
 
-    The world must be z up, all views must belong to rigs with a lidar, and the cameras must be pinholes.
+    The world must be z up, all views must belong to rigs with a lidar, and the cameras, if any, must be pinholes.
     """
     if not plan.rigs or sum(len(frame) for frame in plan.rigs) != len(plan.shots):
         raise SettingsError(
@@ -59,7 +59,7 @@ def check(plan: Plan) -> None:
         if not lidars_of(plan.shots[frame[0]]):
             raise SettingsError(f"the rig of view {frame[0]} has no lidar", code="missing_value")
     for number, view in enumerate(plan.shots):
-        if view.camera.model != "pinhole":
+        if view.has_camera and view.camera.model != "pinhole":
             raise CameraError(
                 f"camera {number} has a lens model, which nuScenes does not support; {NO_LENSES}",
                 code="unsupported_camera",
@@ -104,7 +104,8 @@ def make(plan: Plan, number: int) -> Made:
     files: dict[str, bytes] = {}
     data, mounts = [], []
     seen: dict[int, float] = {}
-    for view in views:
+    pictured = [view for view in views if plan.shots[view].has_camera]
+    for view in pictured:
         shot = plan.shot(view)
         rig = plan.shots[view].rig
         assert rig is not None
@@ -129,7 +130,8 @@ def make(plan: Plan, number: int) -> Made:
         turn, place = lidar_mount(lidar, R, C)
         mounts.append([channel, "lidar", turn.tolist(), place.tolist(), []])
         data.append([channel, name, "pcd", 0, 0])
-    boxes = visible_boxes(plan, views[0], seen, points) if is_key(plan, number) else []
+    visible = seen if pictured else None
+    boxes = visible_boxes(plan, views[0], visible, points) if is_key(plan, number) else []
     record: Record = {"stamp": stamp, "R": R.tolist(), "C": C.tolist(), "data": data, "boxes": boxes}
     if number == 0:
         record["mounts"] = mounts
@@ -151,12 +153,18 @@ def lidar_mount(lidar: Lidar, R: Floats, C: Floats) -> tuple[Floats, Floats]:
     return product(R, pose[:3, :3]), product(R, pose[:3, 3] - C)
 
 
-def visible_boxes(plan: Plan, view: int, seen: dict[int, float], points: dict[int, int]) -> list[Record]:
-    """Returns the boxes of the labelled objects that are visible to a camera or a lidar."""
+def visible_boxes(
+    plan: Plan, view: int, seen: dict[int, float] | None, points: dict[int, int]
+) -> list[Record]:
+    """Returns the boxes of the labelled objects that are visible to a camera or a lidar.
+
+    `seen` contains the greatest visible fraction of each object. It is None without cameras; the boxes then have no
+    visibility, for which nuScenes uses an empty token.
+    """
     shot, found = plan.shot(view), []
     labelled = set(plan.labelled_of(shot.objects))
     for item in shot.objects:
-        fraction, count = seen.get(item.id, 0.0), points.get(item.id, 0)
+        fraction, count = (seen or {}).get(item.id, 0.0), points.get(item.id, 0)
         if item.id not in labelled or not (fraction > 0.0 or count):
             continue
         box = box3d(shot.world, item.id)
@@ -169,11 +177,16 @@ def visible_boxes(plan: Plan, view: int, seen: dict[int, float], points: dict[in
                 "translation": [float(value) for value in box.center],
                 "size": [width, length, height],
                 "rotation": pose_row("", box.rotation, box.center)["rotation"],
-                "visibility_token": next(name for name, _, limit in VISIBILITIES if fraction < limit),
+                "visibility_token": "" if seen is None else visibility(fraction),
                 "num_lidar_pts": count,
             }
         )
     return found
+
+
+def visibility(fraction: float) -> str:
+    """Returns the token of a visible fraction."""
+    return next(name for name, _, limit in VISIBILITIES if fraction < limit)
 
 
 def units(plan: Plan) -> int:

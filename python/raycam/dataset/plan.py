@@ -33,6 +33,7 @@ __all__ = [
     "Made",
     "Plan",
     "Shot",
+    "check_cameras",
     "check_poses",
     "k_with_half_centers",
     "matrix_text",
@@ -74,17 +75,22 @@ class Format:
     posed: bool = False
     """True if the format stores one pose and K for each image."""
     writes_lidars: bool = False
-    """True if the format writes the scans of lidars itself, so that no NPZ files are written for them."""
+    """True if the format writes the scans of lidars itself, so that no NPZ files are written for them; such a format
+    needs no camera."""
     notices: Callable[[Plan], list[Notice]] = field(default=lambda plan: [])
     """Notices, issued before rendering, about cameras that other programs read incorrectly from this format."""
 
 
 @dataclass(frozen=True)
 class View:
-    """A camera, and the time in seconds of the world; None for a world without time."""
+    """A camera, and the time in seconds of the world; None for a world without time.
 
-    camera: Camera
-    """The camera; for a named camera of a recipe, the camera of the first world (poses differ between worlds)."""
+    A pose of a rig that has no camera is a view without a camera.
+    """
+
+    optional_camera: Camera | None
+    """The camera; for a named camera of a recipe, the camera of the first world (poses differ between worlds). None
+    for a rig that has no camera."""
     time: float | None
     world: int | None = None
     """The number of the recipe's world; None for a single world."""
@@ -100,6 +106,18 @@ class View:
     """The name of the camera's image in the camera's file, or None."""
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     """Sensors to sample at the time of this view, by name."""
+
+    @property
+    def camera(self) -> Camera:
+        """The camera of a view that has one; raises `SettingsError` for a rig that has no camera."""
+        if self.optional_camera is None:
+            raise SettingsError("the view's rig has no camera", code="missing_camera")
+        return self.optional_camera
+
+    @property
+    def has_camera(self) -> bool:
+        """False for a rig that has no camera."""
+        return self.optional_camera is not None
 
 
 class Plan:
@@ -330,9 +348,21 @@ def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: 
     return {**known, **plain_numbers(options)}
 
 
+def check_cameras(plan: Plan, kind: Format, format: str) -> None:
+    """Raises `SettingsError` for a rig that has no camera, if the format stores images."""
+    if kind.writes_lidars or all(view.has_camera for view in plan.shots):
+        return
+    raise SettingsError(
+        f"{format} requires a camera on each rig; for rigs with lidars only, use semantickitti, nuscenes or mcap",
+        code="missing_camera",
+    )
+
+
 def check_poses(plan: Plan, format: str) -> None:
     """Raises `CameraError` for parallel rays, and for moving cameras with a rolling shutter."""
     for number, view in enumerate(plan.shots):
+        if not view.has_camera:
+            continue
         if view.camera.is_parallel:
             raise CameraError(
                 f"camera {number} has parallel rays, but {format} requires K and a centre for each camera",

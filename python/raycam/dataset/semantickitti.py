@@ -26,12 +26,14 @@ OPTIONS: dict[str, Any] = {"lidar": None, "sequence": "00", "labels": None, "fps
 MAX_ID = 0xFFFF
 """The greatest label, and the greatest number of an instance."""
 UNLABELLED = 0
+CAMERA_FROM_LIDAR = [[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]
+"""The rotation of a camera that looks along the lidar's x axis, with the lidar's z axis up."""
 
 
 def check(plan: Plan) -> None:
     """Raises an error for views that SemanticKITTI does not support and for invalid options.
 
-    All views must belong to rigs that have the lidar. The first camera must be a pinhole camera without skew.
+    All views must belong to rigs that have the lidar. The first camera, if any, must be a pinhole camera without skew.
     """
     if len(plan.rigs) == 0 or sum(len(frame) for frame in plan.rigs) != len(plan.shots):
         raise SettingsError(
@@ -40,7 +42,9 @@ def check(plan: Plan) -> None:
         )
     for frame in plan.rigs:
         chosen_lidar(plan, frame[0])
-        camera = plan.shots[frame[0]].camera
+        camera = plan.shots[frame[0]].optional_camera
+        if camera is None:
+            continue
         if camera.model != "pinhole" or camera.K[0, 1] != 0.0:
             raise CameraError(
                 f"camera {frame[0]} has a lens model or skew, which KITTI does not support; {NO_LENSES}",
@@ -95,7 +99,7 @@ def label_ids(plan: Plan) -> dict[str, int]:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a scan, its labels and the image of the first camera."""
+    """Makes a scan, its labels and, if the rig has cameras, the image of the first camera."""
     view = plan.rigs[number][0]
     shot, lidar = plan.shot(view), chosen_lidar(plan, view)
     scan = scan_lidar(plan, view, lidar)
@@ -105,9 +109,12 @@ def make(plan: Plan, number: int) -> Made:
     files = {
         f"{base}/velodyne/{name}.bin": points.tobytes(),
         f"{base}/labels/{name}.label": labels(shot, scan["instance"]).astype("<u4").tobytes(),
-        f"{base}/image_2/{name}.png": shot.render(["color"]).to_png(),
     }
-    camera = shot.camera
+    if shot.view.has_camera:
+        camera = shot.camera
+        files[f"{base}/image_2/{name}.png"] = shot.render(["color"]).to_png()
+    else:
+        camera = nominal_camera(lidar)
     time = shot.time if shot.time is not None else number / float(plan.options["fps"])
     record: Record = {"pose": world_from_camera(camera).tolist(), "time": time}
     if number == 0:
@@ -133,6 +140,16 @@ def world_from_camera(camera: Camera) -> Floats:
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = camera.R.T, camera.C
     return matrix
+
+
+def nominal_camera(lidar: Lidar) -> Camera:
+    """Returns camera 0 of a rig without cameras: at the lidar, looking along its x axis, with P = [I 0].
+
+    KITTI's poses and calibration require this camera's axes.
+    """
+    pose = pose_of(lidar)
+    turn = product(np.array(CAMERA_FROM_LIDAR), pose[:3, :3].T)
+    return Camera(np.diag([1.0, 1.0, 1.0]), turn, pose[:3, 3], (1, 1), pixel_center="integer")
 
 
 def calibration(camera: Camera, lidar: Lidar) -> str:

@@ -35,7 +35,7 @@ from .joint_keypoints import JOINTS, joint_keypoints
 from .lidars import other_sensors, world_sensors
 from .lost import lost_notices
 from .per_world import each_index
-from .plan import Format, Plan, Record, View, check_poses, resolve_options
+from .plan import Format, Plan, Record, View, check_cameras, check_poses, resolve_options
 from .training.card import card_files
 from .trajectory import load_rigs, times_of
 from .world_sequence import MAX_WORLDS, Worlds, WorldSequence
@@ -77,7 +77,8 @@ def views(
 
     Without `cameras`, a world with a video has one view per frame; any other world has one view for each of its
     cameras, or one for its default camera. `times`, one for each camera, are seconds of the world's video. A `Rig`
-    among the cameras has one time, and adds one view for each of its cameras. A single rig moves with the world's
+    among the cameras has one time, and adds one view for each of its cameras, or one view without a camera if it has
+    only other sensors. A single rig moves with the world's
     video, if any. Sensors of a rig that are not cameras are sampled once for each pose of the rig. Lidars move during
     their frame, from each pose of the rig to the next pose, if the poses have times. Without `cameras`, the world's
     sensors (`World.sensors`) are sampled once for each time, with its first view.
@@ -116,6 +117,8 @@ def views(
             # The other sensors of a rig are sampled once for each pose, with the rig's first view.
             others = other_sensors(chosen_cameras, number, moments)
             body = item.R, item.C
+            if not item:
+                found.append(View(None, moment, rig=(number, ""), body=body, sensors=others))
             for place, (name, camera) in enumerate(item.items()):
                 own = others if place == 0 else {}
                 found.append(View(camera, moment, rig=(number, name), body=body, label=name, sensors=own))
@@ -156,7 +159,7 @@ def write(
     With most formats, the sensors of a rig that are not cameras (`Rig.sensors`) are sampled once for each pose of the
     rig and written to sensors/NAME/NUMBER.npz, where NUMBER is the number of the pose's first view, with the sensor's
     arrays, "world_from_sensor" and "times". "semantickitti", "nuscenes" and "mcap" write lidar scans in the format's
-    own form.
+    own form, and accept rigs without a camera; every other format requires one.
 
     The formats and their options, with default values in parentheses:
 
@@ -173,12 +176,13 @@ def write(
     * "kitti": `baseline` in metres adds a right camera with its images (image_3) and disparity; a rig of two cameras,
       which must be a rectified pair, has the same effect; `flow` (False) adds optical flow to the next view
     * "semantickitti": scans of a rig's lidar, with labels of points, calibration, poses and times; the first camera's
-      images. `lidar` (default: the only one), `sequence` ("00"), `labels` ({category: id}, default: the ids of the
-      categories), `fps` (10) for views without a time. Points are relative to the rig's pose at the start of the frame
+      images. Without a camera, camera 0 is at the lidar, looks along the lidar's x axis, and has P = [I 0]. `lidar`
+      (default: the only one), `sequence` ("00"), `labels` ({category: id}, default: the ids of the categories), `fps`
+      (10) for views without a time. Points are relative to the rig's pose at the start of the frame
     * "nuscenes": the thirteen tables, images and scans of a rig with lidars, with boxes of objects, their visibility
-      and numbers of points. `version` ("v1.0-mini"), `scene` ("scene-0001"), `key_every` (1): every Nth pose is a key
-      frame, the others are sweeps; `fps` (20) for views without a time, `start_time` (0 s). nuScenes' tools require
-      nuScenes' sensor names, such as CAM_FRONT and LIDAR_TOP
+      (empty without a camera) and numbers of points. `version` ("v1.0-mini"), `scene` ("scene-0001"), `key_every` (1):
+      every Nth pose is a key frame, the others are sweeps; `fps` (20) for views without a time, `start_time` (0 s).
+      nuScenes' tools require nuScenes' sensor names, such as CAM_FRONT and LIDAR_TOP
     * "colmap": `points` (10,000) sampled on visible surfaces; rigs are written as rigs and frames
     * "nerf", "tum", "scannet": `depth_scale` (1, 0.2 and 1), millimetres per unit of depth; "tum" and "scannet" also
       have `fps` (30) for the timestamps of views without a time
@@ -259,6 +263,7 @@ def write(
     if own.get("keypoints") == JOINTS:
         own["keypoints"], joints = joint_keypoints(source, format)
     plan = make_plan(source, cameras, times, count, dict(sorted(rendering.items())), own, threads)
+    check_cameras(plan, kind, format)
     if kind.posed:
         check_poses(plan, format)
     kind.check(plan)
@@ -449,7 +454,10 @@ def unposed_cameras(plan: Plan) -> list[Notice]:
 
     Cameras from files without poses are all at the origin.
     """
-    if plan.recipe is not None or not all(is_unposed_within(plan.world, shot.camera) for shot in plan.shots):
+    cameras = [view.camera for view in plan.shots if view.has_camera]
+    if plan.recipe is not None or not cameras:
+        return []
+    if not all(is_unposed_within(plan.world, camera) for camera in cameras):
         return []
     message = f"{UNPOSED}; give it poses: camera.at_pose(R, C), or --cameras POSES --intrinsics FILE"
     return [Notice(message, "unposed_camera")]

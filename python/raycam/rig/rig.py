@@ -106,6 +106,12 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         if not cameras:
             raise CameraError("a rig requires at least one camera", code="missing_value")
         for key, camera in cameras.items():
+            if not isinstance(camera, Camera):
+                raise CameraError(
+                    f"cameras[{key!r}] must be a camera, not {camera!r}; mount other sensors with "
+                    "raycam.Rig({name: sensor, ...})",
+                    code="wrong_type",
+                )
             if camera._core.center == "infinity":
                 raise CameraError(
                     f"camera {key!r} cannot be mounted on a body, because its centre is at infinity",
@@ -264,7 +270,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         """
         names = list(self)
         if len(names) < 2:
-            raise CameraError(f"a pair requires two cameras; rig {self.name!r} has one", code="missing_value")
+            raise CameraError(
+                f"a pair requires two cameras; rig {self.name!r} has {len(names)}", code="missing_value"
+            )
         left = names[0] if first is None else one_of("camera", first, names, error=CameraError)
         others = [name for name in names if name != left]
         return left, others[0] if second is None else one_of("camera", second, names, error=CameraError)
@@ -307,7 +315,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
             "readout": number("readout", readout),
             "direction": direction,
         }
-        table: dict[str, Any] = json.loads(self.still()._core.to_json())
+        table = self.still().to_dict()
         if isinstance(to, Sequence):
             shutter["track"] = [{"time": number("time", time), "pose": _pose(rig)} for time, rig in to]
             del table["R"], table["C"]
@@ -317,7 +325,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
 
     def still(self) -> Self:
         """Returns the rig at rest, at the middle of its motion."""
-        table: dict[str, Any] = json.loads(self._core.to_json())
+        table = self.to_dict()
         if table.pop("shutter", None) is None:
             return self
         return self._moved(_core.Rig.from_dict({**table, **_pose(self)}, self._up))
@@ -342,7 +350,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         `channels` may also contain "disparity", float32 [h, w] in pixels, of the rectified `pair` (left, right;
         default: the first two cameras). Both frames then have this channel, as in `raycam.disparity`.
 
-        Raises `CameraError` if the pair is not rectified (see `rectified`), and the errors of `raycam.render`.
+        Raises `CameraError` if the rig has no camera or if the pair is not rectified (see `rectified`), and the errors
+        of `raycam.render`.
         """
         from ..annotations.rig_frames import render_rig
 
@@ -378,13 +387,14 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         return html_table(repr(self).partition("\n")[0], ("camera", "size", "C"), rows)
 
     def __repr__(self) -> str:
-        """The body and its cameras as text."""
+        """The body and its sensors as text."""
         with np.printoptions(precision=6, suppress=True, floatmode="maxprec"):
             angles = ", ".join(f"{angle:.6g}" for angle in self.roll_pitch_yaw)
             body = f"Rig {self.name!r} at C = {self.C}; roll, pitch, yaw = {angles} degrees ({self._up} up)"
-            mounts = self._core.mounts()
+            places = {name: np.array(camera.c) for name, camera in self._core.mounts()}
+            places |= {name: sensor.pose[:3, 3] for name, sensor in self._mounted.items()}
             return "\n    ".join(
-                [body, *(f"{name}: at {np.array(camera.c)} of the body" for name, camera in mounts)]
+                [body, *(f"{name}: at {place} of the body" for name, place in places.items())]
             )
 
 

@@ -56,8 +56,8 @@ def _is_file(text: str) -> bool:
     return os.path.exists(path) or os.path.exists(text) or bool(os.path.splitext(text)[1])
 
 
-def mount_lidars(rig: Rig, texts: Sequence[str]) -> Rig:
-    """Returns the rig with the lidars of `--lidar NAME=DEVICE@X,Y,Z`.
+def mount_lidars(rig: Rig | None, texts: Sequence[str]) -> Rig:
+    """Returns the rig with the lidars of `--lidar NAME=DEVICE@X,Y,Z`; without a rig, a rig of these lidars only.
 
     Raises `SettingsError` for malformed texts.
     """
@@ -65,10 +65,9 @@ def mount_lidars(rig: Rig, texts: Sequence[str]) -> Rig:
 
     from ...rig import Rig
 
-    if not texts:
+    if rig is not None and not texts:
         return rig
-    body = rig.at_pose(np.eye(3), [0.0, 0.0, 0.0])
-    sensors = dict(body.sensors)
+    sensors = {} if rig is None else dict(rig.at_pose(np.eye(3), [0.0, 0.0, 0.0]).sensors)
     for text in texts:
         name, lidar = _placed_lidar(text)
         if name in sensors:
@@ -76,7 +75,7 @@ def mount_lidars(rig: Rig, texts: Sequence[str]) -> Rig:
                 f"--lidar {text}: the rig already has a sensor {name!r}", code="duplicate_name"
             )
         sensors[name] = lidar
-    return Rig(sensors, rig.R, rig.C, name=rig.name, up=rig.up)
+    return Rig(sensors) if rig is None else Rig(sensors, rig.R, rig.C, name=rig.name, up=rig.up)
 
 
 def _placed_lidar(text: str, up: Literal["z", "y"] = "z") -> tuple[str, Lidar]:

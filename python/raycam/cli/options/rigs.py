@@ -48,8 +48,16 @@ def find_rig(world: World, options: argparse.Namespace) -> Rig | None:
 
 
 def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
-    """Returns the rig of `--rig`; raises `SettingsError` if `--camera` or `--size` is given."""
+    """Returns the rig of `--rig`, which must have a camera.
+
+    Raises `SettingsError` if it has none, and if `--camera` or `--size` is given.
+    """
     rig = find_rig(world, options)
+    if rig is not None and not rig:
+        raise SettingsError(
+            f"--rig {options.rig}: rig {rig.name!r} has no camera; use raycam scan or raycam dataset for its lidars",
+            code="missing_camera",
+        )
     if rig is not None and (options.camera is not None or options.size is not None):
         raise SettingsError(
             "--rig cannot be combined with --camera or --size: all cameras of the rig are rendered as they are",
@@ -65,7 +73,7 @@ def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
     rigs = load(path).rigs if path.endswith(WORLD_ENDINGS) else load_calibration(path, options).rigs
     if not rigs:
         raise SettingsError(
-            f"{path}: no rig found; expected several cameras on one body", code="missing_value"
+            f"{path}: no rig found; expected several sensors on one body", code="missing_value"
         )
     return rigs
 
@@ -73,7 +81,7 @@ def rigs_in(path: str, options: argparse.Namespace) -> Mapping[str, Rig]:
 def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | Rig]:
     """Loads the cameras and rigs of a world file, or the cameras of a calibration.
 
-    Cameras of a world that belong to a rig are not listed separately.
+    Cameras of a world that belong to a rig are not listed separately. Rigs that have no camera are omitted.
     """
     from ...world.load import load
 
@@ -85,7 +93,7 @@ def cameras_in(path: str, options: argparse.Namespace) -> Mapping[str, Camera | 
     found: dict[str, Camera | Rig] = {
         name: camera for name, camera in world.cameras.items() if name not in on_rigs
     }
-    found |= rigs
+    found |= {name: rig for name, rig in rigs.items() if rig}
     if not found:
         raise SettingsError(f"{path}: no cameras found", code="missing_value")
     return found

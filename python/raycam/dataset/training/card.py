@@ -54,7 +54,7 @@ def backgrounds(plan: Plan) -> Iterator[bytes]:
 
 def card(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licence: str) -> Record:
     """Returns the card's table. Objects are counted by category in formats with annotations."""
-    cameras = [view.camera for view in plan.shots]
+    cameras = [view.camera for view in plan.shots if view.has_camera]
     sizes = Counter("{} x {}".format(*camera.size) for camera in cameras)
     found: Record = {
         "made_with": f"raycam {_core.__version__}",

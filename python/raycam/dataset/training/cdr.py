@@ -99,7 +99,7 @@ def body_of(plan: Plan, pose: list[int]) -> tuple[Floats, Floats]:
     `pose` contains the numbers of the views of one of the rig's poses.
     """
     first = plan.shots[pose[0]]
-    return first.body if first.body is not None else (first.camera.R, first.camera.C)
+    return (first.camera.R, first.camera.C) if first.body is None else first.body
 
 
 def mount_of(camera: Camera, R: Floats, C: Floats) -> tuple[Floats, Floats]:

@@ -70,6 +70,8 @@ DEFINITIONS = {
 }
 """Message definitions in `ros2msg` syntax, including nested types."""
 BAG = "raycam.mcap"
+Message = tuple[str, str, bytes]
+"""Topic, type and bytes of a message."""
 LATCHED = ("/tf_static", "/instances")
 """Topics that are sent once and that late subscribers also receive, with the robots' descriptions."""
 LATCHED_QOS = (
@@ -125,7 +127,7 @@ def baseline(plan: Plan, number: int) -> float:
         return 0.0
     frame, found = (view.rig[0], view.world), 0.0
     for other in plan.shots:
-        if other.rig is not None and (other.rig[0], other.world) == frame:
+        if other.has_camera and other.rig is not None and (other.rig[0], other.world) == frame:
             with suppress(CameraError):
                 check_rectified(other.camera, view.camera)
                 found = max(found, float(np.linalg.norm(view.camera.C - other.camera.C)))
@@ -171,7 +173,8 @@ def check(plan: Plan) -> None:
     start = real("start_time", plan.options["start_time"], 0, 2**31 - 1, what="a time in seconds")
     check_imu(plan)
     for number, view in enumerate(plan.shots):
-        distortion(view.camera)
+        if view.has_camera:
+            distortion(view.camera)
         if view.time is not None and start + view.time < 0:
             raise SettingsError(
                 f"view {number} is at {view.time} s; start_time + time must be at least 0: use start_time={-view.time}",
@@ -192,12 +195,22 @@ def stamp_of(plan: Plan, number: int) -> int:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image as PNG; the record contains the image's messages for the bag."""
+    """Makes an image as PNG; the record contains the messages of the image and of the lidars for the bag."""
+    stamp, view = stamp_of(plan, number), plan.shots[number]
+    files, messages = image_messages(plan, number, stamp) if view.has_camera else ({}, [])
+    messages += transforms(plan, number, stamp)
+    messages += lidar_messages(plan, number, stamp)
+    rows = [(name, kind, base64.b64encode(data).decode()) for name, kind, data in messages]
+    return files, {"stamp": stamp, "messages": rows}
+
+
+def image_messages(plan: Plan, number: int, stamp: int) -> tuple[dict[str, bytes], list[Message]]:
+    """Returns a view's image as a PNG file, and its messages: topic, type and bytes."""
     shot = plan.shot(number)
     camera, deep = shot.camera, bool(plan.options["depth"])
     frame = shot.render(["color", "instance", *(["depth"] if deep else [])])
     topic, optical = names(plan, number)
-    stamp, picture = stamp_of(plan, number), frame.to_png()
+    picture = frame.to_png()
     pose = (
         Cdr().add_header(stamp, WORLD).add_numbers("d", *camera.C).add_numbers("d", *quaternion(camera.R.T))
     )
@@ -218,10 +231,7 @@ def make(plan: Plan, number: int) -> Made:
         messages.append(
             (f"{topic}/depth", "sensor_msgs/msg/Image", image_of(metres, "32FC1", stamp, optical))
         )
-    messages += transforms(plan, number, stamp)
-    messages += lidar_messages(plan, number, stamp)
-    rows = [(name, kind, base64.b64encode(data).decode()) for name, kind, data in messages]
-    return {f"images/{plan.picture_name(number)}.png": picture}, {"stamp": stamp, "messages": rows}
+    return {f"images/{plan.picture_name(number)}.png": picture}, messages
 
 
 def image_of(values: npt.NDArray[Any], encoding: str, stamp: int, frame: str) -> bytes:
@@ -231,7 +241,7 @@ def image_of(values: npt.NDArray[Any], encoding: str, stamp: int, frame: str) ->
     return message.add_numbers("B", 0).add_numbers("I", 4 * width).add_bytes(values.tobytes()).to_bytes()
 
 
-def transforms(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, bytes]]:
+def transforms(plan: Plan, number: int, stamp: int) -> list[Message]:
     """Returns the transforms that a view adds to the frame tree.
 
     The optical frame of a single camera is a child of `world`. The cameras of a rig are children of `base_link`,
@@ -248,6 +258,8 @@ def transforms(plan: Plan, number: int, stamp: int) -> list[tuple[str, str, byte
     found = []
     if number == pose[0]:
         found.append(("/tf", kind, transform(stamp, WORLD, BODY, R.T, C)))
+    if not view.has_camera:
+        return found
     fixed = has_fixed_mounts(plan)
     if not fixed or pose is plan.rigs[0]:
         place = transform(stamp, BODY, optical, *mount_of(view.camera, R, C))
@@ -272,7 +284,8 @@ def has_fixed_mounts(plan: Plan) -> bool:
             known = mounts.setdefault(name, found)
             return all(np.allclose(a, b, rtol=0, atol=1e-9) for a, b in zip(found, known, strict=True))
 
-        _fixed[plan] = all(agrees(plan.shots[number], pose) for pose in plan.rigs for number in pose)
+        views = [(plan.shots[number], pose) for pose in plan.rigs for number in pose]
+        _fixed[plan] = all(agrees(view, pose) for view, pose in views if view.has_camera)
     return _fixed[plan]
 
 
@@ -287,7 +300,7 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     start = stamp_of(plan, 0)
     about = Cdr().add_text(json.dumps(table)).to_bytes()
     first = ("/instances", "std_msgs/msg/String", base64.b64encode(about).decode())
-    frames = {names(plan, number)[1] for number in range(len(plan.shots))}
+    frames = {names(plan, number)[1] for number, view in enumerate(plan.shots) if view.has_camera}
 
     def every() -> Iterator[Record]:
         robots = robot_records(plan, frames, stamp_of)
