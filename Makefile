@@ -76,7 +76,7 @@ test: lint
 	$(CARGO_TEST)
 	$(BIN)/python -m pytest -n 2 --durations=20
 
-proof: $(DONE)/build $(DONE)/develop
+proof: $(DONE)/build $(DONE)/judges
 	RAYCAM_PROOF=1 cargo test --locked
 	$(BIN)/python -m pytest -n 2 --durations=20 -m 'proof or not proof'
 
@@ -157,6 +157,12 @@ $(DONE)/lint: $(DONE)/builder
 
 $(DONE)/develop: $(DONE)/builder
 	$(BIN)/python -m pip install -q --group dev
+	@touch $@
+
+# Programs of others that read data sets in `make proof`. nuscenes-devkit requires NumPy 1, but runs with NumPy 2.
+$(DONE)/judges: $(DONE)/develop
+	$(BIN)/python -m pip install -q --group judges
+	$(BIN)/python -m pip install -q --no-deps 'nuscenes-devkit>=1.2'
 	@touch $@
 
 $(DONE)/cross: $(DONE)/builder

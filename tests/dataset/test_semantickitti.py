@@ -54,6 +54,7 @@ def test_points_lie_on_the_objects_that_their_labels_name(tmp_path: Path) -> Non
     tr = np.eye(4)
     tr[:3] = np.array(rows["Tr"].split(), float).reshape(3, 4)
     poses = matrices(base / "poses.txt")
+    assert (tmp_path / "poses" / "00.txt").read_bytes() == (base / "poses.txt").read_bytes()
     np.testing.assert_allclose(poses[0], np.eye(4), atol=1e-12)
     np.testing.assert_allclose(np.loadtxt(base / "times.txt"), times, atol=1e-9)
     first = rigs[0]["camera"]

@@ -173,7 +173,8 @@ def units(plan: Plan) -> int:
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
     """Makes calib.txt, poses.txt, times.txt and the names of the labels.
 
-    The poses are relative to the pose of the first camera.
+    The poses are relative to the pose of the first camera. They are written twice: as poses.txt of the sequence, as in
+    SemanticKITTI, and in the folder poses, as in KITTI's odometry.
     """
     base = f"sequences/{plan.options['sequence']}"
     first = next(records())
@@ -188,6 +189,7 @@ def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
     yield f"{base}/calib.txt", [first["calib"].encode()]
     yield f"{base}/poses.txt", poses()
+    yield f"poses/{plan.options['sequence']}.txt", poses()
     yield f"{base}/times.txt", (f"{record['time'] - first['time']:.9e}\n".encode() for record in records())
     names = {UNLABELLED: "unlabeled", **{number: name for name, number in label_ids(plan).items()}}
     lines = ["labels:", *(f"  {number}: {json.dumps(name)}" for number, name in sorted(names.items())), ""]
