@@ -24,11 +24,13 @@ from .settings import SETTING_CHECKS, Returns
 if TYPE_CHECKING:
     from ..world import World
 
-__all__ = ["LIGHT_SPEED", "Lidar"]
+__all__ = ["LIGHT_SPEED", "MAX_RING", "Lidar"]
 
 FWHM_TO_FULL = math.sqrt(2.0 / math.log(2.0))
 """The width of a Gaussian beam at 1/e² divided by its full width at half maximum: 1.699."""
 
+MAX_RING = (1 << 31) - 1
+"""The greatest ring."""
 LIGHT_SPEED = 299792458.0
 """The speed of light in metres per second."""
 
@@ -156,6 +158,15 @@ class Lidar:
             raise LidarError(f"directions[{zero[0]}] is zero; expected a direction", code="out_of_range")
         if numbers is not None and numbers.dtype.kind not in "iu":
             raise LidarError(f"rings must be integers, not of dtype {numbers.dtype}", code="wrong_type")
+        if (
+            numbers is not None
+            and len(numbers)
+            and max(abs(int(numbers.min())), int(numbers.max())) > MAX_RING
+        ):
+            raise LidarError(
+                f"rings are {numbers.min()} to {numbers.max()}; expected numbers within +-{MAX_RING}",
+                code="out_of_range",
+            )
         table: dict[str, Any] = {"directions": ways.tolist(), "times": moments.tolist()}
         if numbers is not None:
             table["rings"] = numbers.tolist()

@@ -20,6 +20,10 @@ __all__ = ["Laser", "velodyne_pattern", "velodyne_rings"]
 
 NEAR_X, NEAR_Y, FAR = 2.4, 1.93, 25.04
 """Distances in metres at which Velodyne's two-point corrections are measured."""
+ANGLES = ("vert_correction", "rot_correction")
+"""The corrections in radians."""
+MAX_CORRECTION = 100.0
+"""The largest correction of a distance or position, in metres."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +124,7 @@ def laser_from_keys(keys: dict[str, float], where: str) -> Laser:
 
     Raises `LidarError`, with `where`, for missing or impossible values.
     """
-    for name in ("vert_correction", "rot_correction"):
+    for name in ANGLES:
         if name not in keys:
             raise LidarError(f"{where}: key {name} is missing", code="missing_value")
     if not abs(keys["vert_correction"]) <= math.pi / 2:
@@ -129,6 +133,12 @@ def laser_from_keys(keys: dict[str, float], where: str) -> Laser:
             code="out_of_range",
         )
     known = {name: value for name, value in keys.items() if name in _NUMBERS and name != "height"}
+    for name, value in known.items():
+        if name not in ANGLES and not abs(value) <= MAX_CORRECTION:
+            raise LidarError(
+                f"{where}: {name} is {value:g}; expected metres within +-{MAX_CORRECTION:g}",
+                code="out_of_range",
+            )
     if not (known.get("dist_correction_x") or known.get("dist_correction_y")):
         known.pop("dist_correction_x", None)
         known.pop("dist_correction_y", None)

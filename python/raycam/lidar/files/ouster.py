@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ...arguments import product
 from ...errors import LidarError, Notice
 from ...notices import warn
 from .reading import base_description, finite, read_text
@@ -32,6 +36,12 @@ DEFAULT_ORIGINS_MM = {"OS-0-": 27.67, "OS-1-": 15.806, "OS-2-": 13.762}
 """lidar_origin_to_beam_origin_mm for files without this value, by the beginning of prod_line."""
 FIRST_ORIGIN_MM = 12.163
 """lidar_origin_to_beam_origin_mm for devices of the first generation, whose files have no prod_line."""
+MAX_OFFSET_MM = 1e5
+"""The largest offset between a unit's coordinate systems, in millimetres."""
+MAX_SHIFT = 1e4
+"""The largest shift of a row, in columns."""
+ROTATION_TOLERANCE = 1e-3
+"""The largest deviation of a rotation from an orthonormal matrix; files contain rounded numbers."""
 FIRST_SHIFTS = (18, 12, 6, 0)
 """pixel_shift_by_row of devices of 64 rows at 1024 columns, repeated, for files without this value."""
 
@@ -86,7 +96,7 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
     if shifts is None and len(altitudes) == 64:
         table["pixel_shift_by_row"], table["pixel_shift_columns"] = list(FIRST_SHIFTS) * 16, 1024
     if shifts is not None:
-        values = _numbers(path, "pixel_shift_by_row", shifts)
+        values = _numbers(path, "pixel_shift_by_row", shifts, MAX_SHIFT)
         if len(values) != len(altitudes):
             raise LidarError(
                 f"{path}: pixel_shift_by_row has {len(values)} values; expected one for each of {len(altitudes)} rows",
@@ -133,18 +143,21 @@ def _angles(path: Path, keys: dict[str, Any], name: str, limit: float) -> list[f
     return angles
 
 
-def _numbers(path: Path, name: str, values: object) -> list[float]:
-    if isinstance(values, list) and values and isinstance(values[0], list):
+def _numbers(path: Path, name: str, values: object, limit: float = math.inf) -> list[float]:
+    if isinstance(values, list) and values and all(isinstance(row, list) for row in values):
         values = [value for row in values for value in row]  # newer files nest matrices
     if not isinstance(values, list) or not values:
         raise LidarError(f"{path}: {name} must be a list of numbers", code="wrong_type")
-    return [finite(value, f"{path}: {name}[{row}]") for row, value in enumerate(values)]
+    return [finite(value, f"{path}: {name}[{row}]", limit) for row, value in enumerate(values)]
 
 
 def _matrix(path: Path, keys: dict[str, Any], name: str, default: tuple[float, ...]) -> list[float]:
-    values = _numbers(path, name, keys[name]) if keys.get(name) else list(default)
+    values = _numbers(path, name, keys[name], MAX_OFFSET_MM) if keys.get(name) else list(default)
     if len(values) != 16:
         raise LidarError(f"{path}: {name} has {len(values)} numbers; expected 16", code="wrong_shape")
+    turn = np.reshape(values, (4, 4))[:3, :3]
+    if not np.allclose(product(turn, turn.T), np.eye(3), rtol=0.0, atol=ROTATION_TOLERANCE):
+        raise LidarError(f"{path}: {name} contains no rotation: {turn.tolist()}", code="not_a_rotation")
     return values
 
 
@@ -156,5 +169,5 @@ def _beam_to_lidar(path: Path, keys: dict[str, Any]) -> list[float]:
         (mm for start, mm in DEFAULT_ORIGINS_MM.items() if line.startswith(start)), FIRST_ORIGIN_MM
     )
     origin = keys.get("lidar_origin_to_beam_origin_mm", default)
-    offset = finite(origin, f"{path}: lidar_origin_to_beam_origin_mm")
+    offset = finite(origin, f"{path}: lidar_origin_to_beam_origin_mm", MAX_OFFSET_MM)
     return [1.0, 0.0, 0.0, offset, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]

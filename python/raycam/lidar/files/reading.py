@@ -23,14 +23,18 @@ def read_text(path: Path) -> str:
         ) from None
 
 
-def finite(text: object, where: str) -> float:
-    """Returns a finite number; raises `LidarError` with `where` (file, line and key)."""
+def finite(text: object, where: str, limit: float = math.inf) -> float:
+    """Returns a finite number within +-`limit`; raises `LidarError` with `where` (file, line and key)."""
     try:
         value = float(text)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         raise LidarError(f"{where}: expected a number, got {text!r}", code="wrong_type") from None
+    except OverflowError:
+        value = math.inf
     if not math.isfinite(value):
-        raise LidarError(f"{where}: expected a finite number, got {text!r}", code="out_of_range")
+        raise LidarError(f"{where}: expected a finite number, got {text!r:.40}", code="out_of_range")
+    if abs(value) > limit:
+        raise LidarError(f"{where} is {value:g}; expected a number within +-{limit:g}", code="out_of_range")
     return value
 
 

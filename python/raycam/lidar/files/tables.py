@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import LidarError
-from ..lidar import Lidar
+from ..lidar import MAX_RING, Lidar
 from .reading import finite, read_text
 
 __all__ = ["read_table"]
@@ -179,7 +179,12 @@ def _read_text_table(path: Path) -> dict[str, Any]:
                     f"{where} is missing; the line has {len(cells)} values, the header {len(names)} columns",
                     code="missing_value",
                 )
-            values.append(0.0 if index is None else finite(cells[index], where))
+            limit = MAX_RING if name == "ring" else math.inf
+            values.append(0.0 if index is None else finite(cells[index], where, limit))
+        if not values[4].is_integer():
+            raise LidarError(
+                f"{path}, line {number}: ring is {values[4]:g}; expected a whole number", code="out_of_range"
+            )
         if at["zenith"] is not None:
             values[2] = 90.0 - values[3]
         if abs(values[2]) > 90.0:
