@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from raycam.viewer.session.pace import MAX_BYTES, TARGET, Pace
+from raycam.viewer.session.pace import MAX_BYTES, SLOW_S, TARGET, Pace
 
 STILL = (640, 480)
 
@@ -38,6 +38,23 @@ def test_new_view_can_start_with_the_measurements_of_another_view() -> None:
     assert second.size(STILL) == (160, 120)
     second.measured(STILL, 0.0)
     assert first.size(STILL) == (160, 120)
+
+
+def test_slow_images_settle_in_half_size_before_full_size() -> None:
+    pace = Pace()
+    pace.measured(STILL, 2 * SLOW_S)
+    assert pace.settling_size(STILL, (160, 120), reaches_full=True) == (320, 240)
+    assert pace.settling_size(STILL, (160, 120), reaches_full=False) == (320, 240)
+    assert pace.settling_size(STILL, (320, 240), reaches_full=True) == STILL
+    assert pace.settling_size(STILL, (320, 240), reaches_full=False) is None
+    assert pace.settling_size(STILL, STILL, reaches_full=True) is None
+
+
+def test_fast_images_settle_in_full_size_at_once() -> None:
+    pace = Pace()
+    pace.measured(STILL, 0.5 * SLOW_S)
+    assert pace.settling_size(STILL, (160, 120), reaches_full=True) == STILL
+    assert pace.settling_size(STILL, (160, 120), reaches_full=False) is None
 
 
 def test_images_with_many_bytes_are_smaller() -> None:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import threading
 import time
+from typing import Any
 
+import numpy as np
 import pytest
 import raycam
 from raycam.render.channel_picture import encode_jpeg
+from raycam.viewer import stills
 from raycam.viewer.scheduler import REST_S, Scheduler
 from raycam.viewer.session import Session
 from raycam.viewer.session.connection import MAX_UNACKNOWLEDGED
@@ -96,6 +99,56 @@ def test_refinement_ends_at_the_requested_samples(small_world: raycam.World) -> 
     assert session.connection.sent >= 1
 
 
+@pytest.fixture
+def studio_session(monkeypatch: pytest.MonkeyPatch) -> Session:
+    """A session with a model in the studio; each step samples at least one tile of its image."""
+    monkeypatch.setattr(stills, "SLICE", 0.0)
+    world = raycam.World()
+    world.add_object(sphere={"radius": 1}, type="glass")
+    session = Session(world, samples=16, is_model=True)
+    receive(session, {"type": "size", "width": 48, "height": 32, "ratio": 1})
+    session.images.touched = 0.0
+    return session
+
+
+def test_early_images_in_the_studio_are_blended_with_the_moving_image(studio_session: Session) -> None:
+    heard: list[tuple[dict[str, Any], bytes]] = []
+    images = studio_session.images
+    studio_session.connection.open(
+        lambda message, buffers: heard.append((message, *buffers)) if message["type"] == "picture" else None
+    )
+    scheduler = Scheduler(lambda: [studio_session])
+    kept = []
+    while step(scheduler):
+        kept += [images.still is not None] * (len(heard) - len(kept))
+        images.touched = 0.0
+    shown = [message["samples"] for message, _ in heard if not message["moving"]]
+    assert shown[0] < 8
+    assert shown[-1] == 16
+    assert [each >= 8 for each in shown] == [
+        each for each, (message, _) in zip(kept, heard, strict=True) if not message["moving"]
+    ]
+
+
+def test_first_samples_have_a_small_share_of_the_early_image() -> None:
+    preview, noisy = np.zeros((1, 1, 3), np.uint8), np.full((1, 1, 3), 200, np.uint8)
+    assert stills.blended(preview, noisy, 0.25).tolist() == [[[50, 50, 50]]]
+    assert stills.blended(noisy, preview, 0.25).tolist() == [[[150, 150, 150]]]
+
+
+def test_change_cancels_a_settling_image(studio_session: Session) -> None:
+    studio_session.connection.open(lambda message, buffers: None)
+    scheduler, images = Scheduler(lambda: [studio_session]), studio_session.images
+    step(scheduler)
+    images.settling_size = studio_session.view.size
+    images.touched = 0.0
+    found = scheduler._next()
+    assert found is not None
+    images.cancel.cancel()
+    with pytest.raises(raycam.Cancelled):
+        found[1]()
+
+
 def test_notices_of_an_image_are_sent(small_world: raycam.World) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
@@ -172,7 +225,6 @@ def test_render_errors_are_sent_and_the_thread_continues(
 
 def test_jpeg_images_approximate_the_frame(small_world: raycam.World) -> None:
     import cv2
-    import numpy as np
 
     rgb = raycam.render(small_world, small_world.camera("front").resized((96, 64)), samples=4).to_srgb8()
     back = cv2.imdecode(np.frombuffer(encode_jpeg(rgb), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]

@@ -23,7 +23,7 @@ use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
 /// Samples of the first rounds of [`Progressive::add_for`]. From 16 samples on, the texture filter and the BVH may
 /// differ, and tiles start from scratch; the first rounds are therefore small.
-const FIRST_ROUNDS: [u32; 2] = [2, 16];
+const FIRST_ROUNDS: [u32; 4] = [2, 4, 8, 16];
 /// Maximum number of samples that a later round adds. Each round doubles the number of samples up to this maximum,
 /// because larger rounds trace more rays through the same triangles.
 const LARGEST_ROUND: u32 = 64;

@@ -23,7 +23,7 @@ from ..render.channel_picture import encode_jpeg
 from ..render.frame import Frame
 from .moving import moving_frame
 from .session import Pane, Session, View
-from .stills import SAMPLED, Refinement, truth
+from .stills import SAMPLED, Refinement, blended, truth
 from .wire import pack, reduced
 
 __all__ = ["Scheduler", "failure"]
@@ -137,8 +137,9 @@ class Scheduler(threading.Thread):
             if panes:
                 pane = min(panes, key=lambda each: each.samples)
                 return session, lambda session=session, pane=pane: self._refine_pane(session, pane)
-            if images.is_coarse and view.channel == "color":
-                return session, lambda session=session: self._settle(session)
+            size = images.settling_size
+            if size is not None and view.channel == "color":
+                return session, lambda session=session, size=size: self._settle(session, size)
             if images.refinement_of(view).samples < images.samples_of(view):
                 return session, lambda session=session: self._refine(session)
         return None
@@ -147,18 +148,18 @@ class Scheduler(threading.Thread):
         """Renders one moving image, with one sample, as large as the time allows."""
         self._send_moving(session, session.images.pace.size(session.view.size, session.view.channel))
 
-    def _settle(self, session: Session) -> None:
-        """Renders the moving image at full size.
+    def _settle(self, session: Session, size: tuple[int, int]) -> None:
+        """Renders the moving image in a larger size.
 
-        This image is shown until the first still image is ready.
+        This image is shown until the first still image is ready. A change of the view cancels it.
         """
-        self._send_moving(session, session.view.size)
+        self._send_moving(session, size, session.images.cancel)
 
-    def _send_moving(self, session: Session, size: tuple[int, int]) -> None:
+    def _send_moving(self, session: Session, size: tuple[int, int], cancel: Cancel | None = None) -> None:
         view, version = session.snapshot()
         images = session.images
         started = time.perf_counter()
-        frame = moving_frame(view, size, images.threads)
+        frame = moving_frame(view, size, images.threads, cancel)
         seconds = time.perf_counter() - started
         if view.channel == "color":
             fields: dict[str, Any] = {"encoding": "jpeg"}
@@ -168,7 +169,10 @@ class Scheduler(threading.Thread):
             fields, buffers = {"encoding": "plane", "plane": header, "exact": False}, [data]
         images.pace.measured(size, seconds, len(buffers[0]), view.channel)
         session.connection.note_moving(len(buffers[0]))
-        images.mark_moved(version, is_coarse=size[0] < view.size[0] and view.preview is not view.shown)
+        if view.channel == "color" and size == view.size:
+            images.keep_preview(version, frame)
+        needs_full = view.look.first_samples > 1
+        images.mark_moved(version, images.pace.settling_size(view.size, size, reaches_full=needs_full))
         fields |= {"moving": True, "samples": 1, "rate": 0, "change": None}
         self._send(session, view, version, fields, buffers, seconds)
 
@@ -191,6 +195,9 @@ class Scheduler(threading.Thread):
             refinement = images.refinement_of(view)
         started = time.perf_counter()
         frame = refinement.step(cancel)
+        if frame is not None and refinement.is_early and version == images.version:
+            self._send_early(session, view, version, frame, refinement)
+            return
         if frame is None or not images.keep_still(version, frame):
             if view.channel in SAMPLED and version == images.version:
                 session.connection.broadcast(_progress(session, view, refinement))
@@ -202,6 +209,31 @@ class Scheduler(threading.Thread):
             self._send_plane(session, view, version, frame, refinement.samples, seconds, refinement)
         else:
             session.connection.broadcast(_progress(session, view, refinement))
+
+    def _send_early(
+        self, session: Session, view: View, version: int, frame: Frame, refinement: Refinement
+    ) -> None:
+        """Sends an image with fewer samples than the first still image, blended with the moving image.
+
+        The blended image is less noisy than its samples, and its light approaches the still image's.
+        """
+        if view.channel != "color":
+            session.connection.broadcast(_progress(session, view, refinement))
+            return
+        pixels, preview = frame.to_srgb8(view.exposure, view.transform), session.images.preview
+        if preview is not None:
+            share = refinement.samples / refinement.first
+            pixels = blended(preview.to_srgb8(view.exposure, view.transform), pixels, share)
+        fields = {
+            "moving": False,
+            "samples": refinement.samples,
+            "wanted": session.images.samples_of(view),
+            "rate": round(refinement.rate),
+            "change": None,
+            "encoding": "jpeg",
+        }
+        data = encode_jpeg(pixels, REFINING_QUALITY)
+        self._send(session, view, version, fields, [data], refinement.seconds)
 
     def _refine_pane(self, session: Session, pane: Pane) -> None:
         """Adds samples to one of several cameras, and sends its image."""

@@ -25,6 +25,7 @@ __all__ = [
     "FromScratch",
     "Refinement",
     "Slices",
+    "blended",
     "refinement",
     "shares",
     "truth",
@@ -61,7 +62,7 @@ class Refinement:
     options: dict[str, Any] = field(default_factory=dict)
     """More options of `render`."""
     first: int = 1
-    """The samples per pixel of the first image."""
+    """The samples per pixel of the first still image; earlier images are only for display."""
     samples: int = field(default=0, init=False)
     """The samples per pixel so far."""
     seconds: float = field(default=0.0, init=False)
@@ -95,6 +96,11 @@ class Refinement:
             self.change = (change / mean if mean > 0 else 0.0, samples)
         if not self._luminances or self.samples >= 2 * self._luminances[-1][0]:
             self._luminances = [*self._luminances[-1:], (self.samples, luminance)]
+
+    @property
+    def is_early(self) -> bool:
+        """True if the image has fewer samples than the first still image."""
+        return self.samples < min(self.first, self.most)
 
     @property
     def rate(self) -> float:
@@ -162,7 +168,7 @@ class Slices(Refinement):
 
     def _is_worth_showing(self) -> bool:
         """True if a frame is due; too many frames would delay the last frame."""
-        if self.samples >= self.most or (self._told == 0 and self.samples >= self.first):
+        if self.samples >= self.most or (self._told == 0 and self.samples > 0):
             return True
         affordable = self._spent >= self._showing / SHOWING
         if self.samples >= 2 * self._told > 0:
@@ -203,6 +209,17 @@ def refinement(
     options = options or {}
     made = FromScratch if "background" in options or camera.background is not None else Slices
     return made(world, camera, integrator, most, threads, channels, options, first)
+
+
+def blended(
+    preview: npt.NDArray[np.uint8], image: npt.NDArray[np.uint8], share: float
+) -> npt.NDArray[np.uint8]:
+    """Returns two sRGB images [h, w, 3] blended, with `image` weighted by `share` (0 to 1).
+
+    sRGB values, unlike radiance, limit the weight of single bright samples.
+    """
+    mixed = preview + np.float32(share) * (image.astype(np.float32) - preview)
+    return np.rint(mixed).astype(np.uint8)
 
 
 def shares(world: World, camera: Camera, **settings: Any) -> Frame:

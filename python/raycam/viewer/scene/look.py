@@ -158,7 +158,7 @@ class Look:
     def first_samples(self) -> int:
         """The samples per pixel of the first still image.
 
-        An image with fewer samples would be noisier than the preceding moving image.
+        Images with fewer samples are noisier than the preceding moving image, and are blended with it.
         """
         return 8 if self._is_in_studio else 4 if self.light == "sky" else 1
 

@@ -37,8 +37,10 @@ class Images:
         """The samples per pixel of a finished image; None for `DEFAULT_SAMPLES`."""
         self._refinement: Refinement | None = None
         self._moved = -1
-        self.is_coarse = False
-        """True if the moving image is smaller than the still image, whose first samples take long."""
+        self.settling_size: tuple[int, int] | None = None
+        """The size of the next image before the still image, whose first samples take long; None if none is due."""
+        self.preview: Frame | None = None
+        """The moving image of this version in full size, which is blended with the first samples."""
         self._shown: tuple[int, str] = (-1, "")
 
     def restart(self) -> None:
@@ -48,7 +50,7 @@ class Images:
         self.cancel = Cancel()
         self.touched = time.monotonic()
         self._refinement = None
-        self.still = None
+        self.still = self.preview = None
 
     def delay(self, seconds: float) -> None:
         """Delays the next still image by `seconds`, after a failure."""
@@ -100,13 +102,18 @@ class Images:
         """True if no image of this version was shown yet."""
         return self._moved != self.version
 
-    def mark_moved(self, version: int, *, is_coarse: bool = False) -> None:
+    def mark_moved(self, version: int, settling_size: tuple[int, int] | None = None) -> None:
         """Records that a moving image of a version was sent.
 
-        A coarse image is followed by an image of full size.
+        It is followed by an image of `settling_size`, unless this is None.
         """
         self._moved = version
-        self.is_coarse = is_coarse
+        self.settling_size = settling_size
+
+    def keep_preview(self, version: int, frame: Frame) -> None:
+        """Stores a moving image of full size, unless its version is out of date."""
+        if version == self.version:
+            self.preview = frame
 
     def is_shown(self, channel: str | None = None) -> bool:
         """True if a still image of this version was sent: of `channel`, or of any channel."""

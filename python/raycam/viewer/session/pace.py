@@ -6,6 +6,7 @@ __all__ = ["Pace"]
 
 TARGET = 0.040  # maximum seconds for a moving image
 DIVISORS = (1, 2, 4)  # divisors of the still image's width and height
+SLOW_S = 0.5  # seconds for an image of full size, above which an image of half the size is shown first
 SMOOTHING = 0.4  # weight of the newest measurement in the running mean
 MAX_BYTES = 100_000
 """Target size in bytes of a moving image; at `MAX_MOVING_RATE`, 24 such images are sent per second."""
@@ -28,14 +29,27 @@ class Pace:
 
     def size(self, still: tuple[int, int], channel: str = "color") -> tuple[int, int]:
         """Returns the size of the next moving image: the still image's size, a half or a quarter."""
-        sizes = [tuple(max(1, round(side / divisor)) for side in still) for divisor in DIVISORS]
+        sizes = _sizes(still)
         if self._seconds_per_pixel is None:
-            return sizes[1][0], sizes[1][1]
+            return sizes[1]
         count = self._bytes_per_pixel.get(channel, 0.0)
         for width, height in sizes:
             if width * height * self._seconds_per_pixel <= TARGET and width * height * count <= MAX_BYTES:
                 return width, height
-        return sizes[-1][0], sizes[-1][1]
+        return sizes[-1]
+
+    def settling_size(
+        self, still: tuple[int, int], shown: tuple[int, int], *, reaches_full: bool
+    ) -> tuple[int, int] | None:
+        """Returns the size of the next image between a moving image of the size `shown` and the still image.
+
+        If an image of full size is slow, half the size is next. Full size is last, if `reaches_full`. None: no image.
+        """
+        full, half, _ = _sizes(still)
+        is_slow = full[0] * full[1] * (self._seconds_per_pixel or 0.0) > SLOW_S
+        if is_slow and shown[0] < half[0]:
+            return half
+        return full if reaches_full and shown != full else None
 
     def measured(self, size: tuple[int, int], seconds: float, count: int = 0, channel: str = "color") -> None:
         """Records the render time and the bytes of an image."""
@@ -43,3 +57,8 @@ class Pace:
         new = seconds / (size[0] * size[1])
         old = self._seconds_per_pixel
         self._seconds_per_pixel = new if old is None else old + SMOOTHING * (new - old)
+
+
+def _sizes(still: tuple[int, int]) -> list[tuple[int, int]]:
+    """The sizes of moving images, the largest first."""
+    return [(max(1, round(still[0] / each)), max(1, round(still[1] / each))) for each in DIVISORS]
