@@ -75,6 +75,12 @@ def test_tree_selects_hides_isolates_and_searches(tab: Tab, viewer: Viewer) -> N
     tab.wait("!document.querySelector('#tree-list li.off')")
     click(tab, "#tree-list li:nth-child(1) .row-only")
     until(lambda: [each.visible for each in session.view.base.objects] == [True, False])
+    tab.wait("document.querySelector('#tree-list li:nth-child(1) .row-only').textContent === 'all'")
+    click(tab, "#tree-list li:nth-child(2) .row-only")
+    until(lambda: [each.visible for each in session.view.base.objects] == [False, True])
+    tab.wait("document.querySelector('#tree-list li:nth-child(2) .row-only').textContent === 'all'")
+    click(tab, "#tree-list li:nth-child(2) .row-only")
+    until(lambda: [each.visible for each in session.view.base.objects] == [True, True])
     tab.evaluate(
         "(() => { const field = document.getElementById('tree-search'); field.value = 'BAL';"
         " field.dispatchEvent(new Event('input')); })()"
@@ -82,6 +88,34 @@ def test_tree_selects_hides_isolates_and_searches(tab: Tab, viewer: Viewer) -> N
     assert tab.evaluate("document.querySelectorAll('#tree-list li').length") == 1
     assert tab.said == []
     assert tab.evaluate("document.getElementById('message').hidden")
+
+
+def test_selection_stays_when_a_camera_is_added(tab: Tab, viewer: Viewer) -> None:
+    session = session_of(viewer, tab)
+    tab.wait("document.querySelectorAll('#tree-list li').length === 2")
+    click(tab, "#tree-list li:nth-child(2) .row-name")
+    until(lambda: session.selection.tool == "outline")
+    click(tab, "#camera-add")
+    tab.wait("document.querySelectorAll('#tree-list li').length === 3")
+    tab.wait("document.querySelector('#tree-list li[aria-current] .row-name')?.textContent === 'ball'")
+    assert (session.selection.number, session.selection.tool) == (1, "outline")
+
+
+def test_several_cameras_replace_the_rate_in_the_status_line(tab: Tab, viewer: Viewer) -> None:
+    session_of(viewer, tab)
+    for count in (1, 2):
+        click(tab, "#camera-add")
+        tab.wait(f"document.querySelectorAll('#tree-list li').length === {2 + count}")
+    click(tab, "#panes-button")
+    tab.wait("document.getElementById('status').textContent === '2 cameras'")
+    assert tab.evaluate("document.getElementById('status-rate').textContent") == ""
+    click(tab, "#panes-button")
+
+
+def test_saved_files_are_reported(tab: Tab, viewer: Viewer) -> None:
+    session_of(viewer, tab)
+    click(tab, "#snapshot-glb")
+    tab.wait("document.getElementById('message').textContent.includes('.glb as a download')")
 
 
 def color_of(tab: Tab, selector: str, name: str) -> str:
@@ -227,6 +261,16 @@ def test_colors_are_sent_as_images_until_numbers_are_read(tab: Tab, viewer: View
     click(tab, "#take-b")
     until(lambda: session.connection.wants_planes)
     tab.wait("!document.getElementById('compare-mode').disabled")
+    tab.wait("!document.getElementById('difference').hidden")
+    # Numbers of an earlier image are hidden at the first image that is not exact.
+    tab.evaluate(
+        "new MutationObserver((all, observer) => { globalThis.wasHidden = true; }).observe("
+        "document.getElementById('difference'), { attributes: true, attributeFilter: ['hidden'] })"
+    )
+    tab.evaluate(
+        "[...document.querySelectorAll('button')].find((each) => each.textContent === 'Top').click()"
+    )
+    tab.wait("globalThis.wasHidden")
 
 
 def test_controls_of_a_script_are_shown_and_used(tab: Tab, viewer: Viewer) -> None:

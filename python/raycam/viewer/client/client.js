@@ -94,7 +94,10 @@ export class Client {
     if (message.type === "explained") showExplanation(/** @type {any} */ (message), this.picture.layers.a);
     if (message.type === "notice" || message.type === "error") this.say(message.text, message.type, true);
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
-    if (message.type === "file") saveFile(message.name, message.media, message.bytes);
+    if (message.type === "file") {
+      saveFile(message.name, message.media, message.bytes);
+      this.say(`Saved ${message.name} as a download of the browser.`, "notice", true);
+    }
     if (message.type === "about") showAbout(message);
     this.onMessage(message);
   }
@@ -157,6 +160,7 @@ export class Client {
       this.controls.showLight();
       fillScale(byId("scale", HTMLElement), null, this.controls.display);
       this.picture.show({ a: layerOf(image), mode: differenceKind(this.mode) ? "off" : this.picture.layers.mode });
+      this.showCompare(null, []); // the numbers belong to an earlier image
       if (!moving) this.probe();
     }
     this.describe();

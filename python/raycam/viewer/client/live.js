@@ -110,7 +110,10 @@ export class LiveView {
     }
     this.scan.receive(message);
     if (message.type === "following") this.panes.follow(message.attached);
-    if (message.type === "pane") this.panes.receive(message);
+    if (message.type === "pane") {
+      this.panes.receive(message);
+      this.status.showCameras(this.panes.panes.length);
+    }
     if (message.type === "photograph") this.photograph.receive(message);
     if (message.type === "welcome") {
       this.resume(message.camera);
@@ -188,9 +191,9 @@ export class LiveView {
    * After a welcome: sends this page's settings to the server's session, and adopts the session's state.
    * @param {import("./client.js").Message} welcome
    */
-  begin({ overlay, triangles }) {
+  begin({ overlay, names, triangles }) {
     this.client.transport.send({ type: "visible", visible: !document.hidden });
-    this.world.begin(overlay);
+    this.world.begin(overlay, JSON.stringify(names?.instance));
     this.link.follow();
     const count = triangles === undefined ? "" : `${grouped(triangles)} ${triangles === 1 ? "triangle" : "triangles"}`;
     byId("status-world", HTMLElement).textContent = count;

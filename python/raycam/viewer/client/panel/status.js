@@ -12,11 +12,25 @@ export class StatusLine {
   /** @param {import("../client.js").Message} message with an image */
   show({ samples, ms, moving, integrator, rate, change }) {
     const light = moving ? "moving" : `${integrator}, ${samples} ${samples === 1 ? "sample" : "samples"}`;
-    if (!moving) {
-      byId("status-change", HTMLElement).textContent = change ? `${Number((100 * change.share).toPrecision(2))} % changed since ${change.since} samples` : "";
-      byId("status-rate", HTMLElement).textContent = rate ? `${(rate / 1e6).toPrecision(2)} M samples/s` : "";
-    }
+    this.showRefinement(moving ? 0 : rate, moving ? null : change);
     byId("status", HTMLElement).textContent = `${light}, ${ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`}`;
+  }
+
+  /**
+   * Shows how fast the still image is refined, and how much it changes.
+   * @param {number} rate samples per second, or 0
+   * @param {{ share: number, since: number } | null} change
+   */
+  showRefinement(rate, change) {
+    byId("status-change", HTMLElement).textContent = change ? `${Number((100 * change.share).toPrecision(2))} % changed since ${change.since} samples` : "";
+    byId("status-rate", HTMLElement).textContent = rate ? `${(rate / 1e6).toPrecision(2)} M samples/s` : "";
+  }
+
+  /** Shows the number of cameras that are shown at once; each image shows its own samples. @param {number} count */
+  showCameras(count) {
+    this.await(false);
+    this.showRefinement(0, null);
+    byId("status", HTMLElement).textContent = `${count} cameras`;
   }
 
   /** @param {boolean} follows true if an image is expected, which is reported if it is late */

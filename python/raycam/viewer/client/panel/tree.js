@@ -10,7 +10,7 @@ const CLOSED_EYE = "M1 7 Q8 13 15 7 M3 9.5 L1.8 11.5 M8 11 L8 13.2 M13 9.5 L14.2
  * @typedef {object} TreeListener
  * @property {(number: number) => void} select
  * @property {(number: number, visible: boolean) => void} show
- * @property {(number: number) => void} isolate
+ * @property {(number: number, isOnly: boolean) => void} isolate
  * @property {(number: number) => void} light
  * @property {(name: string) => void} lookThrough
  */
@@ -84,8 +84,10 @@ export class SceneTree {
     row.classList.toggle("off", !visible);
     if (!this.editable) return row;
     if (this.objects.length > 1) {
-      const only = element("button", "only", { type: "button", class: "row-only", title: "Hide all other objects", "aria-label": `show only ${name}` });
-      only.addEventListener("click", () => this.listener.isolate(number));
+      const isAlone = visible && this.objects.filter((each) => each.visible).length === 1;
+      const [text, title, label] = isAlone ? ["all", "Show all objects", "show all objects"] : ["only", "Hide all other objects", `show only ${name}`];
+      const only = element("button", text, { type: "button", class: "row-only", title, "aria-label": label });
+      only.addEventListener("click", () => this.listener.isolate(number, !isAlone));
       row.append(only);
     }
     const label = `${visible ? "hide" : "show"} ${name}`;

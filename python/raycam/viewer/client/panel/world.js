@@ -37,6 +37,7 @@ export class WorldControls {
     /** @type {{ name: string, visible: boolean }[]} */
     this.objects = [];
     this.selected = -1;
+    this.names = "";
     /** True once the user has selected an object; objects are outlined only after that. */
     this.isChosen = false;
     this.tree = new SceneTree({
@@ -46,7 +47,7 @@ export class WorldControls {
         byId("edit", HTMLElement).scrollIntoView({ block: "start" });
       },
       show: (number, visible) => this.change("object", number, "visible", visible),
-      isolate: (number) => this.change("object", number, "isolate", this.objects.filter(({ visible }) => visible).length > 1),
+      isolate: (number, isOnly) => this.change("object", number, "isolate", isOnly),
       light: (number) => {
         this.lights.select(number);
         byId("light-group", HTMLElement).scrollIntoView({ block: "nearest" });
@@ -125,12 +126,15 @@ export class WorldControls {
   }
 
   /**
-   * Shows the lines that the session draws over the image, and clears the selection, because it may be a new session.
+   * Shows the lines that the session draws over the image. Keeps the selected object of a world with the same objects,
+   * and sends it again, because it may be a new session.
    * @param {{ cameras: boolean, explained: boolean, grid: boolean } | undefined} overlay
+   * @param {string} names the names of all objects
    */
-  begin(overlay) {
+  begin(overlay, names) {
+    this.isChosen = this.isChosen && names === this.names && this.tree.selectedLight < 0;
+    this.names = names;
     this.selected = this.tree.selectedLight = -1;
-    this.isChosen = false;
     if (overlay) [this.cameras.checked, this.explained.checked, this.grid.checked] = [overlay.cameras, overlay.explained, overlay.grid];
   }
 
