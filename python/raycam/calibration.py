@@ -191,10 +191,10 @@ def load_cameras(
     * "3dgs": cameras.json of Gaussian splats; "polycam", "record3d": exports of these apps; "camera-path": a
       viewer's camera path
     * "poses": 4x4 matrices: one per file (ScanNet, 7-Scenes; also a folder of such files), 16 numbers per line
-      (Replica), or `.npy`
+      (Replica), or `.npy`; in the same forms, or as 12 numbers per line, 3x4 camera matrices P = K R [I | -C] in pixels
+      (DTU)
     * "open3d": Open3D's JSON; "redwood": `.log`; "arkit": ARKitScenes' `.traj` and `.pincam`
-    * "mvsnet", "neus" (also files of DVR), "pmvs" (also DTU's camera matrices, and `.npy`), "llff", "middlebury",
-      "realestate10k": cameras of these benchmarks
+    * "mvsnet", "neus" (also files of DVR), "pmvs", "llff", "middlebury", "realestate10k": cameras of these benchmarks
     * "kapture": a folder with `sensors/`, or a file in `sensors/`
     * "cityscapes", "virtual-kitti", "tartanair", "scannetpp-iphone": cameras and poses of these data sets
     * "aria-mps": trajectories and `online_calibration.jsonl` of Project Aria's machine perception services

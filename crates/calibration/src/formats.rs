@@ -13,7 +13,7 @@ use crate::datasets::{
     virtual_kitti,
 };
 use crate::devices::{aria, aria_mps, real_sense, zed};
-use crate::document::number_lines::looks_like;
+use crate::document::number_lines::{line_with_decimal_commas, looks_like};
 use crate::document::{unread, yaml, zip_members};
 use crate::files::{about_cameras, notice_of_repairs};
 use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg, open_sfm, reality_capture, xmp};
@@ -432,6 +432,15 @@ fn decode_in(
     assets: &mut AssetRoot,
 ) -> Result<Calibration> {
     source = zip_members::unpacked(source, &mut assets.budget)?;
+    let text = std::str::from_utf8(&source.bytes).unwrap_or("");
+    if let Some((line, numbers)) = line_with_decimal_commas(text) {
+        let first = numbers.split(|c: char| c.is_whitespace() || c == ';').next().unwrap_or(numbers);
+        return Err(FormatError::line(
+            &source.path,
+            line,
+            format!("{first}: numbers with decimal commas; expected decimal points, as in {}", first.replace(',', ".")),
+        ));
+    }
     let named = format.is_some();
     let Some(format) = format.or_else(|| detected(&source)) else { return Err(unknown_file(&source)) };
     let calibration = (format.read)(&source, assets, known);

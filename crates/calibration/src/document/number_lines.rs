@@ -11,6 +11,21 @@ pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%']) && !line.starts_with("//"))
 }
 
+/// Returns the first line whose numbers have decimal commas, as in `0,5 1,25 2,0`, with its line number: at least three
+/// words, each with one comma between digits. Only the first data lines are examined.
+pub(crate) fn line_with_decimal_commas(text: &str) -> Option<(usize, &str)> {
+    const EXAMINED_LINES: usize = 4;
+    let is_number = |word: &str| {
+        let (whole, fraction) = word.split_once(',').unwrap_or(("", ""));
+        let digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+        digits(whole.trim_start_matches(['-', '+'])) && digits(fraction)
+    };
+    data_lines(text).take(EXAMINED_LINES).find(|(_, line)| {
+        let words = line.split(|c: char| c.is_whitespace() || c == ';').filter(|word| !word.is_empty());
+        words.clone().count() >= 3 && words.clone().all(is_number)
+    })
+}
+
 /// Reads the `N` finite numbers of a line.
 pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> Result<[f64; N]> {
     let mut values = Vec::with_capacity(N);

@@ -1,7 +1,8 @@
 //! Poses as 4x4 matrices by rows: four lines of four numbers (ScanNet, 7-Scenes), 16 numbers per line (`traj.txt` of
 //! Replica in NICE-SLAM's version), an index and 16 numbers (`cam0_to_world.txt` of KITTI-360), three lines (ICL-NUIM),
-//! NumPy arrays [n, 4, 4], or JSON; and K in a file of the same form. Sources: ScanNet's SensorData.py; nice-slam's
-//! datasets.py; kitti360Scripts.
+//! NumPy arrays [n, 4, 4], or JSON; camera matrices P = K R [I | -C], 3x4, in the same forms or as 12 numbers per line
+//! (`pos_001.txt` of DTU); and K in a file of the same form. Sources: ScanNet's SensorData.py; nice-slam's datasets.py;
+//! kitti360Scripts; Hartley and Zisserman, Multiple View Geometry, 6.1 (P).
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -12,7 +13,8 @@ use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
 use crate::document::lens_keys::looks_like_lens;
 use crate::document::number_format::{joined, matrix_rows34};
 use crate::document::number_lines::data_lines;
-use crate::document::{Cursor, check_rigid, check_rotation, npy, rigid, yaml};
+use crate::document::{Cursor, check_rigid, check_rotation, focal_lengths_of, npy, rigid, rotation_of_any_scale, yaml};
+use crate::files::PoseConvention;
 use crate::intrinsics::{lens_of, pinhole_matrix};
 use crate::trajectory::convention::convention_of;
 use crate::trajectory::matrix_tree::{self, FoundMatrices, PosesOfTree, is_poses};
@@ -21,12 +23,15 @@ use crate::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
+/// Minimum focal length in pixels of a matrix that counts as a camera matrix in pixels.
+const MIN_FOCAL_LENGTH: f64 = 2.0;
+
 /// Arrangement of the numbers of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MatrixLayout {
     /// Poses of several lines of four numbers; the field is the number of lines per pose: 4, or 3 for the upper rows.
     Blocks(usize),
-    /// One pose per line; the field is the number of numbers per line: 16, or 17 with an index.
+    /// One matrix per line; the field is the number of numbers per line: 16, 17 with an index, or 12 for camera matrices.
     Lines(usize),
     /// K, in three or four lines.
     Intrinsics,
@@ -52,7 +57,7 @@ pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
             if !even || rows.len() % first.len() != 0 && (first.len() == 3 || rows.len() % 3 != 0) {
                 return None;
             }
-            if first.len() == 4 && are_upper_rows(&rows) {
+            if first.len() == 4 && (are_upper_rows(&rows) || are_camera_matrices(&rows)) {
                 return Some(MatrixLayout::Blocks(3));
             }
             if rows.len() % first.len() != 0 {
@@ -67,6 +72,7 @@ pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
             }
         }
         16 | 17 => Some(MatrixLayout::Lines(first.len())),
+        12 => is_camera_matrix(first.first_chunk()?).then_some(MatrixLayout::Lines(12)),
         _ => None,
     }
 }
@@ -78,6 +84,26 @@ fn are_upper_rows(rows: &[Vec<f64>]) -> bool {
     rows.len().is_multiple_of(3)
         && !last
         && check_rotation(DMat3::from_cols(row(0), row(1), row(2)).transpose()).is_ok()
+}
+
+/// True for rows of four numbers whose first three are a camera matrix P.
+fn are_camera_matrices(rows: &[Vec<f64>]) -> bool {
+    let first = rows.get(..3).map(<[Vec<f64>]>::concat);
+    rows.len().is_multiple_of(3) && first.is_some_and(|rows| rows.first_chunk().is_some_and(is_camera_matrix))
+}
+
+/// True for a camera matrix P = K R [I | -C], given by rows. A matrix whose left part is almost a rotation, of any scale,
+/// is not one, because it is more likely a pose with an error.
+pub(crate) fn is_camera_matrix(rows: &[f64; 12]) -> bool {
+    let k_r = rigid(rows).0;
+    if k_r.determinant() == 0.0 || !k_r.determinant().is_finite() || rotation_of_any_scale(k_r).is_some() {
+        return false;
+    }
+    let [u, v, axis] = [0, 1, 2].map(|i| k_r.row(i));
+    let principal_point = [u, v].map(|row| row.dot(axis) / axis.length_squared());
+    // In pixels, or in units of the image size, which `check_cameras` refuses with the conversion.
+    focal_lengths_of(k_r).iter().all(|focal| *focal >= MIN_FOCAL_LENGTH)
+        || principal_point.iter().all(|at| (0.25..0.75).contains(at))
 }
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
@@ -100,18 +126,14 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     }
     let PosesOfTree { key, matrices: poses, notices } = poses_of(source, assets)?;
     calibration.notices.extend(notices);
-    let convention = convention_of(&format!("{stem} {key}"), hints, &mut calibration.notices);
+    let content = content_of(&poses, &format!("{stem} {key}"), hints, &mut calibration.notices);
     let alone = poses.len() == 1;
     let mut lost = 0;
     for (i, (index, line, rows)) in poses.into_iter().enumerate() {
-        let Some(rows) = checked(rows).map_err(|message| FormatError::line(path, line, message))? else {
-            lost += 1;
-            continue;
-        };
         let name = index.unwrap_or_else(|| if alone { stem.clone() } else { format!("{i:06}") });
-        let mut record = CameraRecord::new(name, PixelCenter::Integer);
-        record.pose = Some(convention.pose(&rows));
-        calibration.records.push(record);
+        let record = content.record(name, rows).map_err(|message| FormatError::line(path, line, message))?;
+        lost += usize::from(record.is_none());
+        calibration.records.extend(record);
     }
     if lost > 0 {
         calibration.note(
@@ -150,6 +172,60 @@ pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<Pos
     }
 }
 
+/// What the matrices of a file are.
+pub(crate) enum MatrixContent {
+    /// Poses of this convention.
+    Poses(PoseConvention),
+    /// Camera matrices P.
+    CameraMatrices,
+}
+
+/// Decides what the matrices of a file are by the first one. `name` is where they are, for notices about the convention.
+pub(crate) fn content_of(
+    found: &FoundMatrices,
+    name: &str,
+    hints: &ReadHints,
+    notices: &mut Vec<Notice>,
+) -> MatrixContent {
+    if has_camera_matrices(found) && hints.poses.is_none() {
+        return MatrixContent::CameraMatrices;
+    }
+    MatrixContent::Poses(convention_of(name, hints, notices))
+}
+
+impl MatrixContent {
+    /// The camera of one matrix; `None` for a lost frame, whose numbers are not finite.
+    pub(crate) fn record(&self, name: String, matrix: [f64; 16]) -> Result<Option<CameraRecord>, String> {
+        let mut record = CameraRecord::new(name, PixelCenter::Integer);
+        match self {
+            Self::Poses(convention) => {
+                let Some(rows) = checked(matrix)? else { return Ok(None) };
+                record.pose = Some(convention.pose(&rows));
+            }
+            Self::CameraMatrices => {
+                if matrix.iter().any(|value| !value.is_finite()) {
+                    return Ok(None);
+                }
+                let rows = camera_matrix_of(&matrix)
+                    .ok_or("not a camera matrix P = K R [I | -C], but the first matrix of the file is one")?;
+                record.matrix = Some([0, 1, 2].map(|i| [0, 1, 2, 3].map(|j| rows[4 * i + j])));
+            }
+        }
+        Ok(Some(record))
+    }
+}
+
+/// True if the first matrix is a camera matrix P.
+pub(crate) fn has_camera_matrices(found: &FoundMatrices) -> bool {
+    found.first().is_some_and(|(.., matrix)| camera_matrix_of(matrix).is_some())
+}
+
+/// The upper three rows of a matrix if they are a camera matrix P.
+fn camera_matrix_of(matrix: &[f64; 16]) -> Option<[f64; 12]> {
+    let rows = *matrix.first_chunk::<12>()?;
+    (matrix[12..] == [0.0, 0.0, 0.0, 1.0] && is_camera_matrix(&rows)).then_some(rows)
+}
+
 /// Returns the first three rows of a pose; `None` for a lost frame, whose numbers are not finite.
 pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
     if m.iter().any(|value| !value.is_finite()) {
@@ -177,7 +253,7 @@ pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<
             index = words(row).next().map(str::to_owned);
         }
         block.extend(numbers);
-        if layout == MatrixLayout::Blocks(3) && block.len() == 12 {
+        if matches!(layout, MatrixLayout::Blocks(3) | MatrixLayout::Lines(12)) && block.len() == 12 {
             block.extend([0.0, 0.0, 0.0, 1.0]);
         }
         if let Ok(matrix) = <[f64; 16]>::try_from(&block[..]) {

@@ -1,15 +1,16 @@
 //! Folders of poses with a 4x4 matrix for each image: ScanNet's export (`pose/0.txt`, `intrinsic/`), 7-Scenes
-//! (`frame-000000.pose.txt`), tsdf-fusion's (with `camera-intrinsics.txt` in the same folder), NumPy arrays (`.npy`,
+//! (`frame-000000.pose.txt`), DTU's camera matrices (`pos_001.txt`), tsdf-fusion's (with `camera-intrinsics.txt` in the same folder), NumPy arrays (`.npy`,
 //! `.npz`), CSV, JSON. Source: ScanNet's SensorData.py.
 
 use glam::DMat3;
-use raycam_scene::{NoticeCode, PixelCenter};
+use raycam_scene::NoticeCode;
 
 use crate::picture_size::size_of_picture;
-use crate::trajectory::convention::convention_of;
-use crate::trajectory::matrices::{MatrixLayout, checked, intrinsics, layout, poses_of};
+use crate::trajectory::matrices::{
+    MatrixContent, MatrixLayout, content_of, has_camera_matrices, intrinsics, layout, poses_of,
+};
 use crate::trajectory::matrix_tree::PosesOfTree;
-use crate::{Calibration, CameraRecord, Folder, ReadHints};
+use crate::{Calibration, Folder, ReadHints};
 use raycam_formats::io::AssetRoot;
 use raycam_formats::{FormatError, Result};
 
@@ -45,7 +46,10 @@ fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<St
             let names: Vec<String> = place.ending(ending).filter(|name| may_be_pose(name)).cloned().collect();
             let Some(first) = names.first() else { continue };
             let Ok(source) = place.read(first, assets) else { continue };
-            if let Some(found) = poses_of(&source, assets).ok().filter(|found| found.matrices.len() == 1) {
+            let found = poses_of(&source, assets).ok().filter(|found| found.matrices.len() == 1);
+            // A single camera matrix is a file of its own, not a folder with a matrix for each image.
+            let is_folder = |found: &PosesOfTree| names.len() > 1 || !has_camera_matrices(&found.matrices);
+            if let Some(found) = found.filter(is_folder) {
                 return Some((place, names, found));
             }
         }
@@ -67,7 +71,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     let (place, names, first) = find_poses(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration { notices: first.notices, ..Calibration::default() };
     let name = format!("{} {}", place.name(), first.key);
-    let convention = convention_of(&name, hints, &mut calibration.notices);
+    let content = content_of(&first.matrices, &name, hints, &mut calibration.notices);
     let mut lost = Vec::new();
     let mut size = None;
     let alone = place.path == folder.path && !PICTURES.iter().any(|name| folder.has(name));
@@ -92,13 +96,11 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
             ));
         }
         let stem = name.rsplit_once('.').map_or(name.as_str(), |(stem, _)| stem).trim_end_matches(".pose");
-        let rows = checked(matrix).map_err(|message| FormatError::line(&source.path, line, message))?;
-        let Some(rows) = rows else {
+        let record = content.record(stem.to_owned(), matrix);
+        let Some(mut record) = record.map_err(|message| FormatError::line(&source.path, line, message))? else {
             lost.push(stem);
             continue;
         };
-        let mut record = CameraRecord::new(stem, PixelCenter::Integer);
-        record.pose = Some(convention.pose(&rows));
         for ending in ["jpg", "png"] {
             let own = format!("{stem}.color.{ending}");
             if place.has(&own) {
@@ -125,7 +127,9 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
             format!("{} lost frames without a pose are omitted: {first} ...", lost.len()),
         );
     }
-    if hints.intrinsics.is_none() {
+    if matches!(content, MatrixContent::CameraMatrices) {
+        calibration.records.iter_mut().for_each(|record| record.size = size);
+    } else if hints.intrinsics.is_none() {
         with_intrinsics(&scene, &place, size, assets, &mut calibration)?;
     }
     Ok(calibration)
