@@ -50,7 +50,13 @@ def as_json(path: Path, p: npt.NDArray[np.float64]) -> None:
     path.write_text(json.dumps(p.tolist()))
 
 
-WRITERS = {"rows.txt": as_rows, "lines.txt": as_lines, "p.npy": as_array, "p.npz": as_archive, "p.json": as_json}
+WRITERS = {
+    "rows.txt": as_rows,
+    "lines.txt": as_lines,
+    "p.npy": as_array,
+    "p.npz": as_archive,
+    "p.json": as_json,
+}
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -83,7 +89,9 @@ def test_folder_of_camera_matrices_has_one_camera_per_file(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_camera_matrix_in_units_of_the_image_size_is_refused_with_the_conversion(tmp_path: Path, name: str) -> None:
+def test_camera_matrix_in_units_of_the_image_size_is_refused_with_the_conversion(
+    tmp_path: Path, name: str
+) -> None:
     to_units = np.diag([1.0 / SIZE[0], 1.0 / SIZE[1], 1.0])
     WRITERS[name](tmp_path / name, to_units @ camera_matrices(2))
     with raises(raycam.FormatError, code="syntax", mentions=["multiply the first row"]):

@@ -97,6 +97,19 @@ def test_depth_and_segmentation_agree_with_mujoco_rays(
     assert box[0] > 2 * box[2]
 
 
+def test_scene_options_without_effect_are_named(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+    model, data = state
+    option = mujoco.MjvOption()
+    option.flags[mujoco.mjtVisFlag.mjVIS_CONTACTPOINT] = True
+    option.frame = mujoco.mjtFrame.mjFRAME_GEOM
+    with stand_in.Renderer(model) as renderer:
+        with warns(raycam.Notice, code="ignored_element", mentions=["mjVIS_CONTACTPOINT", "frame"]):
+            renderer.update_scene(data, "front", option)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            renderer.update_scene(data, "front", mujoco.MjvOption())
+
+
 def test_scene_options_select_groups(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
     model, data = state
     renderer = stand_in.Renderer(model, 30, 40)

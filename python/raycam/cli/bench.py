@@ -36,7 +36,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--threads",
         metavar="N",
         type=int,
-        help="number of threads in the first column of the table (default: all)",
+        help="number of raycam's threads (default: all); rates with one thread are always reported too",
     )
     command.add_argument("--seed", metavar="N", type=int, default=1, help="seed of the scenes (default: 1)")
     command.add_argument("--json", action="store_true", help="print JSON instead of a table")

@@ -49,7 +49,12 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="channels of the file, as listed in the documentation of raycam.Frame (color depth normal instance ...), "
         "or all (default: color; for .exr and .npz color depth instance triangle)",
     )
-    group.add_argument("--region", metavar="X,Y,W,H", type=parse_region, help="render a part of the image")
+    group.add_argument(
+        "--region",
+        metavar="X,Y,W,H",
+        type=parse_region,
+        help="render only this part of the image: left column, top row, width and height in pixels",
+    )
     group.add_argument("--bits", type=int, metavar="N", help="bits per channel of a .png: 8 (default) or 16")
     group.add_argument(
         "--half", action="store_true", default=None, help="write float16 instead of float32 to an .exr"

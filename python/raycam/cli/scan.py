@@ -55,7 +55,14 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--no-noise", dest="noise", action="store_const", const=False, help="omit noise and rounding"
     )
     settings.add_argument("--seed", metavar="N", type=int, help="seed of the noise (default: 0)")
-    command.add_argument("--frame", metavar="N", type=int, default=0, help="number of the frame (default: 0)")
+    command.add_argument(
+        "--frame",
+        metavar="N",
+        type=int,
+        default=0,
+        help="number of the frame, which selects the random numbers and the part of a pattern that does not repeat "
+        "(default: 0); use --at for the time",
+    )
     command.add_argument(
         "--in-world", action="store_true", help="write points in world coordinates instead of the sensor's"
     )

@@ -7,12 +7,13 @@ pixel's centre. Colours are computed with MuJoCo's own light model and resemble 
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from raycam import Camera, SettingsError, from_mujoco, render
+from raycam import Camera, Notice, SettingsError, from_mujoco, render
 
 __all__ = ["Renderer", "install", "uninstall"]
 
@@ -104,8 +105,11 @@ class Renderer:
         """Updates the poses from `data`, and selects the camera.
 
         `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`. Of `scene_option`, `geomgroup`,
-        `sitegroup`, `tendongroup` and the flag `mjVIS_TENDON` are used; the other options are ignored.
+        `sitegroup`, `tendongroup` and the flag `mjVIS_TENDON` are used. A notice names other options that differ from
+        MuJoCo's defaults, such as `mjVIS_CONTACTPOINT`; they have no effect.
         """
+        if scene_option is not None:
+            _warn_of_unused(scene_option)
         groups = self._groups if scene_option is None else _shown_groups(scene_option)
         if self._scene is None or groups != self._groups:
             self._build(data, groups)
@@ -233,6 +237,22 @@ def _shown_groups(option: Any) -> Groups:
         for groups in (option.geomgroup, option.sitegroup, option.tendongroup)
     )
     return geoms, sites, tendons if option.flags[TENDON_FLAG] else ()
+
+
+def _warn_of_unused(option: Any) -> None:
+    """Gives a notice that names the changed values of an `mjvOption` that have no effect."""
+    import mujoco
+
+    default = mujoco.MjvOption()
+    changed = np.flatnonzero(np.asarray(option.flags) != default.flags)
+    names = [mujoco.mjtVisFlag(int(flag)).name for flag in changed if flag != TENDON_FLAG]
+    values = ("frame", "label", "jointgroup", "actuatorgroup", "flexgroup", "skingroup")
+    names += [name for name in values if np.any(getattr(option, name) != getattr(default, name))]
+    if names:
+        warnings.warn(
+            Notice(f"scene_option: {', '.join(names)} is not supported and has no effect", "ignored_element"),
+            stacklevel=3,
+        )
 
 
 def install() -> None:

@@ -60,7 +60,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes colour, depth and masks of an image, and the image's rows of the JSON files.
+    """Creates an image with its depth and masks, and the image's rows of the JSON files.
 
     The rows belong to scene_camera, scene_gt and scene_gt_info.
     """
@@ -164,7 +164,7 @@ def base_of(plan: Plan, world: int) -> str:
 
 
 def index(plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
-    """Makes the JSON files of the scenes, and the models with their JSON files.
+    """Creates the JSON files of the scenes, and the models with their JSON files.
 
     The data set contains one scene for each world.
     """

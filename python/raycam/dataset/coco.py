@@ -73,7 +73,7 @@ def _check_owners(plan: Plan, category: str, points: dict[str, Any]) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image, and its annotations without ids."""
+    """Creates an image, and its annotations without ids."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     width, height = shot.camera.size

@@ -60,7 +60,7 @@ def image_name(plan: Plan, number: int) -> str:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image, and the image's part of the points.
+    """Creates an image, and the image's part of the points.
 
     The points are random pixels that show a surface, with their base colours.
     """
@@ -88,7 +88,7 @@ def in_front(camera: Camera, points: Floats) -> npt.NDArray[np.bool_]:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the model files.
+    """Creates the model files.
 
     A point is observed in every view in which the point is visible and has not moved.
     """

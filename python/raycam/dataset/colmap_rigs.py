@@ -41,7 +41,7 @@ def check(plan: Plan) -> None:
 
 
 def files(plan: Plan, ids: Sequence[int]) -> Index:
-    """Makes both files; `ids` are the camera ids of all views."""
+    """Creates both files; `ids` are the camera ids of all views."""
     rigs = {tuple(ids[number] for number in frame): frame for frame in plan.rigs}
     single = dict.fromkeys(ids[number] for number, view in enumerate(plan.shots) if view.rig is None)
     numbers = {sensor: i + 1 for i, sensor in enumerate([*rigs, *((camera,) for camera in single)])}

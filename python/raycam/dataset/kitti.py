@@ -86,7 +86,7 @@ def left_camera(plan: Plan, number: int) -> Shot:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image's files in `object/training/` and `scene_flow/training/`.
+    """Creates an image's files in `object/training/` and `scene_flow/training/`.
 
     `object/training/` contains colour, depth, labels and calibration; `scene_flow/training/` contains flow
     and disparity.
@@ -277,7 +277,7 @@ def flow16(moved: npt.NDArray[np.float32], wanted: npt.NDArray[np.bool_]) -> npt
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the file of poses of all views, camera to world, as in the odometry benchmark."""
+    """Creates the file of poses of all views, camera to world, as in the odometry benchmark."""
 
     yield "poses.txt", ((record["pose"] + "\n").encode() for record in records())
 

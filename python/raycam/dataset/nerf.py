@@ -89,11 +89,12 @@ def check_whole_panorama(camera: Camera, number: int) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes colour, depth in steps of `depth_scale`, and a row of `transforms.json`.
+    """Renders the colour and depth image (in steps of `depth_scale`), and creates a row of `transforms.json`.
 
     Depth is along the optical axis for pinhole cameras with or without lens coefficients, and the distance from the
     camera for fisheye lenses and panoramas: nerfstudio multiplies depth by the length of the ray's direction, which is
-    1 for them. Source: nerfstudio, cameras/cameras.py (`directions_norm`), model_components/losses.py (`depth_loss`).
+    1 for these lenses. Source: nerfstudio, cameras/cameras.py (`directions_norm`), model_components/losses.py
+    (`depth_loss`).
     """
     shot = plan.shot(number)
     channel = "distance" if shot.camera.model in ("fisheye", "equirectangular") else "depth"
@@ -139,7 +140,7 @@ def intrinsics(camera: Camera) -> Record:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes `transforms.json`; values that all cameras share are at the top."""
+    """Creates `transforms.json`; values that all cameras share are at the top."""
     first = plan.shots[0].camera
     shared = all(intrinsics(view.camera) == intrinsics(first) for view in plan.shots)
     head: Record = {"camera_model": MODELS[first.model]}

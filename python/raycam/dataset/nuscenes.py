@@ -96,7 +96,7 @@ def pose_row(name: str, rotation: Floats, translation: Floats) -> dict[str, Any]
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes the images and scans of a pose; the rows of its tables are in the record."""
+    """Creates the images and scans of a pose; the rows of its tables are in the record."""
     views = plan.rigs[number]
     R, C = body_of(plan, views)
     folder = "samples" if is_key(plan, number) else "sweeps"
@@ -195,7 +195,7 @@ def units(plan: Plan) -> int:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the thirteen tables, and a map that is drivable everywhere."""
+    """Creates the thirteen tables, and a map that is drivable everywhere."""
     folder, scene = str(plan.options["version"]), str(plan.options["scene"])
     keys = [number for number in range(units(plan)) if is_key(plan, number)]
     tables: dict[str, Iterator[dict[str, Any]]] = {

@@ -51,14 +51,14 @@ def part(plan: Plan, world: int) -> Plan:
 
 
 def each_make(kind: Format, plan: Plan, number: int) -> Made:
-    """Makes the files of a view with `kind.make`, in the folder of its world."""
+    """Creates the files of a view with `kind.make`, in the folder of its world."""
     world, place = in_world(plan, number)
     files, record = kind.make(part(plan, world), place)
     return {f"{folder(world)}/{name}": data for name, data in files.items()}, record
 
 
 def each_index(kind: Format, plan: Plan, records: Callable[..., Iterator[Record]]) -> Index:
-    """Makes the index files of every world from that world's records."""
+    """Creates the index files of every world from that world's records."""
     count = views_of(plan)
     for world in range(world_count(plan)):
 

@@ -111,7 +111,9 @@ class View:
     def camera(self) -> Camera:
         """The camera of a view that has one; raises `SettingsError` for a rig that has no camera."""
         if self.optional_camera is None:
-            raise SettingsError("the view's rig has no camera", code="missing_camera")
+            raise SettingsError(
+                "the view's rig has no camera; check view.has_camera first", code="missing_camera"
+            )
         return self.optional_camera
 
     @property

@@ -58,7 +58,7 @@ def timestamp(plan: Plan, number: int) -> str:
 
 
 def make_tum(plan: Plan, number: int) -> Made:
-    """Makes colour and depth in steps of `depth_scale`, named by the timestamp."""
+    """Renders the colour and depth image (in steps of `depth_scale`), named by the timestamp."""
     frame = plan.shot(number).render(["color", "depth"])
     depth, _, loss = depth_units(frame["depth"], plan.options["depth_scale"])
     name = f"{timestamp(plan, number)}.png"
@@ -66,7 +66,7 @@ def make_tum(plan: Plan, number: int) -> Made:
 
 
 def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the lists of images, the trajectory (camera to world), and the camera."""
+    """Creates the lists of images, the trajectory (camera to world), and the camera."""
     times = [timestamp(plan, number) for number in range(len(plan.shots))]
     for kind in ("rgb", "depth"):
         yield (
@@ -88,7 +88,7 @@ def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def make_scannet(plan: Plan, number: int) -> Made:
-    """Makes colour, depth, pose (camera to world), instance and label files.
+    """Creates the files of an image: colour, depth, pose (camera to world), instances and labels.
 
     Depth is in steps of `depth_scale`.
     """
@@ -117,7 +117,7 @@ def make_scannet(plan: Plan, number: int) -> Made:
 
 
 def index_scannet(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the camera files, which colour and depth share."""
+    """Creates the camera files, which colour and depth share."""
     k = np.eye(4)
     k[:3, :3] = k_with_integer_centers(plan.shots[0].camera)
     for kind in ("color", "depth"):

@@ -99,7 +99,7 @@ def label_ids(plan: Plan) -> dict[str, int]:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes a scan, its labels and, if the rig has cameras, the image of the first camera."""
+    """Creates a scan, its labels and, if the rig has cameras, the image of the first camera."""
     view = plan.rigs[number][0]
     shot, lidar = plan.shot(view), chosen_lidar(plan, view)
     scan = scan_lidar(plan, view, lidar)
@@ -171,7 +171,7 @@ def units(plan: Plan) -> int:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes calib.txt, poses.txt, times.txt and the names of the labels.
+    """Creates calib.txt, poses.txt, times.txt and the names of the labels.
 
     The poses are relative to the pose of the first camera. They are written twice: as poses.txt of the sequence, as in
     SemanticKITTI, and in the folder poses, as in KITTI's odometry.

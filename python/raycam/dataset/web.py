@@ -40,7 +40,7 @@ def units(plan: Plan) -> int:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes one tar file of several views.
+    """Creates one tar file of several views.
 
     For each view, the file contains `key.png`, `key.json`, and one `key.NAME.npy` for each channel.
     """
@@ -116,7 +116,7 @@ def npy(array: npt.NDArray[np.generic]) -> Sequence[Piece]:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the index of `wids`: the number of samples of each shard."""
+    """Creates the index of `wids`: the number of samples of each shard."""
     shards = [
         {"url": f"shard-{number:06d}.tar", "nsamples": record["samples"]}
         for number, record in enumerate(records())

@@ -60,8 +60,9 @@ class Explanation(PixelSteps):
     def lighting(self, samples: int = 256) -> Lighting:
         """Returns the light of the pixel: the terms of each light, and their sum.
 
-        Each light has a shadow ray, a cosine, a diffuse term and a specular term. Suns, point lights and
-        spots without an extent are closed forms; other lights are means of `samples` samples.
+        Each light has a shadow ray, a cosine, a diffuse term and a specular term. The light of suns, point
+        lights and spots without an extent is computed in closed form. The light of other sources is the mean of
+        `samples` samples.
         """
         return lighting(self, samples)
 

@@ -63,7 +63,7 @@ def parse_size(name: str, size: int | str | None) -> int | None:
             count = int(size) if real(name, size).is_integer() else 0
     if not 0 < count < 1 << 63:
         raise SettingsError(
-            f'{name} is {size!r}; expected bytes, or a size as in "512 MiB"', code="wrong_type"
+            f'{name} is {size!r}; expected a number of bytes, or a size such as "512 MiB"', code="wrong_type"
         )
     return count
 

@@ -148,8 +148,9 @@ def trace_paths(
     max_bounces: int,
     threads: int | None,
 ) -> Contributions:
-    """Returns the light that surfaces return to beams of rays [n, k, 3], each with the share `weight`.
+    """Returns the light that surfaces send back to n beams of k rays each.
 
+    `origins` and `directions` are [n, k, 3]; `weight` is each ray's share of its pulse's energy.
     `times` [n] are the times of the beams (None: the world's time). `drift` [n, k] is the rate of change of distances
     along each ray because the sensor moves (default: 0). Fog is below the coordinate `fog_top[1]` of the axis
     `fog_top[0]` (default: everywhere). Each ray's path is a tree: at a smooth interface, the share F is reflected and

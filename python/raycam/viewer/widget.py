@@ -139,9 +139,10 @@ class Views:
         """The viewer, which is kept alive from its first display until its last output is removed."""
 
     def hear(self, content: Any) -> None:
-        """Executes a view's message; None ends the view.
+        """Executes the message `content["said"]` of the view `content["view"]`.
 
-        Malformed messages are answered with an error.
+        If the message is None, the view is closed. Malformed messages are answered with an error; content without a
+        view is ignored.
         """
         if not isinstance(content, dict) or not isinstance(content.get("view"), str):
             return

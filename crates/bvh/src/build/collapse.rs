@@ -38,8 +38,9 @@ impl BinaryNode {
     }
 }
 
-/// Computes the costs, children before parents. `of_leaf` returns a leaf's cost per area as 1 to 8 children. The test
-/// of a node costs as much as the test of a leaf.
+/// Computes the costs of all nodes, children before parents, and merges two leaves into one if this does not increase the
+/// cost. `of_leaf` returns a leaf's costs per area if it becomes at most 1, 2, ... 8 children of its parent; `fits`
+/// returns true if a node's primitives fit into one leaf. Testing a node costs as much as testing a leaf.
 #[inline(always)]
 pub fn collapse<I: Isa>(
     tree: &mut [BinaryNode],

@@ -38,7 +38,8 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
             Err(_) if known.size != hints.size => {
                 let mut found = nerf::read(&file, assets, &known)?;
                 let count = found.records.len();
-                let notice = "cameras whose images are missing get the size of another split (use size= for another)";
+                let notice = "cameras without image files are assumed to have the image size of another split; if it \
+                              differs, set it with --size WIDTHxHEIGHT or size=(width, height)";
                 found.notices.push(Notice::new(NoticeCode::AssumedConvention, format!("{count} {notice}")));
                 found
             }

@@ -193,8 +193,8 @@ impl Passes<'_> {
         ways.len() as u32 - 1
     }
 
-    /// Adds light to the passes of a camera ray; `light` is a function of the pass's fraction of each colour, which
-    /// depends on the mean cosine of a medium.
+    /// Adds air light to the passes of a camera ray. For each pass, `light` is called with a function that maps a medium's
+    /// mean cosine to the fraction of each colour that belongs to the pass.
     pub fn add_air_light(
         &self,
         ray_index: usize,

@@ -42,7 +42,12 @@ pub type RayVectors = Vec<[f64; 3]>;
 pub fn beam_rays(beams: &Beams, threads: Option<usize>) -> Result<(RayVectors, RayVectors), RenderError> {
     let (n, k) = (beams.origins.len(), beams.samples.len());
     if [beams.directions.len(), beams.turns.len()] != [n; 2] || ![1, n].contains(&beams.rotations.len()) || k == 0 {
-        return Err(RenderError::settings(format!("beams: expected {n} directions, turns and rotations, and samples")));
+        return Err(RenderError::settings(format!(
+            "beams: expected {n} directions, {n} turns, 1 or {n} rotations, and at least 1 sample; got {}, {}, {} and {k}",
+            beams.directions.len(),
+            beams.turns.len(),
+            beams.rotations.len()
+        )));
     }
     let (mut starts, mut ways) = (vec![[0.0; 3]; n * k], vec![[0.0; 3]; n * k]);
     with_pool(threads, || {

@@ -13,7 +13,7 @@ pub(super) struct BlockView<'a> {
     pub camera: &'a Camera,
     /// The common origin of all lines of sight if the camera's image contains the whole block.
     pub origin: Option<DVec3>,
-    /// Upper bound in the block of the pixels per radian; infinite if unknown.
+    /// Upper bound of the pixels per radian within the block; infinite if unknown.
     pub max_scale: f64,
     /// Upper bound of the area of a face in pixels; infinite unless the image contains the whole block.
     pub max_area: f64,

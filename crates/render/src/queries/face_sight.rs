@@ -38,8 +38,8 @@ pub struct SampledFaces<'a> {
     pub corners: &'a [[[f64; 3]; 3]],
     /// Unit normal of each face.
     pub normals: &'a [[f64; 3]],
-    /// Minimum number of samples of each face, from 1. Larger faces have as many samples as pixels in the camera that
-    /// shows them largest, up to the length of `pattern`.
+    /// Minimum number of samples of each face; at least 1. Larger faces have as many samples as they cover pixels in the
+    /// camera that shows them largest, up to the length of `pattern`.
     pub min_samples: &'a [u16],
     /// Weights of the corners for each sample; a face with n samples has the first n.
     pub pattern: &'a [[f64; 3]],

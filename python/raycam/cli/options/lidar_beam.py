@@ -21,7 +21,13 @@ def add_lidar_beam(command: argparse.ArgumentParser) -> None:
         help="explain a pulse of this lidar: a lidar's name in the world file, a device, or a calibration file",
     )
     lidar.add_argument("--firing", metavar="N", type=int, help="number of the pulse in the frame, from 0")
-    lidar.add_argument("--frame", metavar="N", type=int, default=0, help="number of the frame (default: 0)")
+    lidar.add_argument(
+        "--frame",
+        metavar="N",
+        type=int,
+        default=0,
+        help="number of the frame, for a pattern that does not repeat (default: 0); use --at for the time",
+    )
     lidar.add_argument(
         "--beam-samples", metavar="N", type=int, help="rays per pulse: 1, 7, 19 or 37 (default: the lidar's)"
     )

@@ -80,7 +80,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes the files of a photograph, and the photograph's record.
+    """Creates the files of a photograph, and the photograph's record.
 
     The record contains the share of pixels without a surface.
     """
@@ -174,7 +174,7 @@ def exr(channel: str, values: npt.NDArray[Any]) -> bytes:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes `error.json`, which contains each photograph's share of pixels without a surface.
+    """Creates `error.json`, which contains each photograph's share of pixels without a surface.
 
     Layouts with numbered files also get the photographs' names in `photographs.json`. The layout "colmap"
     also gets the cameras in `sparse`.

@@ -18,7 +18,7 @@ __all__ = ["card_files"]
 
 
 def card_files(format: str, plan: Plan, records: Callable[[], Iterator[Record]], licence: str) -> Index:
-    """Makes `dataset_card.json` and `dataset_card.md`, and lists of source images.
+    """Creates `dataset_card.json` and `dataset_card.md`, and lists of source images.
 
     `source_images.json` lists the views' images and is written if cameras have images. `backgrounds.json` is
     written if a recipe draws backgrounds. The same data set always has the same bytes.

@@ -38,7 +38,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes `N.hdf5` with an image and its annotations.
+    """Creates `N.hdf5` with an image and its annotations.
 
     The file contains colours, depth, distance, normals, segments of instances and categories, and the
     attributes of the instances.
@@ -74,7 +74,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the table of categories."""
+    """Creates the table of categories."""
     table = {str(number): name for number, name in sorted(plan.categories.items())}
     yield "categories.json", [json.dumps(table, indent=2).encode() + b"\n"]
 

@@ -195,7 +195,7 @@ def stamp_of(plan: Plan, number: int) -> int:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image as PNG; the record contains the messages of the image and of the lidars for the bag."""
+    """Creates an image as PNG; the record contains the messages of the image and of the lidars for the bag."""
     stamp, view = stamp_of(plan, number), plan.shots[number]
     files, messages = image_messages(plan, number, stamp) if view.has_camera else ({}, [])
     messages += transforms(plan, number, stamp)
@@ -295,7 +295,7 @@ def is_latched(topic: str) -> bool:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the bag in pieces, and `metadata.yaml`, which `ros2 bag` needs to open the folder."""
+    """Creates the bag in pieces, and `metadata.yaml`, which `ros2 bag` needs to open the folder."""
     table = {str(item.id): {"name": item.name, "category": item.category} for item in plan.objects}
     start = stamp_of(plan, 0)
     about = Cdr().add_text(json.dumps(table)).to_bytes()

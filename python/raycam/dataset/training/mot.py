@@ -44,7 +44,7 @@ def sequence(plan: Plan, number: int) -> tuple[str, int]:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image, and the image's rows of `gt.txt`.
+    """Creates an image, and the image's rows of `gt.txt`.
 
     Boxes enclose whole objects, including hidden parts. Pixel coordinates start at 1.
     """
@@ -61,7 +61,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes `gt/gt.txt` and `seqinfo.ini` of each sequence, and the names of the classes."""
+    """Creates `gt/gt.txt` and `seqinfo.ini` of each sequence, and the names of the classes."""
     names: dict[str, list[int]] = {}
     for number in range(len(plan.shots)):
         names.setdefault(sequence(plan, number)[0], []).append(number)

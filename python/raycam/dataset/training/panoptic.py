@@ -28,7 +28,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image, the image of its segments, and its annotation.
+    """Creates an image, the image of its segments, and its annotation.
 
     A segment's id is R + 256 G + 65536 B; the id 0 is void. Each thing is a segment; all objects of a
     category in `stuff` form one segment. Objects without a category are void.
@@ -68,7 +68,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes the file of annotations of all images, in pieces."""
+    """Creates the file of annotations of all images, in pieces."""
     yield "annotations/panoptic.json", _parts(plan, records)
 
 

@@ -136,7 +136,7 @@ def box_rows(shown: list[tuple[int, Label]]) -> tuple[npt.NDArray[Any], npt.NDAr
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes the files of an image, each named by its kind and the number of the image."""
+    """Creates the files of an image, each named by its kind and the number of the image."""
     shot = plan.shot(number)
     frame = shot.render(["color", "depth", "distance", "normal", "instance"])
     instance = frame["instance"]

@@ -62,7 +62,7 @@ def pascal_palette() -> npt.NDArray[np.uint8]:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image, and the images of its label ids, instance ids and colours.
+    """Creates an image, and the images of its label ids, instance ids and colours.
 
     Label ids have 8 bits. Instance ids have 16 bits and are the label id * 1000 + a count.
     """
@@ -99,7 +99,7 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes `labels.json`: id and colour of each category, and of pixels without a category."""
+    """Creates `labels.json`: id and colour of each category, and of pixels without a category."""
     palette = pascal_palette()
     ids = label_ids(plan)
     rows = [

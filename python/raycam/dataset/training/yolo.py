@@ -57,7 +57,7 @@ def check(plan: Plan) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Makes an image and its labels; the label file is empty if no object is visible."""
+    """Creates an image and its labels; the label file is empty if no object is visible."""
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])
     place = f"{split_names(plan)[number]}/{plan.picture_name(number)}"
@@ -205,7 +205,7 @@ def _turn(a: Points, b: Points, c: Points) -> float:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Makes `data.yaml`: the folders of the splits, the names of the classes."""
+    """Creates `data.yaml`: the folders of the splits, the names of the classes."""
     names = [plan.categories[number] for number in _class_categories(plan)]
     used = dict.fromkeys(plan.options["splits"])
     # Without `path`, Ultralytics uses the file's folder; `path: .` would be the current folder.

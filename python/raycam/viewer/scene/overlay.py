@@ -121,7 +121,7 @@ def _edges(camera: Camera, length: float) -> list[Floats]:
 def polylines(edges: list[Floats], seen: Camera) -> list[list[list[float]]]:
     """Converts lines [n, 3] of the world to pixels from the image's top left corner.
 
-    Parts of a line without an image are removed.
+    Parts of a line that have no pixel, for example behind the camera, are removed.
     """
     made: list[list[list[float]]] = []
     for edge in edges:

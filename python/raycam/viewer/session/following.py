@@ -132,7 +132,11 @@ class Following:
 
     def _lead(self, session: Session) -> None:
         if not self.may_lead(session):
-            raise SettingsError("only clients with the leader's address can lead", code="read_only")
+            raise SettingsError(
+                "the followers' address does not permit leading; open the leader's address, which raycam prints first "
+                "(in Python: viewer.url)",
+                code="read_only",
+            )
         before = self.leader
         before.role.on_show, before.connection.followers = None, ()
         if session.role.is_attached:

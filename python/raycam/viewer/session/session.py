@@ -558,7 +558,7 @@ class Session:
         self.redraw()
 
     def show_scan(self, scan: ScanPoints | None, world: World) -> None:
-        """Draws the points of a scan of `world`, or no points.
+        """Draws the points of a scan of `world`; None removes them.
 
         If the view shows another world, the client requests a new scan.
         """
