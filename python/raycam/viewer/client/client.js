@@ -94,10 +94,7 @@ export class Client {
     if (message.type === "explained") showExplanation(/** @type {any} */ (message), this.picture.layers.a);
     if (message.type === "notice" || message.type === "error") this.say(message.text, message.type, true);
     if (message.type === "status") byId("status", HTMLElement).textContent = message.text;
-    if (message.type === "file") {
-      saveFile(message.name, message.media, message.bytes);
-      this.say(`Saved ${message.name} as a download of the browser.`, "notice", true);
-    }
+    if (message.type === "file") this.say(saveFile(message.name, message.media, message.bytes), "notice", true);
     if (message.type === "about") showAbout(message);
     this.onMessage(message);
   }

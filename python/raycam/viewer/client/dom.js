@@ -78,10 +78,11 @@ export function numbersOf(inputs, wrong) {
 }
 
 /**
- * Saves bytes as a file, as the browser saves downloads.
+ * Saves bytes as a file, as the browser saves downloads; returns a report for the user.
  * @param {string} name
  * @param {string} type
  * @param {BlobPart} bytes
+ * @returns {string}
  */
 export function saveFile(name, type, bytes) {
   const link = document.createElement("a");
@@ -89,4 +90,5 @@ export function saveFile(name, type, bytes) {
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+  return `Saved ${name} as a download of the browser.`;
 }
