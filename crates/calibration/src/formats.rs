@@ -432,15 +432,7 @@ fn decode_in(
     assets: &mut AssetRoot,
 ) -> Result<Calibration> {
     source = zip_members::unpacked(source, &mut assets.budget)?;
-    let text = std::str::from_utf8(&source.bytes).unwrap_or("");
-    if let Some((line, numbers)) = line_with_decimal_commas(text) {
-        let first = numbers.split(|c: char| c.is_whitespace() || c == ';').next().unwrap_or(numbers);
-        return Err(FormatError::line(
-            &source.path,
-            line,
-            format!("{first}: numbers with decimal commas; expected decimal points, as in {}", first.replace(',', ".")),
-        ));
-    }
+    refuse_decimal_commas(&source)?;
     let named = format.is_some();
     let Some(format) = format.or_else(|| detected(&source)) else { return Err(unknown_file(&source)) };
     let calibration = (format.read)(&source, assets, known);
@@ -451,6 +443,18 @@ fn decode_in(
         }
         error => error,
     })
+}
+
+/// Returns an error for numbers with decimal commas. Readers would separate them at the commas, and read other numbers.
+fn refuse_decimal_commas(source: &InputFile) -> Result<()> {
+    let text = std::str::from_utf8(&source.bytes).unwrap_or("");
+    let Some((line, numbers)) = line_with_decimal_commas(text) else { return Ok(()) };
+    let first = numbers.split(|c: char| c.is_whitespace() || c == ';').next().unwrap_or(numbers);
+    Err(FormatError::line(
+        &source.path,
+        line,
+        format!("{first}: numbers with decimal commas; expected decimal points, as in {}", first.replace(',', ".")),
+    ))
 }
 
 /// Error for a file that no reader recognises.

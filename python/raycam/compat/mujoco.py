@@ -250,7 +250,7 @@ def _warn_of_unused(option: Any) -> None:
     names += [name for name in values if np.any(getattr(option, name) != getattr(default, name))]
     if names:
         warnings.warn(
-            Notice(f"scene_option: {', '.join(names)} is not supported and has no effect", "ignored_element"),
+            Notice(f"scene_option: settings without effect in raycam: {', '.join(names)}", "ignored_element"),
             stacklevel=3,
         )
 

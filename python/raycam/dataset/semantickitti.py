@@ -149,7 +149,7 @@ def nominal_camera(lidar: Lidar) -> Camera:
     """
     pose = pose_of(lidar)
     turn = product(np.array(CAMERA_FROM_LIDAR), pose[:3, :3].T)
-    return Camera(np.diag([1.0, 1.0, 1.0]), turn, pose[:3, 3], (1, 1), pixel_center="integer")
+    return Camera(np.eye(3), turn, pose[:3, 3], (1, 1), pixel_center="integer")
 
 
 def calibration(camera: Camera, lidar: Lidar) -> str:

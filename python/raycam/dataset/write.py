@@ -78,10 +78,10 @@ def views(
     Without `cameras`, a world with a video has one view per frame; any other world has one view for each of its
     cameras, or one for its default camera. `times`, one for each camera, are seconds of the world's video. A `Rig`
     among the cameras has one time, and adds one view for each of its cameras, or one view without a camera if it has
-    only other sensors. A single rig moves with the world's
-    video, if any. Sensors of a rig that are not cameras are sampled once for each pose of the rig. Lidars move during
-    their frame, from each pose of the rig to the next pose, if the poses have times. Without `cameras`, the world's
-    sensors (`World.sensors`) are sampled once for each time, with its first view.
+    only other sensors. A single rig moves with the world's video, if any. Sensors of a rig that are not cameras are
+    sampled once for each pose of the rig. Lidars move during their frame, from each pose of the rig to the next pose,
+    if the poses have times. Without `cameras`, the world's sensors (`World.sensors`) are sampled once for each time,
+    with its first view.
     """
     own_sensors = False
     if isinstance(cameras, Rig):

@@ -30,7 +30,7 @@ FWHM_TO_FULL = math.sqrt(2.0 / math.log(2.0))
 """The width of a Gaussian beam at 1/e² divided by its full width at half maximum: 1.699."""
 
 MAX_RING = (1 << 31) - 1
-"""The greatest ring."""
+"""The largest absolute ring number."""
 LIGHT_SPEED = 299792458.0
 """The speed of light in metres per second."""
 

@@ -5,6 +5,7 @@
 //! kitti360Scripts; Hartley and Zisserman, Multiple View Geometry, 6.1 (P).
 
 use std::fmt::Write as _;
+use std::ops::Range;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
@@ -25,6 +26,8 @@ use raycam_formats::{FormatError, Result};
 
 /// Minimum focal length in pixels of a matrix that counts as a camera matrix in pixels.
 const MIN_FOCAL_LENGTH: f64 = 2.0;
+/// Principal points of usual cameras, in units of the image size; 0.5 is the image's centre.
+const PRINCIPAL_POINTS: Range<f64> = 0.25..0.75;
 
 /// Arrangement of the numbers of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,7 +97,7 @@ fn are_camera_matrices(rows: &[Vec<f64>]) -> bool {
 
 /// True for a camera matrix P = K R [I | -C], given by rows. A matrix whose left part is almost a rotation, of any scale,
 /// is not one, because it is more likely a pose with an error.
-pub(crate) fn is_camera_matrix(rows: &[f64; 12]) -> bool {
+fn is_camera_matrix(rows: &[f64; 12]) -> bool {
     let k_r = rigid(rows).0;
     if k_r.determinant() == 0.0 || !k_r.determinant().is_finite() || rotation_of_any_scale(k_r).is_some() {
         return false;
@@ -103,7 +106,7 @@ pub(crate) fn is_camera_matrix(rows: &[f64; 12]) -> bool {
     let principal_point = [u, v].map(|row| row.dot(axis) / axis.length_squared());
     // In pixels, or in units of the image size, which `check_cameras` refuses with the conversion.
     focal_lengths_of(k_r).iter().all(|focal| *focal >= MIN_FOCAL_LENGTH)
-        || principal_point.iter().all(|at| (0.25..0.75).contains(at))
+        || principal_point.iter().all(|at| PRINCIPAL_POINTS.contains(at))
 }
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
@@ -196,16 +199,13 @@ pub(crate) fn content_of(
 impl MatrixContent {
     /// The camera of one matrix; `None` for a lost frame, whose numbers are not finite.
     pub(crate) fn record(&self, name: String, matrix: [f64; 16]) -> Result<Option<CameraRecord>, String> {
+        if is_lost(&matrix) {
+            return Ok(None);
+        }
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
         match self {
-            Self::Poses(convention) => {
-                let Some(rows) = checked(matrix)? else { return Ok(None) };
-                record.pose = Some(convention.pose(&rows));
-            }
+            Self::Poses(convention) => record.pose = Some(convention.pose(&check_rigid(&matrix)?)),
             Self::CameraMatrices => {
-                if matrix.iter().any(|value| !value.is_finite()) {
-                    return Ok(None);
-                }
                 let rows = camera_matrix_of(&matrix)
                     .ok_or("not a camera matrix P = K R [I | -C], but the first matrix of the file is one")?;
                 record.matrix = Some([0, 1, 2].map(|i| [0, 1, 2, 3].map(|j| rows[4 * i + j])));
@@ -228,10 +228,12 @@ fn camera_matrix_of(matrix: &[f64; 16]) -> Option<[f64; 12]> {
 
 /// Returns the first three rows of a pose; `None` for a lost frame, whose numbers are not finite.
 pub(crate) fn checked(m: [f64; 16]) -> Result<Option<[f64; 12]>, String> {
-    if m.iter().any(|value| !value.is_finite()) {
-        return Ok(None);
-    }
-    check_rigid(&m).map(Some)
+    if is_lost(&m) { Ok(None) } else { check_rigid(&m).map(Some) }
+}
+
+/// True for the matrix of a lost frame, whose numbers are not finite.
+fn is_lost(m: &[f64; 16]) -> bool {
+    m.iter().any(|value| !value.is_finite())
 }
 
 /// Reads the matrices of a text: for each matrix, the index before it, its line and its numbers.

@@ -1,6 +1,6 @@
 //! Folders of poses with a 4x4 matrix for each image: ScanNet's export (`pose/0.txt`, `intrinsic/`), 7-Scenes
-//! (`frame-000000.pose.txt`), DTU's camera matrices (`pos_001.txt`), tsdf-fusion's (with `camera-intrinsics.txt` in the same folder), NumPy arrays (`.npy`,
-//! `.npz`), CSV, JSON. Source: ScanNet's SensorData.py.
+//! (`frame-000000.pose.txt`), tsdf-fusion's (with `camera-intrinsics.txt` in the same folder), NumPy arrays (`.npy`,
+//! `.npz`), CSV, JSON; and folders of camera matrices P (DTU's `pos_001.txt`). Source: ScanNet's SensorData.py.
 
 use glam::DMat3;
 use raycam_scene::NoticeCode;
