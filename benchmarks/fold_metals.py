@@ -2,7 +2,7 @@
 
     python benchmarks/fold_metals.py
 
-Prints the table of `crates/scene/src/metal.rs`. The reflectance of the published n and k, from 0 to 89
+Prints the table of `crates/scene/src/material/metal.rs`. The reflectance of the published n and k, from 0 to 89
 degrees, is weighted by the illuminant D65 and the CIE 1931 observer (C. Wyman, P.-P. Sloan and P. Shirley,
 "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", 2013) and converted to linear Rec.
 709. The table contains, for each colour, the n and k whose reflectances are nearest to these values. Requires

@@ -13,7 +13,7 @@ use crate::arrays::DictResult;
 
 /// Maximum number of bytes that the pool keeps.
 const MAX_BYTES: usize = 256 << 20;
-/// An array is freed after this number of consecutive renders that do not use the array.
+/// Number of consecutive renders that do not use an array, after which the array is freed.
 const MAX_IDLE_RENDERS: u64 = 8;
 /// Minimum size in bytes of a plane that is kept.
 const MIN_BYTES: usize = 1 << 15;
@@ -21,14 +21,15 @@ const MIN_BYTES: usize = 1 << 15;
 /// Bytes per cache line: planes start at a cache line, and whole lines are written fastest.
 const CACHE_LINE: usize = 64;
 
-/// Values of a plane, plus one cache line. Python holds a view of the plane, which keeps the memory alive.
+/// Memory for the values of one plane, plus one cache line so that the values can start at a cache line. Python holds
+/// a view of the plane, which keeps the memory alive.
 enum PooledArray {
     F32(Py<PyArray1<f32>>),
     F64(Py<PyArray1<f64>>),
     I32(Py<PyArray1<i32>>),
 }
 
-/// An array, and the time when the array was last used.
+/// An array, the number of its plane's values, and the number of the render that last used the array.
 struct PoolEntry {
     array: PooledArray,
     values: usize,
@@ -124,7 +125,8 @@ impl BufferPool {
         Some(self.entries.swap_remove(at).array)
     }
 
-    /// Keeps the arrays of an image; returns the oldest arrays beyond the limit.
+    /// Keeps the arrays of an image for later renders; removes and returns the oldest arrays if the pool exceeds its
+    /// limit.
     fn retain(&mut self, py: Python<'_>, planes: &[ImagePlane]) -> Vec<PoolEntry> {
         let render = self.renders;
         self.entries.extend(planes.iter().filter_map(|plane| {
@@ -148,7 +150,7 @@ impl PoolEntry {
     }
 }
 
-/// Plane to be written.
+/// One channel's plane of an image; `zero` is true if the memory is new and therefore zero.
 struct ImagePlane {
     channel: Channel,
     array: PooledArray,
@@ -181,7 +183,7 @@ impl OutputPlanes {
         Self(planes.collect())
     }
 
-    /// Returns the planes for writing.
+    /// Calls `write` with the memory of the planes, and returns its result.
     pub fn write<T>(&self, py: Python<'_>, write: impl FnOnce(Vec<OutputPlane<'_>>) -> PyResult<T>) -> PyResult<T> {
         enum PlaneGuard<'py> {
             F32(PyReadwriteArray1<'py, f32>),

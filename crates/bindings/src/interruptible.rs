@@ -8,7 +8,7 @@ use raycam_render::{Control, RenderError};
 
 use crate::error::{OrRaise, catch_panic, from_panic, raycam_error};
 
-/// Maximum delay of Ctrl-C and the progress bar.
+/// Interval at which signals (Ctrl-C) are checked and progress is reported.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Runs `work` on the calling thread if it `is_brief`, otherwise like [`run_interruptible`].
@@ -26,7 +26,7 @@ pub(crate) fn run_for_work<T: Send>(
     result.or_raise()
 }
 
-/// Returns the control of a call; `cancel`, if given, also cancels the call.
+/// Returns a new control for a call; `cancel`, if given, also cancels the call.
 fn control_of(cancel: Option<&Control>) -> Control {
     cancel.map_or_else(Control::new, Control::of_call)
 }

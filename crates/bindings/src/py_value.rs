@@ -14,7 +14,7 @@ const MAX_DEPTH: usize = 16;
 /// Keys whose uint8 arrays are in sRGB.
 const SRGB_KEYS: [&str; 3] = ["color", "face_colors", "vertex_colors"];
 
-/// Node of any Python value; `path` names it in errors.
+/// Converts a Python value to a node of a description; error messages contain `path`, the value's key.
 pub(crate) fn to_value(value: &Bound<'_, PyAny>, path: &str) -> PyResult<SpannedValue> {
     convert(value, path, 0).map(SpannedValue::from)
 }
@@ -70,7 +70,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
         let convert = |(i, item)| convert(&item, &format!("{path}[{i}]"), depth + 1).map(SpannedValue::from);
         return Ok(Value::List(items.into_iter().enumerate().map(convert).collect::<PyResult<_>>()?));
     }
-    // These are NumPy scalars, other numbers, and paths.
+    // NumPy scalars have the method `item`; paths have `__fspath__`.
     if let Ok(scalar) = value.call_method0("item") {
         return convert(&scalar, path, depth + 1);
     }
@@ -85,7 +85,7 @@ fn convert(value: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<Value
 
 fn array_value(array: &Bound<'_, PyUntypedArray>, path: &str) -> PyResult<Value> {
     let shape = array.shape().to_vec();
-    // Memory for two copies of the array as 64-bit numbers, and for the mesh built from the array.
+    // 40 bytes per number: two copies of the array as 64-bit numbers, and the mesh built from the array.
     check_memory(&format!("{path}, an array of {} numbers,", array.len()), array.len().saturating_mul(40))?;
     let kind = array.dtype().kind();
     let last = path.rsplit('.').next().unwrap_or(path);

@@ -33,7 +33,7 @@ pub(crate) struct HeightField<'a> {
     pub slot: TextureSlot,
     /// Height that the value 1 represents, in metres of the world.
     pub scale: f64,
-    /// Value of the undisplaced surface.
+    /// Texture value at which the surface is not displaced.
     pub zero: f64,
 }
 
@@ -275,8 +275,8 @@ fn corner_normal(mesh: &Mesh, triangle: usize, corner: usize) -> DVec3 {
     })
 }
 
-/// The vector whose product with each of these unit normals is 1, or as close to 1 as possible; at most as long as
-/// [`MAX_MITER`].
+/// The vector whose dot product with each of these unit normals is 1, or as close to 1 as possible; its length is at
+/// most [`MAX_MITER`].
 fn miter(normals: &[DVec3]) -> DVec3 {
     if let &[normal] = normals {
         return normal;

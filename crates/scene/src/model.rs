@@ -37,7 +37,7 @@ pub struct MeshFile {
     pub up: Option<Up>,
 }
 
-/// The contents of a mesh file as one mesh, in the axes of the world that shows it.
+/// The contents of a mesh file as one mesh, with coordinates in the world's axes.
 #[derive(Clone, Debug)]
 pub struct SingleMesh {
     /// All parts, joined into one mesh.

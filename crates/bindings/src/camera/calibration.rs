@@ -13,7 +13,7 @@ use crate::camera::rig::Rig;
 use crate::error::{IntoPyErr, OrRaise, camera_error, catch_panic, detached};
 use crate::notice::Notices;
 
-/// Rotation and centre of a camera.
+/// A rotation, such as camera_from_world, and a centre.
 type RotationCenter = ([[f64; 3]; 3], [f64; 3]);
 
 /// Camera with the exact values of its file, so that it is written back bit for bit.
@@ -53,7 +53,7 @@ impl PyCameraRecord {
         Ok(Self { inner })
     }
 
-    /// Returns the record with another image and time.
+    /// Returns a copy of the record with this image and time.
     fn replaced(&self, image: Option<String>, time: Option<f64>) -> Self {
         Self { inner: CameraRecord { image, time, ..self.inner.clone() } }
     }
@@ -71,7 +71,7 @@ impl PyCameraRecord {
         Some((&mount.rig, &mount.frame, &mount.name, placed(&mount.camera), placed(&mount.body)))
     }
 
-    /// Returns the camera if its size and intrinsics are known.
+    /// Returns the camera; an error if the record does not contain the size and the intrinsics.
     fn camera(&self) -> PyResult<Camera> {
         let inner = self.inner.camera().map_err(|error| match error {
             FormatError::Encode(message) => camera_error(message),

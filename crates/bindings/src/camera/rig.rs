@@ -24,14 +24,14 @@ type NamedCameras = Vec<(String, Camera)>;
 
 #[pymethods]
 impl Rig {
-    /// Returns a rig of cameras in the axes of the body, with body_from_world and the body's position.
+    /// Creates a rig from body_from_world, the body's position, and cameras whose poses are in the body's axes.
     #[new]
     fn new(name: &str, r: [[f64; 3]; 3], c: [f64; 3], cameras: Vec<(String, PyRef<'_, Camera>)>) -> PyResult<Self> {
         let mounts = cameras.into_iter().map(|(name, camera)| NamedCamera { name, camera: camera.inner.clone() });
         wrap(camera::Rig::new(name, pose(r, c), mounts.collect()))
     }
 
-    /// Returns the rig for a description as in a world file.
+    /// Builds the rig that a dict describes, with the keys of a rig in a world file.
     #[staticmethod]
     fn from_dict(description: &Bound<'_, PyAny>, up: &str) -> PyResult<Self> {
         let spec: RigSpec = from_value(&to_value(description, "")?).or_raise()?;

@@ -25,7 +25,7 @@ pub(crate) struct BeamArguments<'py> {
     threads: Option<usize>,
 }
 
-/// Starts, relative to the sensor, and directions of the rays of beams, \[n, k, 3] in world axes.
+/// Returns the rays of beams: origins relative to the sensor, and directions, \[n, k, 3] each, in world axes.
 #[pyfunction]
 pub(crate) fn lidar_beam_rays<'py>(
     py: Python<'py>,
@@ -91,7 +91,7 @@ pub(crate) struct HitArguments<'py> {
     threads: Option<usize>,
 }
 
-/// Light that hits return: cosines and angles of incidence, and energies, \[n] each.
+/// Returns the cosine of the incidence angle, the incidence angle and the returned energy of each hit, \[n] each.
 #[pyfunction]
 pub(crate) fn lidar_returned_light<'py>(
     py: Python<'py>,
@@ -125,8 +125,8 @@ pub(crate) struct ReturnArguments<'py> {
     threads: Option<usize>,
 }
 
-/// Echoes of all pulses, by name: `pulse`, `length`, `energy`, `main` and `purity`; `sigma` is the standard deviation
-/// of a pulse in metres.
+/// Returns the echoes of all pulses as arrays by name: `pulse`, `length`, `energy`, `main` and `purity`; `sigma` is
+/// the standard deviation of a pulse in metres.
 #[pyfunction]
 pub(crate) fn lidar_echoes<'py>(py: Python<'py>, query: ReturnArguments<'py>, sigma: f64) -> DictResult<'py> {
     if !(sigma.is_finite() && sigma >= 0.0) {

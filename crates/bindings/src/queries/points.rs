@@ -179,7 +179,7 @@ pub(crate) fn world_points_in_sight<'py>(
     Ok(dict)
 }
 
-/// A dict of faces \[n], their samples, and the conditions under which cameras show them.
+/// A dict of faces \[n], the pattern of sample points on each face, and the conditions under which cameras show them.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct FaceArguments<'py> {
@@ -225,7 +225,8 @@ pub(crate) fn world_faces_in_sight<'py>(
     Ok(dict)
 }
 
-/// A dict of points \[n]: their objects, triangles, weights of corners, and times in seconds after the world's time.
+/// A dict of points \[n]: their objects, triangles, barycentric coordinates, and times in seconds after the world's
+/// time.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct MovingPointArguments<'py> {
@@ -255,10 +256,10 @@ pub(crate) fn world_velocities<'py>(
     array(py, found.into_flattened(), &[n, 3])
 }
 
-/// Topology of a mesh: (closed, oriented, boundary edges [k, 2], volume, components).
+/// Topology of a mesh: (is closed, is oriented, boundary edges [k, 2], volume, number of components).
 type TopologyParts<'py> = (bool, bool, NewArray<'py, i32>, f64, usize);
 
-/// Returns the topology of an object's mesh; the volume is the volume of the placed object.
+/// Returns the topology of an object's mesh; the volume is in world units, scaled by the object's transform.
 #[pyfunction]
 pub(crate) fn world_topology<'py>(py: Python<'py>, world: &World, object: usize) -> PyResult<TopologyParts<'py>> {
     let world = world.snapshot();

@@ -22,7 +22,7 @@ pub(crate) fn flat<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>, 
     array.as_slice().map_err(|_| settings_error(format!("{name}: expected a C-contiguous array")))
 }
 
-/// Rays from a dict: rays \[n, 3], their limits \[1] or \[n], and the objects that rays can hit.
+/// Rays from a dict: origins and directions \[n, 3], the limits of t \[1] or \[n], and the objects that rays can hit.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct RayArguments<'py> {
@@ -105,7 +105,7 @@ fn fields(names: &[String]) -> PyResult<Vec<Field>> {
     names.iter().map(field).collect()
 }
 
-/// Columns by name, as arrays \[n] or \[n, width].
+/// Converts columns to a dict from field names to arrays \[n] or \[n, width].
 fn columns_to_dict(py: Python<'_>, columns: Columns) -> DictResult<'_> {
     let dict = PyDict::new(py);
     for (field, column) in columns.0 {

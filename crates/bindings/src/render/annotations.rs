@@ -47,7 +47,8 @@ pub(crate) fn flow<'py>(
 /// For each object that covers any pixel: (object, (x, y, width, height), mask [height, width]).
 type Silhouettes<'py> = Vec<(usize, (i32, i32, i32, i32), NewArray<'py, bool>)>;
 
-/// Returns amodal masks: the pixels of an image with a margin that each object would cover alone.
+/// Returns amodal masks: the pixels that each object would cover without the other objects, in an image that is
+/// extended by a margin on each side.
 #[pyfunction(name = "silhouettes")]
 pub(crate) fn amodal_masks<'py>(
     py: Python<'py>,
@@ -70,8 +71,8 @@ pub(crate) fn amodal_masks<'py>(
         .collect()
 }
 
-/// Returns the projections of points [n, 3], as arrays with the names of `raycam.Keypoints`. `objects` and `triangles`,
-/// if given, have one entry per point. A point on a triangle is given by the weights of the triangle's corners.
+/// Returns the projections of points [n, 3], as arrays with the names of `raycam.Keypoints`. `objects` and
+/// `triangles`, if given, have one entry per point. With `triangles`, points are barycentric coordinates.
 #[pyfunction]
 pub(crate) fn keypoints<'py>(
     py: Python<'py>,

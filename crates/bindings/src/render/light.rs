@@ -12,8 +12,8 @@ use crate::queries::rays::flat;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
 
-/// A dict of points \[n]: their objects, triangles, weights of corners, normals, and pixels that select the random
-/// numbers.
+/// A dict of points \[n]: their objects, triangles, barycentric coordinates, normals, and pixels that select the
+/// random numbers.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct PointArguments<'py> {
@@ -27,7 +27,7 @@ pub(crate) struct PointArguments<'py> {
 /// The light \[n, 3] at points, and its standard error \[n].
 type LightParts<'py> = (NewArray<'py, f32>, NewArray<'py, f32>);
 
-/// The irradiance at points, or the radiance that leaves along their normals.
+/// Returns the irradiance at points, or the radiance that leaves them along their normals, and its standard error.
 #[pyfunction]
 pub(crate) fn world_light_at<'py>(
     world: &Bound<'py, World>,

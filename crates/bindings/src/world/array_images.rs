@@ -1,5 +1,5 @@
-//! Images that Python passes as arrays. Each array is converted at once, and the description contains a name in its
-//! place, as for an image file.
+//! Images that Python passes as arrays. Each array is converted to an image first; in the description, a name
+//! replaces the array, like the name of an image file.
 
 use std::sync::Arc;
 

@@ -40,7 +40,7 @@ impl Which {
     }
 }
 
-/// Affine transform from consecutive numbers, 4 x 4 or 3 x 4.
+/// Affine transform from the numbers of a 4 x 4 or 3 x 4 matrix, row by row.
 pub(crate) fn affine(rows: &[f64]) -> PyResult<DAffine3> {
     let (&[a, b, c, d, e, f, g, h, i, j, k, l], rest) = rows
         .split_first_chunk::<12>()

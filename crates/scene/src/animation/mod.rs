@@ -101,7 +101,7 @@ pub struct NodeObject {
     pub node: usize,
     /// Transform node_from_mesh; the identity unless the node places several instances of its mesh.
     pub node_from_mesh: DAffine3,
-    /// The world's mesh that the object shows if it is visible.
+    /// Index into the world's meshes: the object's mesh while it is visible.
     pub mesh: usize,
     /// Mesh with its morph targets and joints, if it is deformable.
     pub deformable: Option<Arc<DeformableMesh>>,

@@ -94,7 +94,7 @@ pub struct UvTransform {
 }
 
 impl UvTransform {
-    /// Transform of the texture coordinates of each [`TextureSlot`].
+    /// Returns the 2x3 matrix that [`TextureSlot`] contains.
     pub fn image_from_mesh(&self) -> [[f32; 3]; 2] {
         let (sin, cos) = self.rotation.sin_cos();
         let ([x, y], [width, height]) = (self.offset, self.scale);

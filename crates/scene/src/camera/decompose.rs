@@ -33,8 +33,8 @@ pub fn decompose(p: [[f64; 4]; 3]) -> Result<DecomposedMatrix> {
     if largest == 0.0 {
         return decompose_parallel(p);
     }
-    // Scaling by a power of two causes no rounding. It takes two steps, because 1 / 2^e may overflow even if
-    // multiplying twice by 2^(-e/2) does not.
+    // Scaling by a power of two causes no rounding. The matrix is multiplied twice by 2^(-e/2), because 2^-e may
+    // overflow.
     let half = 2.0_f64.powi(-(largest.log2() / 2.0).floor() as i32);
     let scaled = p.map(|row| row.map(|v| v * half * half));
     let [m1, m2, m3] = scaled.map(|row| DVec3::new(row[0], row[1], row[2]));

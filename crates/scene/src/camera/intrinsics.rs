@@ -36,7 +36,7 @@ pub fn intrinsics_from_extent(half: [f64; 2], size: [u32; 2], pixel_center: Pixe
     k
 }
 
-/// Returns `k / K[2][2]`, or an error message.
+/// Returns `k` divided by `k[2][2]`; an error if the result is not an intrinsic matrix.
 pub fn validated_intrinsics(k: DMat3) -> Result<DMat3> {
     let fail = |message: String| {
         Err(SceneError::Camera(ErrorCode::InvalidMatrix.message(format!("K = {}: {message}", format_matrix(k)))))

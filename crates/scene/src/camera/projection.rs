@@ -66,7 +66,7 @@ impl Camera {
         (self.center == Center::Point && self.motion.is_none()).then_some(self.c)
     }
 
-    /// Returns the pixel coordinates of a world point, and true if the camera sees the point there.
+    /// Returns the pixel coordinates of a world point, and true if the camera images the point there.
     ///
     /// A pinhole images points in front of it (depth > 0). For a point behind it, the pixel is where the line through
     /// the point and the centre meets the image; at depth 0 the pixel is not finite. A camera whose parallel rays start

@@ -146,7 +146,7 @@ impl Rig {
 }
 
 impl Camera {
-    /// Returns the camera in the world, if `self` is in the axes of a body.
+    /// Converts a camera from a body's axes to the world; `body` is the body's pose.
     ///
     /// # Errors
     /// The errors of [`Camera::at_pose`].

@@ -103,8 +103,8 @@ impl ShutterMotion {
         self.poses.len() == 1
     }
 
-    /// Returns the same shutter along a path. `way` returns the pose at a time relative to the middle of the exposures;
-    /// it is approximated by `PATH_STEPS` straight steps.
+    /// Returns the same shutter along another path. `way` returns the pose at a time relative to the middle of the
+    /// exposures; the path is approximated by `PATH_STEPS` straight steps.
     ///
     /// # Errors
     /// Errors of the path.
@@ -150,13 +150,13 @@ impl ShutterMotion {
         &self.poses
     }
 
-    /// Returns the same motion with each pose replaced by `moved` of the pose.
+    /// Returns the same motion with each pose replaced by the result of `moved`.
     pub fn map_poses(&self, moved: impl Fn(&Pose) -> Pose) -> Self {
         let poses = self.poses.iter().map(|(time, pose)| (*time, moved(pose)));
         Self { poses: poses.collect(), ..self.clone() }
     }
 
-    /// Middle of all exposures, at which a moving camera has its nominal pose.
+    /// Pose of the camera in the middle of all exposures, which is a moving camera's nominal pose.
     pub fn mid_exposure_pose(&self) -> Pose {
         self.pose_at(0.5 * self.total_duration())
     }

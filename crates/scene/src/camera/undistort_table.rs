@@ -25,8 +25,8 @@ impl PartialEq for UndistortTable {
 }
 
 impl UndistortTable {
-    /// Approximate point of the lens's undistorted plane for a pixel; `None` outside the image, and NaN beyond the
-    /// lens's limit.
+    /// Approximate point of the lens's undistorted plane for a pixel; `None` outside the image, and NaN near and
+    /// beyond the edge of the lens's valid region.
     pub fn initial_guess(&self, pixel: DVec2, k: DMat3, size: [u32; 2], lens: &Lens) -> Option<DVec2> {
         let (cells, cell) = grid(size);
         let at = (pixel + 0.5) / cell + f64::from(BORDER_CELLS);

@@ -51,8 +51,8 @@ pub fn check_size(size: [u32; 2]) -> Result<()> {
 /// rotation.
 pub const ROTATION_TOLERANCE: f64 = 1e-3;
 
-/// Rotation nearest to `m` (its orthogonal polar factor), and the largest difference of an entry. The transpose of `m`
-/// has the transposed rotation and the same difference.
+/// Returns the rotation nearest to `m` (its orthogonal polar factor), and the largest difference between their
+/// entries. For the transpose of `m`, the result is the transposed rotation and the same difference.
 ///
 /// # Errors
 /// Returns the reason if `m` differs from a rotation by more than [`ROTATION_TOLERANCE`].

@@ -30,14 +30,14 @@ pub fn srgb8_from_linear(rgb: Rgb) -> [u8; 3] {
     rgb.map(|v| bytes.encode(v))
 }
 
-/// Converts one linear channel to a byte, using the curve itself.
+/// Converts one linear channel to a byte by the sRGB formula.
 fn srgb_byte(v: f32) -> u8 {
     (srgb_from_linear(v).clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
-/// Same as [`srgb_byte`], by a table. The upper half of a float32 number from [`TABLE_START`] to 1 selects a bin, 128
-/// in each octave: narrow enough that the byte changes at most once per bin. The sum of an entry and the number's lower
-/// half contains the byte and 16 further bits.
+/// Table with the same results as [`srgb_byte`]. The upper half of a float32 number from [`TABLE_START`] to 1 selects
+/// a bin, 128 in each octave: narrow enough that the byte changes at most once per bin. The byte is the upper half of
+/// the sum of the bin's entry and the number's lower half.
 struct SrgbTable([u32; BINS]);
 
 /// Smallest number in the table, 2^-13; its byte is still 0.

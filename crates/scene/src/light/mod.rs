@@ -31,7 +31,8 @@ pub const LUMENS_PER_WATT: f64 = 683.0;
 /// A light has no mesh: if it has a size, it is visible directly and in mirrors, but casts no shadow and does not
 /// appear in ground truth, unless `body = true`. To make an object shine, set its `emission`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
-// `schema::node` reads an enum from a table by its `type`, so that errors inside the table keep their position.
+// The schema's deserialiser selects the variant by the table's `type`, so that errors inside the table keep their
+// position.
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 #[schemars(tag = "type")]
 pub enum Light {
@@ -232,7 +233,7 @@ fn default_outer_angle() -> f64 {
 }
 
 impl Light {
-    /// The name of its type in descriptions.
+    /// The name of the light's type in descriptions.
     pub fn type_name(&self) -> &'static str {
         match self {
             Self::Sun { .. } => "sun",

@@ -8,14 +8,14 @@ use serde::{Deserialize, Serialize};
 pub struct LightTraits {
     /// Name in channels; default: the light's type.
     pub name: Option<String>,
-    /// The rays that find the light.
+    /// The kinds of rays to which the light is visible.
     pub visible: LightVisibility,
-    /// True if an object in the light's shape occludes and appears in ground truth.
+    /// True if an object with the light's shape occludes what is behind it and appears in ground truth.
     #[serde(default)]
     pub has_body: bool,
 }
 
-/// The rays that find a light.
+/// The kinds of rays to which a light is visible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LightVisibility {
@@ -34,7 +34,7 @@ impl Default for LightVisibility {
 }
 
 impl LightVisibility {
-    /// True for a light that every ray finds.
+    /// True if the light is visible to all kinds of rays.
     pub fn is_everywhere(self) -> bool {
         self == Self::default()
     }

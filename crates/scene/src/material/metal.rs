@@ -25,10 +25,10 @@ const fn metal(name: &'static str, ior: Rgb, extinction: Rgb) -> MetalEntry {
     MetalEntry { name, ior, extinction }
 }
 
-/// Indices with the same reflectance, at all angles, as the measured spectra under D65 converted to linear Rec. 709:
-/// `benchmarks/fold_metals.py`. P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974);
-/// aluminium from F. Cheng et al., ACS Nano 10, 9852 (2016). The comment on each row is the reflectance at normal
-/// incidence.
+/// Indices of refraction fitted by `benchmarks/fold_metals.py`: their reflectance from 0 to 89 degrees is as close as
+/// possible to that of the measured spectra under D65, converted to linear Rec. 709. P. B. Johnson and R. W. Christy,
+/// Phys. Rev. B 6, 4370 (1972) and 9, 5056 (1974); aluminium from F. Cheng et al., ACS Nano 10, 9852 (2016). The
+/// comment on each row is the reflectance at normal incidence.
 const METALS: [MetalEntry; 8] = [
     metal("aluminium", [0.854, 0.574, 0.375], [6.092, 5.203, 4.212]), // reflectance 0.916, 0.922, 0.924
     metal("chromium", [3.244, 3.116, 2.284], [3.286, 3.336, 3.116]),  // reflectance 0.550, 0.556, 0.554

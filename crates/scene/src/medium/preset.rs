@@ -31,16 +31,17 @@ const JERLOV: [(&str, [f32; 13]); 10] = [
 const MILK: [(&str, Rgb, Rgb); 2] =
     [("milk", [1.1, 2.4, 14.0], [2550.0, 3210.0, 3770.0]), ("skim_milk", [1.4, 2.5, 14.2], [700.0, 1220.0, 1900.0])];
 
-/// Absorption of soot in m²/g at [`SOOT_WAVELENGTH`] in nanometres, which is inversely proportional to the wavelength;
-/// and the albedo of fresh soot, the middle of the range 0.2 to 0.3.
+/// Absorption of soot in m²/g at the wavelength [`SOOT_WAVELENGTH`] (nanometres); absorption is inversely
+/// proportional to the wavelength. [`SOOT_ALBEDO`] is the albedo of fresh soot: the middle of the published range,
+/// 0.2 to 0.3.
 ///
 /// T. C. Bond and R. W. Bergstrom, "Light Absorption by Carbonaceous Particles: An Investigative Review", Aerosol
 /// Science and Technology 40, 2006.
 const SOOT_ABSORPTION: f32 = 7.5;
 const SOOT_WAVELENGTH: f32 = 550.0;
 const SOOT_ALBEDO: f32 = 0.25;
-/// Mean cosine of the scattering angles of soot: its aggregates of many spheres scatter mostly forwards, with 0.4 to
-/// 0.6.
+/// Mean cosine of the scattering angles of soot, whose aggregates of many spheres scatter mostly forwards: the middle
+/// of the range 0.4 to 0.6.
 const SOOT_G: f32 = 0.5;
 /// Soot concentration in a fire's smoke, in g/m³; visibility is then 3 m.
 const SMOKE_DENSITY: f32 = 0.1;

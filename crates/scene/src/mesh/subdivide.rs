@@ -182,7 +182,7 @@ fn loop_weight(n: u32) -> f64 {
     (0.625 - c * c) / n
 }
 
-/// Repeats the value of each triangle for its four parts.
+/// Repeats the value of each triangle for the four triangles that replace it.
 fn repeat_per_triangle<T: Copy>(values: &mut Option<Vec<T>>) {
     if let Some(values) = values {
         *values = values.iter().flat_map(|&value| [value; 4]).collect();

@@ -18,7 +18,7 @@ pub struct SurfaceTopology {
     /// Signed volume, computed relative to the first vertex; positive if triangles are counter-clockwise as seen from
     /// outside.
     pub volume: f64,
-    /// Number of parts connected by edges.
+    /// Number of connected components: sets of triangles that are connected by shared edges.
     pub components: usize,
 }
 

@@ -51,8 +51,8 @@ impl ObjectSpec {
     /// other new mesh, the object keeps its materials.
     ///
     /// # Errors
-    /// Errors of [`ObjectSpec::build`]; [`SceneError::World`] if the object does not exist, and if `vertices` are given
-    /// without `triangles` although their number differs from the mesh's, or although the mesh's shading normals would
+    /// Errors of [`ObjectSpec::build`]; [`SceneError::World`] if the object does not exist. `vertices` without
+    /// `triangles` are an error if their number differs from the mesh's, or if the mesh's shading normals would
     /// become invalid.
     pub fn change<F: AssetLoader>(self, world: &mut World, id: usize, files: &mut F) -> Result<(), F::Error> {
         world.check_object(id).map_err(F::Error::from)?;

@@ -68,7 +68,7 @@ written_schema!(Category, "Category", |_| schemars::json_schema!({ "anyOf": [
     { "type": "integer", "minimum": 0, "maximum": i32::MAX },
 ] }));
 
-/// Visibility of an object: a switch, or the rays that find it.
+/// Visibility of an object: a switch, or the kinds of rays to which it is visible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visible {
     /// Visible or hidden.

@@ -16,7 +16,8 @@ pub(crate) struct TextureBinding {
 }
 
 impl TextureBinding {
-    /// Assigns the texture to its slot; false if the material has no such slot. `plain` values become 1.
+    /// Assigns the texture to its slot; false if the material has no such slot. If `plain`, the value that the
+    /// texture multiplies becomes 1.
     pub(crate) fn bind(&self, material: &mut Material, plain: bool) -> bool {
         let slot = Some(self.slot);
         let normal = Some(NormalMap { texture: self.slot, scale: self.strength });

@@ -3,7 +3,8 @@
 use crate::texture::{Axis, Texture};
 
 impl Texture {
-    /// Derivatives of the red channel with respect to the texture coordinates (u right, v down), per whole image.
+    /// Derivatives of the red channel with respect to the texture coordinates (u right, v down), which increase by 1
+    /// across the whole image.
     ///
     /// They are the exact derivatives of the linear interpolation between texels, whatever the filter `magnification`
     /// is. At a texel's centre, where both sides differ, they are the mean of both sides.

@@ -131,7 +131,7 @@ impl Texels {
         })
     }
 
-    /// Returns the same texels, all in memory, without copying texels that already are.
+    /// Returns the same texels, all in memory; texels that are already in memory are not copied.
     ///
     /// # Errors
     /// The errors of [`Texels::in_memory`].
@@ -185,7 +185,7 @@ pub struct Image {
     pub encoded: Option<Arc<EncodedImage>>,
 }
 
-/// Images are equal if texels and file are equal; `encoded` is not compared.
+/// Images are equal if their file names, sizes and texels are equal; `encoded` is not compared.
 impl PartialEq for Image {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name && self.size == other.size && self.texels == other.texels

@@ -129,10 +129,10 @@ impl Video {
         frame as f64 / self.fps
     }
 
-    /// Returns the camera `base`, moved by the video to its pose at a time in seconds. The camera is moved by the
-    /// keyframes of the world's camera `index` if it has its own; otherwise by the orbit or the keyframes of all
-    /// cameras. A camera without its own motion continues to move with the video while its shutter is open; the time is
-    /// the middle of its motion.
+    /// Returns the camera `base`, moved by the video to its pose at a time in seconds. If the world's camera `index`
+    /// has its own keyframes, these move `base`; otherwise, the orbit or the keyframes of all cameras do. A camera
+    /// without its own motion continues to move with the video while its shutter is open; the time is the middle of
+    /// its motion.
     ///
     /// # Errors
     /// [`SceneError::Camera`] if the camera would have to look straight up or down at its target.

@@ -8,8 +8,8 @@ use crate::error::{Result, SceneError};
 use crate::math::rotation;
 
 impl Video {
-    /// Returns a rig, moved by the video to its pose at a time in seconds. The rig is moved by the keyframes of the
-    /// world's rig `index` if it has its own; otherwise like a camera.
+    /// Returns a rig, moved by the video to its pose at a time in seconds. If the world's rig `index` has its own
+    /// keyframes, these move the rig; otherwise, it moves like a camera.
     ///
     /// # Errors
     /// [`SceneError::Camera`] if the rig would have to look straight up or down at its target.

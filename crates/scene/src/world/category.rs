@@ -14,8 +14,9 @@ pub struct Categories {
 }
 
 impl World {
-    /// Returns the categories of its objects. A name that is a whole number, as in `category = 7`, is that number.
-    /// Other names get the free numbers from 1 on, in the order of the objects; many formats use 0 for the background.
+    /// Returns the categories of the world's objects. A name that is a whole number, as in `category = 7`, is that
+    /// number. Other names get the free numbers from 1 on, in the order of the objects; many formats use 0 for the
+    /// background.
     pub fn categories(&self) -> Categories {
         let numbered = self.objects.iter().filter_map(|object| {
             let name = object.category.as_ref()?;

@@ -76,7 +76,7 @@ fn body_material() -> Material {
     Material { name: "lamp".into(), model, ..Material::default() }
 }
 
-/// Rays that find the body of a light.
+/// Kinds of rays to which the body of a light is visible.
 fn ray_visibility(visible: LightVisibility) -> RayVisibility {
     RayVisibility { camera: visible.camera, reflection: visible.reflection, shadow: true }
 }

@@ -58,7 +58,7 @@ pub struct Object {
     /// False for an object that is excluded from images, shadows, light and queries; its index stays.
     #[serde(default = "visible")]
     pub visible: bool,
-    /// Rays that find a visible object.
+    /// Kinds of rays to which the object is visible, if `visible` is true.
     #[serde(default, skip_serializing_if = "RayVisibility::is_everywhere")]
     pub ray_visibility: RayVisibility,
     /// True for a shadow catcher: compositions show only its shadows.
@@ -76,7 +76,7 @@ fn visible() -> bool {
     true
 }
 
-/// The rays that find an object.
+/// The kinds of rays to which an object is visible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RayVisibility {
@@ -84,7 +84,8 @@ pub struct RayVisibility {
     pub camera: bool,
     /// True if the object casts shadows: it occludes lights.
     pub shadow: bool,
-    /// True if rays that surfaces and media scatter find the object: in mirrors, behind glass, and as indirect light.
+    /// True if the object is visible to rays that surfaces and media scatter: in mirrors, behind glass, and as
+    /// indirect light.
     pub reflection: bool,
 }
 
@@ -95,7 +96,7 @@ impl Default for RayVisibility {
 }
 
 impl RayVisibility {
-    /// True if every ray finds the object.
+    /// True if the object is visible to all kinds of rays.
     pub fn is_everywhere(&self) -> bool {
         *self == Self::default()
     }
@@ -142,7 +143,7 @@ pub struct World {
     pub names: Names,
     /// All lights.
     pub lights: Vec<Light>,
-    /// Names and visibilities of the lights, by index; lights beyond the end of this list have the defaults.
+    /// Names, visibilities and bodies of the lights, by index; lights beyond the end of this list have the defaults.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_traits: Vec<LightTraits>,
     /// Fog outside of objects.

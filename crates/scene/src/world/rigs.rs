@@ -32,7 +32,7 @@ impl World {
         self.sensors.push(NamedSensor { name, ..sensor });
     }
 
-    /// Returns the rig with this name.
+    /// Returns the index of the rig with this name.
     ///
     /// # Errors
     /// [`SceneError::World`] with the nearest name.

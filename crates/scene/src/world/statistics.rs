@@ -29,7 +29,7 @@ pub struct WorldStats {
 }
 
 impl World {
-    /// Returns the counts of its parts.
+    /// Returns the counts of the world's parts.
     pub fn stats(&self) -> WorldStats {
         let sum = |of: fn(&Mesh) -> usize| self.meshes.iter().map(|mesh| of(mesh)).sum();
         WorldStats {

@@ -9,7 +9,7 @@ impl World {
     /// Builds the world again with the methods that add parts, so that every part is valid and every index exists.
     ///
     /// # Errors
-    /// Errors of the methods that add its parts.
+    /// The errors of the methods that add parts.
     pub fn validated(mut self) -> Result<World> {
         for mesh in &self.meshes {
             mesh.validate()?;

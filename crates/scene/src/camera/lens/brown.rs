@@ -10,7 +10,8 @@ use glam::{DMat2, DVec2};
 const RADIUS_STEPS: u32 = 2048;
 /// Number of directions around the axis that are searched if the distortion differs between directions.
 const DIRECTIONS: u32 = 32;
-/// Tolerance of the inverse in focal lengths, as a fraction of 1 plus the distance from the axis.
+/// Maximum error of the inverse's image point, in focal lengths, divided by 1 plus the point's distance from the
+/// axis.
 const TOLERANCE: f64 = 1e-13;
 
 /// Distortion coefficients; coefficients that a model does not have are 0.
@@ -119,7 +120,7 @@ impl BrownConrady {
         (moved, jacobian)
     }
 
-    /// Image and Jacobian within the disc, where the model is one-to-one.
+    /// Image and Jacobian of a point inside the disc, where the model is one-to-one; `None` outside.
     #[inline(always)]
     fn regular(&self, at: DVec2) -> Option<(DVec2, DMat2)> {
         let inside = at.length_squared() < self.radius * self.radius;
@@ -132,13 +133,13 @@ impl BrownConrady {
         (below > 0.0 && a > 0.0 && a * d > b * b).then_some((image, jacobian))
     }
 
-    /// Distorted image of a point of the plane.
+    /// Distorted image of a point of the plane; `None` outside the disc.
     pub fn distort(&self, at: DVec2) -> Option<DVec2> {
         Some(self.regular(at)?.0)
     }
 
-    /// Point whose image is `target`, by Newton's method. It starts from the guess `near`, if given; otherwise, or if
-    /// that fails, a slower method starts without a guess.
+    /// Point of the disc whose image is `target`; `None` if there is no such point. Newton's method starts from the
+    /// guess `near`, if given; without a guess, or if that fails, a slower method is used.
     pub fn undistort(&self, target: DVec2, near: Option<DVec2>) -> Option<DVec2> {
         let distance = target.length();
         if distance.is_nan() || distance > self.max_image_radius {

@@ -11,9 +11,9 @@ use crate::error::Result;
 /// Number of angle steps in the search for the angle up to which the model is one-to-one.
 const ANGLE_STEPS: u32 = 4096;
 
-/// The fisheye model: the image is at the radius `θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸)`, where θ is the angle to the
-/// principal axis: up to 180 degrees (a field of view of 360), or up to the first angle at which the radius stops
-/// growing.
+/// The fisheye model: a direction at the angle θ to the principal axis has the image radius `θ (1 + k1 θ² + k2 θ⁴ +
+/// k3 θ⁶ + k4 θ⁸)`. The model covers angles up to 180 degrees (a field of view of 360), or up to the first angle at
+/// which the radius stops growing.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Fisheye {
     k: [f64; 4],

@@ -1,6 +1,5 @@
 //! The field-of-view model of Devernay and Faugeras, "Straight lines have to be straight" (2001): COLMAP's FOV,
-//! Kalibr's
-//! `pinhole-fov`.
+//! Kalibr's `pinhole-fov`.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

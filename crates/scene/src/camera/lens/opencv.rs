@@ -1,6 +1,5 @@
 //! OpenCV's main model: radial, tangential and thin prism distortion, tilted sensor. Formulas: OpenCV's documentation
-//! of
-//! `calib3d`.
+//! of `calib3d`.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,4 +1,4 @@
-//! Errors of reading, in plain words.
+//! Deserialisation errors, in plain words.
 
 use std::fmt::{self, Display};
 use std::ops::Range;
@@ -9,7 +9,8 @@ use crate::error::suggestion;
 use crate::error_code::{ErrorCode, Message};
 use crate::foreign_terms::foreign_hint;
 
-/// Error of reading. It is boxed to keep results small, because millions of numbers return a result.
+/// Deserialisation error. It is boxed to keep `Result` small, because a mesh has millions of numbers and each of them
+/// returns a `Result`.
 #[derive(Debug)]
 pub struct DeError(pub Box<DeErrorDetails>);
 

@@ -9,7 +9,7 @@ use crate::error_code::ErrorCode;
 use crate::schema::deserialize::error::DeError;
 use crate::schema::deserialize::list::visit_list;
 
-/// A number of a description, from which serde reads.
+/// Deserialiser of a number in a description.
 #[derive(Clone, Copy, Debug)]
 pub enum Number {
     Integer(i64),

@@ -67,7 +67,7 @@ with_pose! {
         /// The principal point for `focal` or `fov`, in pixels; default: the image centre.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub principal_point: Option<[f64; 2]>,
-        /// The lens's distortion coefficients, in the order of OpenCV; default: no distortion.
+        /// The lens's distortion coefficients, in the order that `lens` specifies; default: no distortion.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub distortion: Option<Vec<f64>>,
         /// The model of `distortion`: "opencv" (4, 5, 8, 12 or 14 coefficients k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 taux
@@ -88,7 +88,7 @@ with_pose! {
         /// Light falloff away from the image centre; default: none.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub vignetting: Option<Vignetting>,
-        /// Exposure, rolling shutter, and the camera's motion during them; default: no motion.
+        /// Exposure, rolling shutter, and the camera's motion during the exposure; default: no motion.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub shutter: Option<ShutterSpec>,
         /// Background photo: a PNG or JPEG file, or a table { image, camera, fit }.

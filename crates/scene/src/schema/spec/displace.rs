@@ -15,7 +15,7 @@ use crate::written::{written, written_schema};
 pub enum DisplaceSpec {
     /// On with the defaults, or off.
     Switch(bool),
-    /// On.
+    /// On, with these settings.
     Table(DisplaceTable),
 }
 

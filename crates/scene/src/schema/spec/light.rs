@@ -28,9 +28,9 @@ struct CommonKeys {
     /// Name by which the channel `light:NAME` refers to the light. Default: the light's type, with a number if other
     /// lights have the same name.
     name: Option<String>,
-    /// Rays that find the light. With `camera = false`, the light is invisible to the camera; with `reflection =
-    /// false`, mirrors and glass do not show the light; with `light = false`, it illuminates nothing, for example an
-    /// environment that is only the background.
+    /// Kinds of rays to which the light is visible. With `camera = false`, the light is invisible to the camera;
+    /// with `reflection = false`, mirrors and glass do not show the light; with `light = false`, it illuminates
+    /// nothing, for example an environment that is only the background.
     visible: LightVisibility,
     /// Only `area`, `disk`, and `point` and `spot` with a `radius`: true if the light is an object too. The object has
     /// the light's name, occludes other lights and what is behind it, and appears in ids and all other ground truth.

@@ -65,7 +65,7 @@ pub struct ObjectSpec {
     /// is refined until edges are as short as a texel, and its vertices move along the normals. Default: only the
     /// shading normals are bent.
     pub displace: Option<DisplaceSpec>,
-    /// Linear colours per triangle (before `refine`), each 0 to 1; an empty list removes those of the file.
+    /// Linear colours per triangle (before `refine`), each 0 to 1; an empty list removes the file's colours.
     pub face_colors: Option<Vec<[f32; 3]>>,
     /// Linear colours per vertex, interpolated, each 0 to 1.
     pub vertex_colors: Option<Vec<[f32; 3]>>,
@@ -213,6 +213,6 @@ pub enum MaterialType {
     Principled,
     /// The base colour itself, independent of light.
     Unlit,
-    /// The border of a `medium`: it neither reflects nor refracts, and is in no ground truth.
+    /// The border of a `medium`: it neither reflects nor refracts, and does not appear in ground truth.
     Boundary,
 }

@@ -12,7 +12,7 @@ use crate::schema::spec::pose::PoseSpec;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ApertureSpec {
-    /// Radius of the opening, or of its corners, in world units.
+    /// Radius of the opening (for a polygon, of its corners), in world units.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
     /// Focal length divided by the diameter.

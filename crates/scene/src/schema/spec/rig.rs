@@ -38,7 +38,8 @@ with_pose! {
         C: "Position of the body in the world, with `R`.",
     }
     {
-        /// Exposure and rolling shutter of all cameras, and the body's motion during them; default: no motion.
+        /// Exposure and rolling shutter of all cameras, and the body's motion during the exposure; default: no
+        /// motion.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub shutter: Option<ShutterSpec>,
     }
@@ -64,7 +65,8 @@ impl RigSpec {
         spec
     }
 
-    /// Creates the rig. `files` reads the files of its lidars; errors name `place`, its place in the description.
+    /// Creates the rig. `files` reads the files of its lidars; error messages contain `place`, the rig's key in the
+    /// description.
     ///
     /// # Errors
     /// The errors of `RigSpec::build_cameras`, of its sensors, and of `files`.
@@ -100,7 +102,7 @@ impl RigSpec {
         Ok(self.build_cameras(up).and_then(|rig| rig.with_sensors(sensors)).map_err(within)?)
     }
 
-    /// Returns the rig without sensors other than cameras.
+    /// Returns the rig with its cameras, without its other sensors.
     ///
     /// # Errors
     /// [`SceneError`] for an invalid camera, for a pose that is incomplete or given twice, and the errors of

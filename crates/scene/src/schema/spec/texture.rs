@@ -67,7 +67,7 @@ pub enum ImageSpec {
     Texels(Arc<Image>),
 }
 
-/// Textures that multiply a material's values. A value that has a texture and is not given is 1.
+/// Textures that multiply a material's values. If a value has a texture and is not given itself, the value is 1.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TexturesSpec {
