@@ -21,8 +21,9 @@ use crate::settings::{Catchers, Settings};
 use crate::thread_pool::Workers;
 use crate::tile_renderer::{ThreadScratch, TileRenderer};
 
-/// Samples of the first rounds of [`Progressive::add_for`]. From 16 samples on, the texture filter and the BVH may
-/// differ, and tiles start from scratch; the first rounds are therefore small.
+/// Number of samples after each of the first rounds of [`Progressive::add_for`]. These rounds are small,
+/// because a round up to 16 samples may change the texture filter and the BVH, so that tiles start from
+/// scratch.
 const FIRST_ROUNDS: [u32; 4] = [2, 4, 8, 16];
 /// Maximum number of samples that a later round adds. Each round doubles the number of samples up to this maximum,
 /// because larger rounds trace more rays through the same triangles.
@@ -114,7 +115,7 @@ impl Progressive {
         tiles.filter(move |one| region.is_none_or(|region| one.tile.overlaps(region)))
     }
 
-    /// Adds samples to every tile of a region (default: the whole image) that has fewer than `until`.
+    /// Adds samples to every tile of a region (default: the whole image) that has fewer than `until` samples.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`], after which each tile keeps the samples that it has; errors of [`crate::render()`].
@@ -218,9 +219,10 @@ impl Progressive {
 }
 
 impl ProgressiveTile {
-    /// Adds samples up to the renderer's number. A tile starts from scratch if its samples are not among the samples of
-    /// a frame with that number: a single sample is the centre ray, a few samples have a wider texture filter, and a
-    /// larger number may justify another BVH. After an error the tile is unchanged.
+    /// Adds samples up to the number in the renderer's settings. A tile starts from scratch if its samples
+    /// are not among the samples of a frame with that number: a single sample is the centre ray, a few
+    /// samples have a wider texture filter, and a larger number may justify another BVH. After an error the
+    /// tile is unchanged.
     fn add(
         &mut self,
         renderer: &TileRenderer,

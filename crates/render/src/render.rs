@@ -359,7 +359,8 @@ impl RenderRequest<'_> {
                 Ok(())
             })?;
             taken = until;
-            // The estimated number of samples that fit, but at most the number of samples that have been measured.
+            // The next round adds the estimated number of samples that fit into the time, but at most as many
+            // as have been added so far.
             let more = fit(taken);
             let done = (PROGRESS_STEPS / (1.0 + more.max(0.0) / f64::from(taken))) as usize;
             control.advance_by(done.saturating_sub(reported));

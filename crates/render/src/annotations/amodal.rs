@@ -27,13 +27,14 @@ pub struct AmodalMask {
 
 /// Amodal masks of the `objects` that cover any pixel centre, in the given order.
 ///
-/// `margin` columns on either side and rows above and below extend the image, so that objects cut off by its edge are
-/// complete. With a rolling shutter, each row shows the world at its own time.
+/// The image is extended by `margin[0]` columns on the left and on the right and by `margin[1]` rows above
+/// and below, so that objects that cross the image border are complete. With a rolling shutter, each row
+/// shows the world at its own time.
 ///
 /// # Errors
 ///
-/// [`RenderError::Settings`] for a missing object, [`RenderError::TooLarge`] for a margin beyond memory,
-/// [`RenderError::Cancelled`], and errors of `with_pool`.
+/// [`RenderError::Settings`] for a missing object, [`RenderError::TooLarge`] if the extended image is too
+/// large, [`RenderError::Cancelled`], and errors of `with_pool`.
 pub fn amodal_masks(
     view: Viewpoint,
     objects: &[usize],
@@ -220,8 +221,8 @@ struct TileCone {
 
 /// Padding of bounding spheres and boxes for rounding errors, relative to the sum of their size and distance.
 const BOX_PADDING: f64 = 1e-6;
-/// Factor on the spread of nine rays of a tile, so that the cone also contains the rays between them, which lenses may
-/// bend.
+/// Factor on the spread of nine rays of a tile. The cone then also contains the rays between these nine, even
+/// if the lens distorts them.
 const LENS_MARGIN: f64 = 1.5;
 
 impl TileCone {

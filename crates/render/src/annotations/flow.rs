@@ -164,7 +164,8 @@ impl<'a> SecondView<'a> {
             let (pixel, sees) = camera.project(point);
             return (point, pixel, sees);
         };
-        // Positions are interpolated linearly between the middles of two rows.
+        // The point's position is interpolated linearly in time, between the middles of the exposures of two
+        // rows.
         let at = |line: f64| {
             let line = line * self.row_worlds.len() as f64 - 0.5;
             let before = (line.max(0.0) as usize).min(last.saturating_sub(1));
@@ -228,7 +229,8 @@ fn flow_of_tile(first: Viewpoint, second: &SecondView, tile: &Tile) -> Vec<([u32
         if inside {
             let world = second.world(pixel);
             let (origin, direction) = camera.ray(pixel);
-            // Between the middles of two rows, the point is not exactly at its position in the world of either row.
+            // With a rolling shutter, the ray is aimed at the point's position in the row's world, which
+            // differs slightly from the interpolated position.
             let way = point_in(world, &hit) - origin;
             let direction = match second.row_worlds.is_empty() || camera.center() != Center::Point {
                 true => direction,

@@ -50,8 +50,8 @@ impl KeypointSource {
         }
     }
 
-    /// World-space position of the point. `of` returns an object's transform and mesh. `None` if the mesh lacks the
-    /// triangle, because a hidden object shows a different mesh.
+    /// World-space position of the point. `of` returns an object's transform and mesh. The result is `None`
+    /// if the mesh lacks the triangle, because the object is hidden at this time and shows a different mesh.
     fn position_with<'m>(&self, of: impl Fn(usize) -> Option<(DAffine3, &'m Mesh)>) -> Option<DVec3> {
         match *self {
             Self::World(point) => Some(point),
@@ -125,7 +125,7 @@ pub fn keypoints(
             project_keypoint(&view, shutter.as_ref(), anchor)
         };
         let mut found = anchors.par_iter().map(find).collect::<Result<Vec<_>, RenderError>>()?;
-        // Points of one row are processed together because they share its world.
+        // Points in the same row are processed together, because they are tested in the same world.
         let center = |pixel: DVec2| {
             let [x, y] = camera.offset_from_corner(pixel).to_array();
             camera.pixel_center_of(x as u32, y as u32)
@@ -243,7 +243,8 @@ fn find_occluders(world: &PreparedWorld, camera: &Camera, points: &[(DVec3, DVec
         .iter()
         .map(|&(point, pixel)| {
             let (origin, direction) = camera.ray(pixel);
-            // Between the middles of two rows, the point is not exactly at its position in the row's world.
+            // With a rolling shutter, the point's own time differs slightly from the time of the row's world,
+            // so the ray is aimed at the point itself.
             let way = point - origin;
             let direction = match camera.center() {
                 Center::Point => way.normalize(),

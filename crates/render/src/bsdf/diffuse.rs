@@ -24,7 +24,8 @@ pub(crate) struct Diffuse<'a> {
     pub guiding: Option<(&'a ConeMixture<LANES>, usize)>,
 }
 
-/// Albedo of a hit whose material is diffuse except for emission and has no normal or height map.
+/// Albedo of a hit whose material only reflects diffusely (and may emit) and has no normal or height map;
+/// `None` for other materials.
 #[inline]
 pub(crate) fn diffuse_albedo(
     geometry: &Geometry,

@@ -53,7 +53,7 @@ pub(crate) fn base_lobe(wo: f32, wi: f32, mean: f32, cosine: f32) -> f32 {
     wo * wi / mean * (cosine * FRAC_1_PI)
 }
 
-/// Points and weights of the Gauss-Legendre quadrature from 0 to 1, exact for polynomials up to the ninth power.
+/// Points and weights of the Gauss-Legendre quadrature from 0 to 1, exact for polynomials up to degree 9.
 const GAUSS_LEGENDRE: [(f32, f32); 5] = [
     (0.046_910_077, 0.118_463_44),
     (0.230_765_34, 0.239_314_33),
@@ -268,7 +268,7 @@ impl<'a> LayeredBsdf<'a> {
         base_lobe(self.base_transmittance, from_wi, self.mean_base_transmittance, wi.z)
     }
 
-    /// Value of the light that leaves after several microfacets, times the cosine of `wi`.
+    /// Value of the light that leaves after scattering at several microfacets, times the cosine of `wi`.
     fn eval_multiscatter(&self, wi: Vec3) -> Vec3 {
         self.multiscatter.map_or(Vec3::ZERO, |multiscatter| multiscatter.eval(wi) * self.stack.transmission)
     }

@@ -74,7 +74,8 @@ impl LayeredBsdf<'_> {
             lobe += 1;
         }
         while self.lobe_probabilities[lobe] == 0.0 {
-            // If rounding errors lead past the last lobe, the last lobe is used; `None` if no lobe has a probability.
+            // The last lobe with a positive probability is used if rounding errors lead past it; `None` if
+            // there is no such lobe.
             lobe = lobe.checked_sub(1)?;
         }
         let probability = self.lobe_probabilities[lobe];
@@ -115,8 +116,8 @@ impl LayeredBsdf<'_> {
         })
     }
 
-    /// Samples a local direction by one microfacet, which reflects if `choice` is below the probability of reflection
-    /// within this lobe.
+    /// Samples a microfacet, and returns the local direction into which it scatters light. The microfacet
+    /// reflects if `choice` is below the probability of reflection within this lobe; otherwise it refracts.
     fn sample_microfacet(&self, choice: f32, random: [f32; 2]) -> Option<Vec3> {
         let wo = self.wo;
         let wm = self.stack.ggx.sample_wm(wo, random);

@@ -124,7 +124,7 @@ impl<'a> MaterialHit<'a> {
         texel
     }
 
-    /// Returns a number times a channel of its texture.
+    /// Returns a number, multiplied by a channel of its texture.
     pub fn value(&self, value: &Textured<f32>, channel: usize) -> f32 {
         match value.texture {
             None => value.value,
@@ -132,7 +132,7 @@ impl<'a> MaterialHit<'a> {
         }
     }
 
-    /// Returns a colour times its texture.
+    /// Returns a colour, multiplied by its texture.
     pub fn color(&self, value: &Textured<[f32; 3]>) -> Vec3 {
         let color = Vec3::from(value.value);
         match value.texture {

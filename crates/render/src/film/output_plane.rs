@@ -58,7 +58,7 @@ pub enum PlaneData<'a> {
     I32(&'a mut [i32]),
 }
 
-/// Plane to be written.
+/// Plane to which a channel is written.
 pub struct OutputPlane<'a> {
     /// Channel to write.
     pub channel: Channel,
@@ -69,7 +69,7 @@ pub struct OutputPlane<'a> {
 }
 
 impl<'a> OutputPlane<'a> {
-    /// Writes to a plane whose values are all 0.
+    /// Creates the output plane for an image plane whose values are all 0.
     pub(crate) fn zeroed((channel, plane): &'a mut (Channel, ImagePlane)) -> Self {
         Self {
             channel: *channel,
@@ -92,7 +92,7 @@ impl<'a> OutputPlane<'a> {
         kind == self.channel.pixel_type() && length == pixels * self.channel.components()
     }
 
-    /// Splits the plane into rows of tiles, of this many pixels each.
+    /// Splits the plane into strips of `pixels` pixels, one for each row of tiles.
     pub(crate) fn split_rows(self, pixels: usize) -> Vec<PlaneData<'a>> {
         let length = pixels * self.channel.components();
         match self.values {

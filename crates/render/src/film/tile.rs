@@ -22,8 +22,8 @@ impl Tile {
         Self::tiles_of_size(region, TILE_SIZE)
     }
 
-    /// Tiles of a region. Tiles are halved in size if there would otherwise be few per thread. Consecutive tiles are in
-    /// different rows of large tiles, so that two threads rarely write to the same row.
+    /// Tiles of a region. Tiles are halved in size while there are few per thread. Consecutive tiles are in
+    /// different strips of [`TILE_SIZE`] rows, so that two threads rarely write to the same strip.
     pub fn for_threads(region: [u32; 4], threads: usize) -> Vec<Tile> {
         let mut size = TILE_SIZE;
         loop {

@@ -21,8 +21,9 @@ const ABSOLUTE_SEARCH: f64 = 1.0 / (1u64 << 14) as f64;
 type FindsRay = fn(&RayVisibility) -> bool;
 
 impl Geometry {
-    /// First hits of float32 rays in `scene`, one of the geometry's scenes; `finds` tests whether rays of this kind can
-    /// hit an object. Returns the rays that hit several objects at the same distance, up to rounding, in their order.
+    /// First hits of float32 rays in `scene`, one of the geometry's scenes; `finds` tests whether rays of
+    /// this kind can hit an object. Returns the rays that hit several objects at the same distance, up to
+    /// rounding, in ascending order of the rays.
     pub(crate) fn closest(
         &self,
         scene: &Scene,
@@ -35,9 +36,9 @@ impl Geometry {
         if marked.is_empty() { vec![] } else { self.decide_exactly(rays, hits, marked, finds) }
     }
 
-    /// Decides the hits of marked rays, which may hit several objects at the same distance, up to rounding. If exact
-    /// arithmetic confirms this, the exact hit replaces the float32 hit. Otherwise, the float32 hit is kept, because
-    /// the marks depend on the order of traversal.
+    /// Replaces the hits of marked rays, which may hit several objects at the same distance, up to rounding.
+    /// If exact arithmetic confirms this, the exact hit replaces the float32 hit. Otherwise, the float32 hit
+    /// is kept, because the marks depend on the order of traversal.
     #[cold]
     #[inline(never)]
     fn decide_exactly(&self, rays: &[Ray], hits: &mut [Hit], mut marked: Vec<u32>, finds: FindsRay) -> Vec<Tie> {

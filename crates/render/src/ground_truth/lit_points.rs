@@ -9,7 +9,8 @@ use crate::prepare::geometry::Geometry;
 /// Relative distance from both ends of a shadow ray within which surfaces do not occlude; larger than float64 rounding
 /// errors.
 const END_OFFSET: f64 = 1e-9;
-/// Maximum number of surfaces that cast no shadow and that a shadow ray passes.
+/// Maximum number of shadowless surfaces that a shadow ray may pass; beyond this number, the point counts as
+/// shadowed.
 const MAX_PASSED: usize = 1000;
 
 impl Geometry {

@@ -13,7 +13,7 @@ use crate::prepare::geometry::Geometry;
 pub(crate) const OPACITY_THRESHOLD: f32 = 0.5;
 /// Relative distance behind a skipped surface at which a ray restarts; larger than float64 rounding errors.
 const RESTART_OFFSET: f64 = 1e-12;
-/// Maximum number of surfaces skipped per ray; the following surface always counts.
+/// Maximum number of surfaces skipped per ray; the next surface is never skipped.
 const MAX_SKIPS: usize = 1000;
 
 /// Indices of the rays that hit several objects at the same distance, in ascending order.
@@ -30,8 +30,8 @@ impl Geometry {
         self.materials.iter().any(|prepared| passable(&prepared.material))
     }
 
-    /// First hits of camera rays, which do not find hidden objects. Returns the rays that hit several objects
-    /// at the same distance, up to rounding, in their order.
+    /// First hits of camera rays; hidden objects are skipped. Returns the rays that hit several objects at
+    /// the same distance, up to rounding, in ascending order of the rays.
     pub(crate) fn closest_visible(&self, rays: &[ExactRay], hits: &mut [ExactHit]) -> Vec<Tie> {
         let ties = self.closest_exact(rays, hits);
         self.prefer_opaque(rays, hits, &ties, |rays| rays.camera);
@@ -134,8 +134,8 @@ impl Geometry {
         );
     }
 
-    /// Instances that the ground truth describes, behind transparent surfaces, for scene-local rays with these first
-    /// hits.
+    /// Instances that scene-local rays hit first if hidden objects and transparent surfaces are skipped.
+    /// `hits` are the first hits of the rays, without skipping.
     pub(crate) fn visible_instances(&self, origins: &[DVec3], directions: &[Vec3], hits: &[Hit]) -> Vec<u32> {
         let mut seen: Vec<u32> = hits.iter().map(|hit| hit.instance).collect();
         let passed: Vec<usize> = (0..hits.len())

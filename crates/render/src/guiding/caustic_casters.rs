@@ -62,9 +62,9 @@ pub(crate) fn find_caustic_candidates(geometry: &Geometry) -> Vec<CausticCaster>
     all
 }
 
-/// Casters among the candidates, with their indices, sorted by the light that they cast. `thrown` is the fraction of
-/// all light that each candidate casts, for the candidates whose light was measured. Smooth candidates count even if
-/// they cast no measured light, because light may reach them on other paths.
+/// Casters among the candidates, with their indices, sorted by the light that they cast. `thrown` is the
+/// fraction of all light that each candidate casts, for the candidates whose light was measured. Smooth
+/// candidates are included even if they cast no measured light, because light may reach them on other paths.
 pub(crate) fn choose_casters(candidates: &[CausticCaster], thrown: &[f64]) -> Vec<(usize, CausticCaster)> {
     let mut all: Vec<_> = candidates.iter().copied().enumerate().take(thrown.len()).collect();
     all.retain(|&(index, caster)| !caster.is_rough || thrown[index] >= MIN_ROUGH_FRACTION);

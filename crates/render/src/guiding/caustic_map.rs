@@ -1,9 +1,10 @@
 //! Caustic maps: for a receiving point, the region of a caster from which the point's photons came.
 //!
-//! Photons guide paths (H. W. Jensen, "Importance Driven Path Tracing using the Photon Map", Rendering Techniques
-//! 1995). The space around a caster is divided into cells by direction and distance. A cell stores up to two spheres to
-//! which samples of diffuse surfaces are guided: the photon neighbourhoods that are brightest relative to their size.
-//! Photons are neighbours if they left the caster, or passed points further along their paths, close to each other.
+//! Photons guide paths (H. W. Jensen, "Importance Driven Path Tracing using the Photon Map", Rendering
+//! Techniques 1995). The space around a caster is divided into cells by direction and distance. A cell stores
+//! up to two spheres to which samples of diffuse surfaces are guided: the photon neighbourhoods that are
+//! brightest relative to their size. Photons are neighbours if their exit points on the caster, or points
+//! further along their paths, are close to each other.
 
 use glam::{DVec3, Vec3};
 

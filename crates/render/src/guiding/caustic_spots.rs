@@ -1,5 +1,5 @@
-//! Caustic spots: small places where casters focus light, which then light everything around them like lamps. Samples
-//! of other surfaces are guided to these spots, because shadow rays do not find them.
+//! Caustic spots: small regions where casters focus light, and which then illuminate their surroundings like
+//! lamps. Samples of other surfaces are guided to these spots, because shadow rays do not find them.
 
 use std::collections::BTreeMap;
 

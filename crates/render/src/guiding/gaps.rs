@@ -1,9 +1,9 @@
 //! Gaps through which much light passes: balls to which samples of diffuse surfaces are guided, in the same way as to
 //! caustic casters.
 //!
-//! Photon segments between diffuse surfaces show from which directions light arrives. [`find_gaps`] chooses the balls
-//! that reduce the relative variance of a guided bounce most, averaged over all places, and keeps those that the second
-//! half of the photons confirms.
+//! Photon segments between diffuse surfaces show from which directions light arrives. [`find_gaps`] chooses
+//! the balls that reduce the relative variance of a guided bounce most, averaged over the surfaces, and keeps
+//! the balls that the second half of the photons confirms.
 
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;

@@ -153,8 +153,8 @@ impl<'a> PhotonPass<'a> {
         let contexts = LightSampleContexts::from(&context);
         let sampling = LightSampling::Importance;
         let sample = self.lights.sample(&contexts, self.geometry, sampling, choice, &light_random.into())?;
-        // Only lights with a position and an extent emit photons: the BSDF samples that photons guide never hit delta
-        // lights, and they reach infinite lights from every caster.
+        // Only lights with a position and an extent emit photons: the BSDF samples that photons guide never
+        // hit delta lights, and can reach infinite lights from any caster.
         let p_light = sample.p_light.filter(|_| !sample.is_delta)?;
         let photon = Photon {
             sampler,

@@ -15,14 +15,14 @@ use crate::prepare::geometry::Geometry;
 use crate::prepare::medium::Medium;
 use crate::settings::Catchers;
 
-/// For each path, the point that scattered it last, and the distance from this point at which its present ray begins.
-/// The distance is greater than 0 after surfaces that let the path through without scattering it.
+/// For each path, the point that scattered it last, and the distance from this point at which its current ray
+/// begins. The distance is greater than 0 after surfaces that let the path through without scattering it.
 #[derive(Debug, Default)]
 pub(super) struct RayBegins(Vec<(DVec3, f64)>);
 
 impl RayBegins {
-    /// Returns the distance at which the present ray of a path begins. The ray ends at `hit`; the next ray begins there
-    /// unless something scatters the path. `start_depth` is [`CameraRayBatch::start_depth`].
+    /// Returns the distance at which the current ray of a path begins. The ray ends at `hit`; the next ray
+    /// begins there unless something scatters the path. `start_depth` is [`CameraRayBatch::start_depth`].
     pub fn advance(&mut self, geometry: &Geometry, index: usize, path: &PathState, hit: &Hit, start_depth: f64) -> f64 {
         let scattered = path.prev_context.position;
         if self.0.len() <= index {

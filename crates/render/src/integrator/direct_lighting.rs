@@ -157,7 +157,7 @@ impl PathTracer<'_> {
         if choice >= rate {
             return;
         }
-        // The random number that selected is rescaled, and is uniform again.
+        // The random number is below `rate`; after division by `rate` it is uniform from 0 to 1 again.
         let choice = choice / rate;
         let count = self.settings.light_samples;
         for index in 0..count {

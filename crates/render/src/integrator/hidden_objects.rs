@@ -1,9 +1,10 @@
 //! Objects that are hidden from some kinds of rays.
 //!
-//! Light samples pass objects that cast no shadow. They are stopped by objects that cast a shadow, even if other rays
-//! do not find these objects. Rays that BSDFs sample must find the same light, because multiple importance sampling
-//! divides it between both. At an object that casts no shadow, a second path searches for the light behind the object.
-//! Behind a hidden object that casts a shadow, a path ignores light that light samples would find.
+//! Light samples pass objects that cast no shadow. They are stopped by objects that cast a shadow, even if
+//! other rays do not find these objects. Rays that BSDFs sample must find the same light, because multiple
+//! importance sampling divides the light between the two strategies. At an object that casts no shadow, a
+//! second path searches for the light behind the object. Behind a hidden object that casts a shadow, a path
+//! ignores light that light samples would find.
 
 use glam::Vec3;
 use raycam_bvh::{Hit, Ray};

@@ -5,11 +5,11 @@
 //! tile advance one bounce at a time, so that rays are traced and BSDFs evaluated in batches.
 //!
 //! * [`path_state`]: the state of a path, and the queues of rays that a bounce fills.
-//! * [`path_tracer`]: the state that all paths share, and the steps that do not depend on a BSDF: escaped rays,
-//!   emission, the continuation of a path. Light is found by light sampling and by BSDF sampling, weighed by the
-//!   balance heuristic of multiple importance sampling (E. Veach, "Robust Monte Carlo Methods for Light Transport
-//!   Simulation", 1997, section 9.2.2). After some segments, Russian roulette ends paths at random if their throughput
-//!   times `eta_scale` is below a threshold.
+//! * [`path_tracer`]: the state that all paths share, and the steps that do not depend on a BSDF: escaped
+//!   rays, emission, the continuation of a path. Light is found by light sampling and by BSDF sampling,
+//!   weighted by the balance heuristic of multiple importance sampling (E. Veach, "Robust Monte Carlo Methods
+//!   for Light Transport Simulation", 1997, section 9.2.2). After some segments, Russian roulette ends paths
+//!   at random if their throughput times `eta_scale` is below a threshold.
 //! * [`direct_lighting`]: next-event estimation, one shadow ray for each light sample.
 //! * [`shadow_queue`]: shadow rays with the light that each adds if nothing occludes the ray.
 //! * [`batch`]: hits in chunks. Interactions, BSDF samples, direct lighting and shading are computed for many hits at

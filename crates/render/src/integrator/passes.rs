@@ -1,4 +1,4 @@
-//! Passes: parts of the colour by the way that light takes to the camera, and by its source.
+//! Passes: parts of the colour, separated by the light's way to the camera and by its source.
 //!
 //! Every contribution to a sample's radiance is recorded with its way and its source, and each pass sums its part. A
 //! contribution that belongs to several passes of a kind is divided, so that the passes of each kind add up to the

@@ -103,7 +103,8 @@ impl<'a> PathModes<'a> {
         let lights = settings.lights;
         let sampling = settings.light_sampling;
         let has_light_samples = lights.has_light_samples(sampling);
-        // Not with passes: a batch computes the same values, but does not separate them by light and lobe.
+        // Disabled if passes are recorded: a batch computes the same values, but does not separate them by
+        // light and lobe.
         let batch_direct_lighting = has_light_samples
             && settings.ambient_term.is_none()
             && settings.light_samples <= MAX_SPLIT_SAMPLES

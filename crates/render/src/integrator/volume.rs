@@ -1,9 +1,9 @@
 //! Scattering in media: paths that a medium scatters before they reach a surface.
 //!
-//! Along a ray, a distance is drawn by free flight. If it is before the next surface, the medium scatters the path
-//! there: lights are sampled, and the path continues in a direction sampled from the phase function. In addition, light
-//! that arrives directly is estimated at a distance near to a light. Both strategies are weighed by the balance
-//! heuristic.
+//! Along a ray, a distance is drawn by free flight. If it is before the next surface, the medium scatters the
+//! path there: lights are sampled, and the path continues in a direction sampled from the phase function. In
+//! addition, light that arrives directly is estimated at a distance near to a light. Both strategies are
+//! weighted by the balance heuristic.
 
 use std::ops::ControlFlow;
 

@@ -248,10 +248,10 @@ impl<const N: usize> SurfaceInteractions<N> {
         }
     }
 
-    /// Interpolates vertex normals on the geometric normal's side, and lifts ray origins to the smooth surface that
-    /// they describe, so that a coarse mesh does not shadow itself (J. Hanika, "Hacking the Shadow Terminator", Ray
-    /// Tracing Gems II, 2021, chapter 4). The smooth surface also separates the two sides of a curved surface that only
-    /// reflects.
+    /// Interpolates vertex normals on the geometric normal's side, and lifts ray origins to the smooth
+    /// surface that the normals describe, so that a coarse mesh does not shadow itself (J. Hanika, "Hacking
+    /// the Shadow Terminator", Ray Tracing Gems II, 2021, chapter 4). The smooth surface also separates the
+    /// two sides of a curved surface that only reflects.
     #[inline(always)]
     fn interpolate_normals(&mut self) {
         for lane in 0..N {

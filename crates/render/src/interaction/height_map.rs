@@ -12,10 +12,11 @@ impl Geometry {
     /// `normal` is the shading normal without maps. Both are on the viewer's side. `None` if the mesh lacks the texture
     /// coordinates.
     ///
-    /// J. Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978: the normal of the surface p + h n is the product of
-    /// its derivatives p_u + h_u n and p_v + h_v n, without the terms in h itself, which are small for flat relief. The
-    /// tangents p_u and p_v are the triangle's, projected onto the plane of the shading normal. With the gradient g of
-    /// the height in the triangle's plane and the triangle's normal m, this product is
+    /// J. Blinn, "Simulation of Wrinkled Surfaces", SIGGRAPH 1978: the normal of the surface p + h n is the
+    /// cross product of its derivatives p_u + h_u n and p_v + h_v n, without the terms in h itself, which are
+    /// small for flat relief. The tangents p_u and p_v are the triangle's, projected onto the plane
+    /// perpendicular to the shading normal. With the gradient g of the height in the triangle's plane and the
+    /// triangle's normal m, this product is
     ///
     /// (n.m) n - ((n.m) g - (n.g) m).
     pub(crate) fn bumped_normal(

@@ -37,7 +37,7 @@ pub(crate) struct SurfaceInteraction {
 }
 
 impl SurfaceInteraction {
-    /// Shading frame for the viewer of a ray with this direction.
+    /// Shading frame for a viewer whose ray arrives in this direction.
     #[inline]
     pub fn shading_frame(&self, direction: Vec3) -> ShadingFrame {
         ShadingFrame::new(self.side_normal, self.shading_normal, -direction)

@@ -1,7 +1,7 @@
-//! Ray cones, which choose the level of a mip map.
+//! Ray cones, which determine the level of a mip map.
 //!
-//! A pixel's cone is as wide as the pixel along each direction: elliptic where the pixel's sides differ in angle, as at
-//! the border of a wide-angle image. After scattering, cones are round.
+//! A pixel's cone is as wide as the pixel along each direction: elliptic if the pixel's sides subtend
+//! different angles, as at the border of a wide-angle image. After scattering, cones are round.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use raycam_scene::Camera;
@@ -52,8 +52,8 @@ impl Stretch {
     }
 }
 
-/// Footprint of a cone on a triangle: axes of an ellipse, from side to side, in weights of the second and third
-/// vertex.
+/// Footprint of a cone on a triangle: the axes of an ellipse (full lengths), as differences of the
+/// barycentric weights of the second and third vertex.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Footprint {
     axes: [Vec2; 2],

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use crate::error::RenderError;
 use crate::thread_pool::with_pool;
 
-/// Horizontal length of a direction, relative to its length, below which its horizontal axis is y.
+/// Horizontal part of a unit direction below which the beam counts as vertical; its horizontal axis is then
+/// y.
 const MIN_HORIZONTAL: f64 = 1e-9;
 
 /// Beams of a lidar. The horizontal axis of a beam is perpendicular to z.
@@ -21,7 +22,7 @@ pub struct Beams<'a> {
     pub turns: &'a [f64],
     /// Rotation world_from_sensor of each beam, or a single rotation.
     pub rotations: &'a [[[f64; 3]; 3]],
-    /// Points of the cross section, in radii at 1/e²; a single point is the axis.
+    /// Points of the cross section, in units of the 1/e² radius; a single point always stands for the axis.
     pub samples: &'a [[f64; 2]],
     /// Horizontal and vertical width at the origin, in metres.
     pub width: [f64; 2],
@@ -65,7 +66,7 @@ pub fn beam_rays(beams: &Beams, threads: Option<usize>) -> Result<(RayVectors, R
 }
 
 impl Beams<'_> {
-    /// Calls `write` with the number and the ray, in sensor axes, of each ray of a beam.
+    /// Calls `write` for each ray of a beam, with the index of its sample and the ray in sensor axes.
     fn rays(&self, beam: usize, mut write: impl FnMut(usize, BeamRay)) {
         let (origin, [x, y, z]) = (self.origins[beam], self.directions[beam]);
         if self.samples.len() == 1 {

@@ -29,7 +29,7 @@ pub struct Returns<'a> {
     pub lengths: &'a [f64],
     /// Returned energy.
     pub energies: &'a [f64],
-    /// Object of the surface.
+    /// Index of the surface's object.
     pub instances: &'a [i32],
     /// Number of mirrors and glass faces on the path.
     pub bounces: &'a [i32],
@@ -71,7 +71,8 @@ impl Echoes {
 /// Length, energy, main row and purity of an echo.
 type Echo = (f64, f64, usize, f32);
 
-/// Echoes of all pulses; `sigma` is the standard deviation of a pulse in metres, and with 0, each length is an echo.
+/// Echoes of all pulses. `sigma` is the standard deviation of a pulse in metres; if it is 0, each distinct
+/// length is an echo.
 ///
 /// # Errors
 /// [`RenderError::Settings`] if the arrays differ in length or are not sorted by pulse, and errors of `with_pool`.
@@ -120,7 +121,8 @@ struct Waveform {
     energies: Vec<f64>,
     /// The waveform's maximum that is reached by climbing from each return.
     modes: Vec<f64>,
-    /// Number of the group of returns, in the order of length, that are close enough to change each other's maxima.
+    /// For each return: the number of its cluster. The returns of a cluster are close enough to change each
+    /// other's maxima; clusters are numbered by length.
     clusters: Vec<usize>,
 }
 
@@ -200,7 +202,8 @@ impl Waveform {
     }
 }
 
-/// Sum of Gaussians of the same width, by ascending place; the largest share is 1.
+/// Sum of Gaussians of the same width. `places` are their centres, in ascending order; `shares` are their
+/// heights, of which the largest is 1.
 struct GaussianSum<'a> {
     places: &'a [f64],
     shares: &'a [f64],
@@ -208,7 +211,7 @@ struct GaussianSum<'a> {
 }
 
 impl GaussianSum<'_> {
-    /// Finds the maximum reached by climbing the sum from each place.
+    /// Finds the maximum reached by climbing the sum from each Gaussian's centre.
     fn find_modes(&self, modes: &mut [f64]) {
         let last = self.places.len() - 1;
         if self.places[last] - self.places[0] <= MERGED * self.sigma {
@@ -220,8 +223,9 @@ impl GaussianSum<'_> {
         self.fill_modes(modes, 0..last);
     }
 
-    /// Finds the maxima of the places between two places whose maxima are known. A place between two places with the
-    /// same maximum has this maximum, because climbing never changes the order of the climbers.
+    /// Finds the maxima for the centres between two centres whose maxima are known. A centre between two
+    /// centres with the same maximum has this maximum too, because climbing never changes the order of the
+    /// positions.
     fn fill_modes(&self, modes: &mut [f64], between: Range<usize>) {
         let Range { start, end } = between;
         if end - start < 2 {
@@ -285,8 +289,8 @@ impl GaussianSum<'_> {
         at
     }
 
-    /// Mean of the places near `at`, relative to `at`, and their variance. The weight of a place is its share times the
-    /// Gaussian of its distance.
+    /// Weighted mean of the Gaussians' centres, relative to `at`, and their variance. The weight of a centre
+    /// is its share times the Gaussian of its distance from `at`.
     fn shift(&self, at: f64) -> (f64, f64) {
         let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
         for (place, share) in self.places.iter().zip(self.shares) {

@@ -44,9 +44,10 @@ pub struct LidarHits<'a> {
     pub normals: &'a [[f64; 3]],
     /// Base colours; the red channel is used.
     pub albedos: &'a [[f32; 3]],
-    /// Reflectances of textures, NaN without; or `None` if no surface has such a texture.
+    /// Reflectance from each hit's texture, NaN for a hit without such a texture; `None` if no surface has
+    /// such a texture.
     pub reflectances: Option<&'a [f32]>,
-    /// Number of each hit's material.
+    /// Index of each hit's material.
     pub materials: &'a [i64],
     /// Geometric length of the path to each hit, in metres.
     pub lengths: &'a [f64],
@@ -148,7 +149,8 @@ impl LidarMaterial {
     /// Retroreflective part: pi R_A(theta) / cos(theta), with R_A(theta) = R_A cos(theta)^4 without a table (ASTM
     /// E808).
     ///
-    /// In a table, R_A is linear between angles, constant below the first, and falls as cos^4 above the last.
+    /// With a table, R_A is linear between the table's angles, constant below the first angle, and
+    /// proportional to cos^4 above the last.
     fn sheeting(&self, cosine: f64) -> f64 {
         let fourth = |cosine: f64| (cosine * cosine) * (cosine * cosine);
         let table = &self.retroreflection_table;

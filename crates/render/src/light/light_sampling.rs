@@ -359,7 +359,8 @@ impl Lights {
         sample.with_selection_pdf(probability)
     }
 
-    /// Radiance of the infinite lights from a direction, and the density with which [`Lights::sample`] yields it.
+    /// Radiance of the infinite lights from a direction, and the density with which [`Lights::sample`]
+    /// samples this direction.
     pub fn radiance_and_pdf(
         &self,
         from: &LightSampleContext,
@@ -390,7 +391,7 @@ impl Lights {
         (radiance, pdf)
     }
 
-    /// Density with which [`Lights::sample`] yields this hit at this distance.
+    /// Density with which [`Lights::sample`] samples the direction to this hit, at this distance.
     pub fn emission_pdf(
         &self,
         from: &LightSampleContext,
@@ -404,8 +405,9 @@ impl Lights {
         (self.kind_probabilities(from, choice).emissive * density) as f32
     }
 
-    /// Reports every light without a mesh that a ray crosses within `distance`: its index among the finite lights, the
-    /// distance to it, its radiance, and the density with which [`Lights::sample`] yields it.
+    /// Reports every light without a mesh that a ray crosses within `distance`: its index among the finite
+    /// lights, the distance to it, its radiance, and the density with which [`Lights::sample`] samples the
+    /// ray's direction for it.
     #[inline]
     pub fn intersect_visible(
         &self,

@@ -98,7 +98,7 @@ impl RectangleLight {
         let direction = direction.as_dvec3();
         let offset = point - self.corner;
         let (height, slope) = (offset.dot(self.normal), direction.dot(self.normal));
-        // Without a hit, the ray moves away from the plane, or starts on a side that does not emit.
+        // The ray misses if it does not approach the plane, or starts on a side that does not emit.
         if height * slope >= 0.0 || !(height > 0.0 || self.two_sided) {
             return None;
         }
@@ -198,7 +198,8 @@ impl SphericalRectangle {
         }
         let x = [corner.dot(ex), corner.dot(ex) + u.dot(ex)];
         let y = [corner.dot(ey), corner.dot(ey) + v.dot(ey)];
-        // z components of the sides' plane normals; the products of the normals depend on nothing else.
+        // z components of the sides' plane normals; the dot products of the normals depend only on these
+        // components.
         let tilt = |at: f64| at / (at * at + z * z).sqrt();
         let n = [-tilt(y[0]), tilt(x[1]), tilt(y[1]), -tilt(x[0])];
         let g = [0, 1, 2, 3].map(|i: usize| (-n[i] * n[(i + 1) % 4]).acos());

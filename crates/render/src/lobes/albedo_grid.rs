@@ -1,7 +1,7 @@
 //! Grids and quadratures shared by the albedo tables.
 //!
-//! Tables are uniform in the square root of the cosine and in the square root of perceptual roughness, since narrow
-//! lobes change fast near both zeros.
+//! Tables are uniform in the square root of the cosine and in the square root of perceptual roughness,
+//! because the albedo of narrow lobes changes quickly where the cosine or the roughness is near 0.
 
 use glam::Vec3;
 
@@ -75,7 +75,8 @@ pub(crate) fn mean_over_visible_normals<const N: usize>(
 
 /// The cosine-weighted mean of a row over the hemisphere: exact for a row that is linear in the root of the cosine.
 pub(crate) fn hemisphere_mean<const N: usize>(row: &[f32; N]) -> f32 {
-    // Three-point Gauss-Legendre quadrature is exact to the fifth power; the integrand has the fourth.
+    // Three-point Gauss-Legendre quadrature is exact for polynomials up to degree 5; the integrand has degree
+    // 4.
     let points = [(0.5 - 0.15f64.sqrt(), 5.0 / 18.0), (0.5, 8.0 / 18.0)];
     let [left, middle] = points;
     let points = [left, middle, (1.0 - left.0, left.1)];

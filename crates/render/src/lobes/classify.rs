@@ -82,8 +82,7 @@ pub(crate) fn has_interior(p: &Principled) -> bool {
 
 /// True if a material refracts light like smooth glass with an interior.
 pub(crate) fn is_solid_glass(material: &Material) -> bool {
-    /// Maximum perceptual roughness of glass that counts as smooth; behind rougher surfaces, light samples find the
-    /// light.
+    /// Perceptual roughness below which glass counts as smooth; light sampling works at rougher surfaces.
     const MAX_ROUGHNESS: f32 = 0.05;
     match &material.model {
         MaterialModel::Glass(glass) => !glass.thin && glass.roughness < MAX_ROUGHNESS,

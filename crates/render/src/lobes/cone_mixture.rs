@@ -1,9 +1,9 @@
 //! Mixture of cosine-weighted and cone sampling for diffuse surfaces.
 //!
-//! A fraction of the samples is distributed uniformly in cones; the other samples follow the cosine. Every direction
-//! has the density of the whole mixture (one-sample multiple importance sampling: E. Veach, "Robust Monte Carlo Methods
-//! for Light Transport Simulation", 1997, section 9.2.4), so any choice of cones is unbiased. Path guiding chooses the
-//! cones.
+//! A fraction of the samples is distributed uniformly in cones; the other samples have the cosine-weighted
+//! density. Every direction has the density of the whole mixture (one-sample multiple importance sampling: E.
+//! Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.4), so any choice of
+//! cones is unbiased. Path guiding chooses the cones.
 
 use std::f32::consts::TAU;
 
@@ -109,9 +109,10 @@ impl<const N: usize> ConeMixture<N> {
         densities
     }
 
-    /// Sets cone `k` of every lane. The weight of the cone is the weight that it would have as the only cone, times
-    /// `weight`. Returns each [`TargetCone::max_fraction`]. The arrays are local until they are full, because loops
-    /// that write into `self` while reading the interactions are not vectorised.
+    /// Sets cone `k` of every lane. The cone's weight is `weight` times the smaller of 1 and `density_ratio`
+    /// times [`TargetCone::max_fraction`]. Returns the `max_fraction` of every lane. The arrays are local
+    /// until they are full, because loops that write into `self` while reading the interactions are not
+    /// vectorised.
     #[inline(always)]
     pub fn set_cones(
         &mut self,

@@ -123,8 +123,8 @@ impl MicrofacetEval {
         Self { cosine: wo.dot(wm), weight: shape * ggx.g(wo, wi), pdf: shape * ggx.g1(wo) }
     }
 
-    /// Microfacet normals that refract one direction into the other; zero if there is no such normal. `eta` is the
-    /// index of refraction on the side of `wi` relative to the side of `wo`.
+    /// Evaluates the microfacets that refract `wi` to `wo`; the weight and density are zero if there are
+    /// none. `eta` is the index of refraction on the side of `wi` relative to the side of `wo`.
     #[inline(always)]
     pub fn refraction(ggx: &Ggx, eta: f32, wo: Vec3, wi: Vec3) -> Self {
         let wm = (wo + wi * eta).normalize_or_zero();

@@ -13,12 +13,13 @@ pub(crate) struct PreparedFog {
     pub g: f32,
     /// Unit vector that points upwards.
     pub up: DVec3,
-    /// The scene-local height below which the fog is; `None` for fog everywhere.
+    /// Scene-local height at which the fog ends; `None` for fog without a top.
     top: Option<f64>,
 }
 
 impl PreparedFog {
-    /// The fog of a world with this scene-local origin; `None` for a world without fog, or with fog that does nothing.
+    /// The fog of a world with this scene-local origin; `None` for a world without fog, or with fog whose
+    /// extinction is zero.
     pub fn of_world(world: &World, origin: DVec3) -> Option<Self> {
         let fog = world.fog.filter(|fog| fog.extinction != [0.0; 3])?;
         let up = world.up.axis();

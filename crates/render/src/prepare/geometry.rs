@@ -238,7 +238,7 @@ impl Geometry {
         let ray = Ray {
             origin: (start + moved * direction).as_vec3().to_array(),
             direction: direction.as_vec3().to_array(),
-            // A finite limit must not become larger by rounding.
+            // The limit is measured from the moved origin.
             t_max: if t_max.is_finite() { (t_max - moved) as f32 } else { t_max as f32 },
         };
         (ray, moved)

@@ -142,7 +142,8 @@ impl PreparedInstance {
         self.instance_if(self.is_visible, origin)
     }
 
-    /// Same as `Self::instance`, for a scene that contains only the borders of media.
+    /// Same as [`PreparedInstance::bvh_instance`], for a scene that contains only the borders of media: all
+    /// other instances are flattened to a point.
     pub fn boundary_instance(&self, origin: DVec3) -> Instance {
         self.instance_if(self.is_boundary, origin)
     }

@@ -73,9 +73,9 @@ impl MeshList {
     }
 }
 
-/// Prepares every mesh that an object shows, by its index in the world; builds the meshes missing in `list`. `previous`
-/// contains the meshes of the previous world's instances, in order; these, or others of `parts`, are refitted if only
-/// vertices moved.
+/// Prepares every mesh that an object shows, by its index in the world; builds the meshes missing in `list`.
+/// `previous` contains the meshes of the previous world's instances, in order; these meshes, or other meshes
+/// of `parts`, are refitted if only vertices moved.
 pub(crate) fn prepare_meshes(
     world: &World,
     list: MeshList,

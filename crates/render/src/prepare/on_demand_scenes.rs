@@ -107,8 +107,8 @@ impl Geometry {
         flattened.unwrap_or_else(|| self.two_level())
     }
 
-    /// Nearest hit of every ray in float64. Returns the rays that hit several objects at the same distance, up
-    /// to rounding, in their order.
+    /// Nearest hit of every ray in float64. Returns the rays that hit several objects at the same distance,
+    /// up to rounding, in ascending order of the rays.
     pub(crate) fn closest_exact(&self, rays: &[ExactRay], hits: &mut [ExactHit]) -> Vec<Tie> {
         self.exact_scene().closest_exact(rays, self, hits)
     }
@@ -129,8 +129,8 @@ impl Geometry {
         })
     }
 
-    /// True if the gap between two instances' boxes is at most a quarter of the smaller size. True without a test for
-    /// very many instances.
+    /// True if the gap between the boxes of any two instances is at most a quarter of the smaller box's size.
+    /// Also true, without a test, for very many instances.
     fn instances_are_close(&self) -> bool {
         const MAX_COMPARED: usize = 1 << 12;
         let boxes: Vec<(DVec3, DVec3)> = self.instance_boxes().collect();

@@ -58,9 +58,9 @@ struct Lookups {
 /// Weight of a texel's colour in lookups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TexelWeight {
-    /// All texels count alike.
+    /// All texels have the same weight.
     Uniform,
-    /// Colours count in proportion to alpha, the opacity, so that transparent texels are invisible.
+    /// Colours are weighted by alpha, the opacity, so that transparent texels do not contribute.
     Alpha,
 }
 

@@ -28,9 +28,9 @@ pub struct PreparedWorld {
     family: Arc<PreparedFamily>,
 }
 
-/// Prepared meshes, images and textures, and the most recent lights, shared by a world and all worlds derived from it
-/// (copies,
-/// changed worlds, worlds at other times). The family exists as long as any of these worlds exists.
+/// Prepared meshes, images and textures, and the most recent lights, shared by a world and all worlds derived
+/// from it: copies, changed worlds and worlds at other times. The family exists as long as any of these
+/// worlds exists.
 #[derive(Debug, Default)]
 pub struct PreparedFamily {
     meshes: SharedParts<PreparedMesh>,
@@ -39,7 +39,8 @@ pub struct PreparedFamily {
     lighting: RecentLighting,
 }
 
-/// Maximum number of objects that one thread places before other threads could wake up.
+/// Maximum number of objects that are placed by the calling thread alone; waking up other threads would take
+/// longer.
 const MAX_OBJECTS_HERE: usize = 256;
 
 impl PreparedWorld {

@@ -55,7 +55,8 @@ impl<'a> BlockView<'a> {
         let Some(center) = self.camera.static_center() else { return true };
         let (corners, normal) = (corners.map(DVec3::from_array), DVec3::from_array(normal));
         let largest = corners.iter().fold(center.abs(), |most, corner| most.max(corner.abs())).max_element();
-        // Bounds the rounding errors of a sample's position, and of the same product for the sample.
+        // This bound includes the rounding errors of a sample's position, and of the dot product that
+        // [`Incidence`] computes for the sample.
         let error = 64.0 * f64::EPSILON * largest;
         let is_behind = |corner: &DVec3| (center - corner).dot(normal) < -error;
         if !incidence.both_sides && corners.iter().all(is_behind) {

@@ -41,7 +41,7 @@ pub struct SampledFaces<'a> {
     /// Minimum number of samples of each face; at least 1. Larger faces have as many samples as they cover pixels in the
     /// camera that shows them largest, up to the length of `pattern`.
     pub min_samples: &'a [u16],
-    /// Weights of the corners for each sample; a face with n samples has the first n.
+    /// Weights of the corners for each sample; a face with n samples uses the first n entries.
     pub pattern: &'a [[f64; 3]],
     /// If true, cameras also show faces from behind.
     pub both_sides: bool,
@@ -61,7 +61,7 @@ pub struct FaceSight {
     /// Resolution in that camera, in pixels per metre: the smaller singular value of the derivative of the pixel with
     /// respect to the surface, at the first sample that the camera shows. 0 if no camera shows the face.
     pub best_resolution: Vec<f32>,
-    /// Cosine of the angle of incidence of that sample; NaN if no camera shows the face.
+    /// Cosine of the angle of incidence in that camera, at the same sample; NaN if no camera shows the face.
     pub best_cosine: Vec<f64>,
     /// Number of faces that each camera shows.
     pub faces_shown: Vec<i32>,
@@ -261,7 +261,8 @@ fn weighted_point(corners: &[[f64; 3]; 3], weights: &[f64; 3]) -> [f64; 3] {
     (weights[0] * a + weights[1] * b + weights[2] * c).to_array()
 }
 
-/// Number of samples of each face: its largest area in pixels in any camera, between its minimum and `limit`.
+/// Number of samples of each face: its minimum or, if its area in any camera exceeds [`LARGE_FACE_PX`], its
+/// largest area in pixels, rounded up and at most `limit`.
 fn sample_numbers(corners: &[[[f64; 3]; 3]], min: &[u16], limit: usize, views: &[BlockView]) -> Vec<usize> {
     let mut numbers: Vec<usize> = min.iter().map(|number| usize::from(*number)).collect();
     if numbers.iter().all(|number| *number == limit) {
@@ -280,8 +281,8 @@ fn sample_numbers(corners: &[[[f64; 3]; 3]], min: &[u16], limit: usize, views: &
     numbers
 }
 
-/// The largest area in pixels of each triangle among the cameras that project it into the image, 0 for none. The parts
-/// outside of the image and hidden parts count.
+/// The largest area in pixels of each triangle among the cameras that project it into the image; 0 if no
+/// camera does. Parts outside of the image and hidden parts are included.
 fn largest_areas(corners: &[[[f64; 3]; 3]], cameras: &[&Camera]) -> Vec<f64> {
     // Neighbouring faces share their corners: each position is projected once.
     let (mut positions, mut numbers) = (vec![], HashMap::with_capacity(corners.len()));

@@ -1,7 +1,8 @@
 //! Objects that rays with different times can hit, in worlds whose objects follow keyframes.
 //!
-//! Rays are taken in slices of similar times. For each slice, boxes contain every object during the slice, and a bundle
-//! contains its rays. Only objects whose boxes the bundle meets are placed at the times of the slice's rays.
+//! Rays are processed in slices of similar times. For each slice, boxes contain every object during the
+//! slice, and a bundle contains its rays. Only objects whose boxes the bundle meets are placed at the times
+//! of the slice's rays.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -47,8 +48,8 @@ enum Place {
 }
 
 impl<'a> MovingObjects<'a> {
-    /// The objects of a world; `None` if other things than objects with keyframes move. `geometry` is the world's
-    /// prepared geometry.
+    /// The objects of a world; `None` if anything other than objects with keyframes moves. `geometry` is the
+    /// world's prepared geometry.
     pub fn new(world: &'a World, geometry: &'a Geometry) -> Option<Self> {
         let time = world.time?.time;
         let mut objects: Vec<_> = geometry.instances.iter().map(|instance| (None, static_place(instance))).collect();
@@ -108,8 +109,8 @@ fn moving_place(motion: &ObjectMotion, mesh: &PreparedMesh) -> Place {
 pub(super) struct ReachableObjects<'a> {
     world: &'a World,
     time: f64,
-    /// For each instance of the geometry, the object's index in the world. The indices ascend, so that equal distances
-    /// are decided as in the whole world.
+    /// For each instance of the geometry, the object's index in the world. The indices ascend, so that the
+    /// same object as in the whole world is hit if distances are equal.
     ids: Vec<usize>,
     /// For each object that moves: the index of its instance, its motion and its description.
     moving: Vec<(usize, ObjectMotion<'a>, Object)>,
@@ -180,7 +181,8 @@ fn placed(
 
 /// Bounds of rays `origin + t * direction` with t of at least 0.
 pub(super) struct Bundle {
-    /// Boxes of the origins and of the directions; `None` for rays of which nothing is known.
+    /// Boxes of the origins and of the directions; `None` if a coordinate is not finite or a ray starts at a
+    /// negative t. A bundle without bounds meets every box.
     bounds: Option<[Bounds; 2]>,
 }
 

@@ -226,7 +226,7 @@ fn outward_normal(geometry: &Geometry, found: &ClosestPoint) -> [f64; 3] {
     }
     let normal = unit_normal(geometry.corners(found.instance, found.triangle));
     let normal = if geometry.instances[found.instance as usize].flips_orientation { -normal } else { normal };
-    // A triangle without area has a zero normal or none at all.
+    // The computed normal of a triangle without area is zero or not finite.
     if normal.is_finite() { (normal + 0.0).to_array() } else { [0.0; 3] }
 }
 

@@ -28,7 +28,8 @@ pub(super) fn narrow_order(rays: &[ExactRay], radius: f64) -> Option<Vec<usize>>
     let packets = points.chunks(PACKET_RAYS);
     let count = packets.len() as f32;
     let widths: f32 = packets.map(around).map(|[l, u]| (u[0] - l[0]) + (u[1] - l[1])).sum();
-    // Mean width of packets if the directions were divided into squares, or a line into pieces.
+    // Mean width of packets whose directions form squares or, if all directions are on a line, pieces of the
+    // line.
     let square = (2.0 * (width * height / count).sqrt()).max((width + height) / count);
     let ratio = widths / count / square;
     if ratio.is_nan() || ratio <= MIN_WIDTH_RATIO {

@@ -1,4 +1,4 @@
-//! Selection of the surfaces that count for a query.
+//! Selection of the surfaces that a query includes.
 
 use raycam_bvh::{ExactHit, ExactRay, HitFilter};
 

@@ -11,8 +11,8 @@ use crate::queries::visible::clear_pairs;
 /// Step of the central differences of `footprint`, relative to the point's distance from the ray's origin.
 const RELATIVE_STEP: f64 = 1e-4;
 
-/// Length of a ray, relative to the distance of its point. Hits that are certainly before the end of their ray need no
-/// exact arithmetic; most rays hit the surface of their point.
+/// Length of a ray, relative to the distance of its point. Most rays hit the surface at their point. Rays end
+/// slightly behind the point, because only hits close to the end of a ray require exact arithmetic.
 const RAY_LENGTH: f64 = 1.001;
 
 /// Angles of incidence at which a camera shows surface points.
@@ -43,7 +43,7 @@ impl Incidence {
 /// are finite.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SightLine {
-    /// The caller's number of the point.
+    /// The caller's index of the point.
     pub index: usize,
     pub position: DVec3,
     /// Cosine of the angle of incidence.
@@ -73,7 +73,7 @@ impl SightLine {
         if !is_projected || !is_inside {
             return None;
         }
-        // The pixel of a point has a ray, through this point.
+        // The point projects to this pixel, so the pixel's ray passes through the point.
         let line = line.or_else(|| Self::from_origin(camera.ray(pixel).0, incidence, index, point));
         Some((line?, pixel))
     }

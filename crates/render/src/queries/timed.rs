@@ -1,7 +1,8 @@
 //! Rays with a time each: every ray is traced in the world at the ray's own time.
 //!
-//! If objects follow keyframes, exact rays are taken in slices of similar times, and only the objects that a slice's
-//! rays may hit are placed at their times. Otherwise, the world is prepared for each distinct time.
+//! If objects follow keyframes, exact rays are processed in slices of similar times, and only the objects
+//! that a slice's rays may hit are placed at their times. Otherwise, the world is prepared for each distinct
+//! time.
 
 use std::ops::Range;
 

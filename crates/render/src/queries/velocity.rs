@@ -148,8 +148,9 @@ fn animated_velocities(
     Ok(found)
 }
 
-/// Derivative of the positions at the times of [`STENCIL`]. It is computed from three positions: around the middle one,
-/// before it or after it, whichever are on the smoothest curve (as in ENO schemes: A. Harten et al. 1987).
+/// Derivative of the positions at the times of [`STENCIL`]. It is computed from three consecutive positions:
+/// the middle three, the first three or the last three, whichever are on the smoothest curve (as in ENO
+/// schemes: A. Harten et al. 1987).
 fn derivative(places: &[DVec3; 5]) -> DVec3 {
     let [p0, p1, p2, p3, p4] = *places;
     let bend = |a: DVec3, b: DVec3, c: DVec3| (a - 2.0 * b + c).length();

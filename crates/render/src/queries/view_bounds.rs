@@ -17,15 +17,15 @@ const STEP: f64 = 1e-4;
 /// Maximum ratio of the pixels per radian at neighbouring nodes. A lens with a larger ratio has no bounds.
 const MAX_RATIO: f64 = 1.25;
 
-/// Allowance for rounding and for central differences.
+/// Factor on upper bounds that allows for the errors of rounding and of central differences.
 const SLACK: f64 = 1.01;
 
 /// Maximum angle, in radians, between the axis and the directions in an image. Images with larger angles exclude no
 /// points.
 const MAX_CONE_ANGLE: f64 = 1.75;
 
-/// Place of a sphere relative to an image. `max_scale` bounds the length of the derivative of the pixel with respect to
-/// the direction, in pixels per radian, where the image shows the sphere.
+/// Position of a sphere relative to an image. `max_scale` bounds the length of the derivative of the pixel
+/// with respect to the direction, in pixels per radian, where the image shows the sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Placement {
     /// No point projects into the image or near its border.
@@ -85,7 +85,7 @@ impl ViewBounds {
         distance > radius && self.axis.angle_between(way) - (radius / distance).asin() > self.lens.max_angle
     }
 
-    /// Returns the place of a sphere relative to the image of `camera`, to which these bounds belong.
+    /// Returns the position of a sphere relative to the image of `camera`, to which these bounds belong.
     pub fn place(&self, camera: &Camera, sphere: DVec3, radius: f64) -> Placement {
         let way = sphere - self.center;
         let distance = way.length();
@@ -97,8 +97,8 @@ impl ViewBounds {
         }
         let width = (radius / distance).asin();
         let angle = self.axis.angle_between(way);
-        // The margins keep a sphere whose faces could have corners on several sides of the image, because the area of
-        // such a face counts even if all of its corners are outside.
+        // Because of the margins, a sphere is not outside if a face in it could have corners on several sides
+        // of the image: the area of such a face is included even if all of its corners are outside.
         if angle - 5.0 * width > self.lens.max_angle && angle + 5.0 * width < PI {
             return Placement::Outside;
         }

@@ -18,7 +18,7 @@ use crate::prepare::one_instance::OneInstance;
 use crate::prepare::world::PreparedWorld;
 use crate::queries::tasks::in_tasks;
 
-/// Unit directions of cones; no two are in a plane with an axis.
+/// Unit directions of cones, one in each octant.
 const DIRECTIONS: [DVec3; 8] = [
     DVec3::new(0.36, 0.48, 0.8),
     DVec3::new(-0.48, 0.8, 0.36),

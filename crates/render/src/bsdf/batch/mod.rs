@@ -56,7 +56,7 @@ pub(crate) trait BatchModel: Default {
     /// Terms that depend only on the viewing directions.
     type View: Default;
 
-    /// Resets the flags that are true if they apply to any lane.
+    /// Resets the flags that state whether any lane has a property.
     fn clear(&mut self) {}
 
     /// Computes the view terms of the active lanes from the lanes' shading normals.
@@ -74,8 +74,8 @@ pub(crate) trait BatchModel: Default {
         Self::IS_TRANSMISSIVE
     }
 
-    /// Diffuse BSDF of a single lane, for models whose lights may be sampled separately from the batch; otherwise
-    /// `None`.
+    /// Diffuse BSDF of a single lane, for models whose direct lighting may be computed lane by lane;
+    /// otherwise `None`.
     fn single(&self, _lane: usize) -> Option<Diffuse<'_>> {
         None
     }

@@ -1,4 +1,4 @@
-//! Rough glass of many points, and glTF's principled material if all light enters it.
+//! Rough glass of many points, and glTF's principled material if it has no diffuse base.
 
 use glam::Vec3;
 
@@ -332,7 +332,8 @@ impl BatchModel for RoughDielectricModel {
             let rest = if choice < single {
                 choice
             } else {
-                // The last lobe is also used if rounding errors lead past it.
+                // The last lobe is also selected if `choice` exceeds the sum of all probabilities by rounding
+                // errors.
                 third - down
             };
             let refracted = Vec3::ONE - lane_vec3(&base_reflectance, lane);

@@ -94,7 +94,8 @@ impl PathTracer<'_> {
             }
             let interior_list =
                 if M::IS_TRANSMISSIVE && geometric.dot(sample.wi) < 0.0 { far_side } else { path.interior_list };
-            // If passes are recorded, only specular and diffuse BSDFs are batched, so the fraction is 0 or 1.
+            // If passes are recorded, only specular and diffuse BSDFs are batched, so the fraction of diffuse
+            // light is 0 or 1.
             let diffuse = if M::IS_SPECULAR { Vec3::ZERO } else { Vec3::ONE };
             self.record_scattering(path, || FirstScattering::Surface { diffuse });
             self.continue_path(path, &sample, origin, context, interior_list, queues)

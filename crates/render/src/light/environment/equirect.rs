@@ -46,7 +46,7 @@ impl EquirectFrame {
         dispatch_simd(ComputeUvs { frame: self, directions, places });
     }
 
-    /// Unit direction at an image coordinate u and the cosine of the zenith angle.
+    /// Unit direction at the image coordinate `u` and at the zenith angle whose cosine is `down`.
     #[inline(always)]
     pub fn direction(&self, u: f64, down: f64) -> Vec3 {
         // u begins half a turn from the image centre.

@@ -140,8 +140,8 @@ impl LightTree {
         }
     }
 
-    /// Selects several lights: all lights up to [`MAX_SPLIT_LIGHTS`], otherwise this number of lights by stratified
-    /// numbers. Reports each light with its index and expected count.
+    /// Selects several lights: all lights if there are at most [`MAX_SPLIT_LIGHTS`]; otherwise this number of
+    /// lights, by stratified random numbers. Reports each light with its index and expected count.
     pub fn sample_split(&self, from: &LightTreeContext, number: f64, mut report: impl FnMut(usize, usize, f64)) {
         if self.is_empty() {
             return;

@@ -117,7 +117,8 @@ pub(crate) struct ChildProbabilities {
 impl ChildProbabilities {
     /// Creates the distribution in proportion to weights.
     pub fn new(weights: [f32; LANES]) -> Self {
-        // The sums are divided into four independent running sums, because each addition waits for the previous one.
+        // The running sums of four groups are computed independently and then combined, because the additions
+        // of a single running sum would wait for each other.
         let mut sums = [0.0; LANES];
         for (sums, weights) in sums.chunks_mut(4).zip(weights.chunks(4)) {
             let mut sum = 0.0;
