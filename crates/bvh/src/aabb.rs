@@ -14,8 +14,8 @@ impl Aabb {
     /// Bounds that are used for a tree without triangles: only the origin.
     pub const ORIGIN: Aabb = Aabb { lower: [0.0; 3], upper: [0.0; 3] };
 
-    /// The coordinate of a bounding plane, by its row in [`crate::node::WideNode::bounds`]: lower x, upper x, lower y,
-    /// ...
+    /// Coordinate of the bounding plane in row `row`, in the order of [`crate::node::WideNode::bounds`]: lower x, upper
+    /// x, lower y, upper y, lower z, upper z.
     #[inline(always)]
     pub fn plane(&self, row: usize) -> f32 {
         [&self.lower, &self.upper][row % 2][row / 2]

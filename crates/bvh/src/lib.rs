@@ -24,7 +24,7 @@
 //!
 //! - `cargo test -p raycam-bvh`: trees of the same bytes and hits of the same bits for every instruction set, number of
 //!   threads and kernel; a hundred meshes against float64 brute force; ten million rays aimed at edges and vertices.
-//!   `benchmarks/brute_force.py` and `make leak` do the last two with more rays.
+//!   `benchmarks/brute_force.py` and `make leak` run the last two tests with more rays.
 //! - AddressSanitizer, over the kernels of every instruction set:
 //!   `RUSTFLAGS=-Zsanitizer=address cargo +nightly test -p raycam-bvh --target x86_64-unknown-linux-gnu`.
 //! - The same tests with NEON, if the target is installed and QEMU runs its programs:
@@ -32,9 +32,9 @@
 //!   CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER="qemu-aarch64 -L /usr/aarch64-linux-gnu"
 //!   cargo test -p raycam-bvh --target aarch64-unknown-linux-gnu`.
 //! - Miri, over the partition of the builder, whose writes are not bounds-checked: `MIRIFLAGS="-Zmiri-tree-borrows
-//!   -Zmiri-ignore-leaks" cargo +nightly miri test -p raycam-bvh --lib partition`. Without the last word Miri runs
-//!   whole builds of smaller meshes, for many minutes. rayon's queues break stacked borrows, and its threads are never
-//!   joined; both flags are therefore required.
+//!   -Zmiri-ignore-leaks" cargo +nightly miri test -p raycam-bvh --lib partition`. Without the test filter `partition`,
+//!   Miri runs whole builds of smaller meshes, for many minutes. rayon's queues break stacked borrows, and its threads
+//!   are never joined; both flags are therefore required.
 
 // The lint is disabled because loops over axes and lanes read several arrays with one index.
 #![allow(clippy::needless_range_loop)]

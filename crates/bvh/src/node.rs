@@ -110,7 +110,7 @@ pub struct LeafNode {
     pub first_prim: u32,
     /// The number of triangles.
     pub count: u32,
-    /// Bit i: triangle i has an area in float32 and can be hit.
+    /// Bit i: the float32 area of triangle i is not 0, so rays can hit the triangle.
     pub non_degenerate: u32,
     /// The bounds of the vertices: lower x, upper x, lower y, upper y, lower z, upper z.
     pub bounds: [f32; 6],

@@ -179,7 +179,7 @@ impl ClosestPoint {
 /// The caller's hint about a batch. Coherence only affects speed; hits do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coherence {
-    /// The caller does not know; the query examines the batch.
+    /// The coherence is unknown; the query examines the batch.
     #[default]
     Unknown,
     /// Neighbours in the slice are coherent; ideally, 64 consecutive rays are an 8 x 8 tile of pixels.

@@ -341,7 +341,8 @@ fn of_camera_folders(
     Ok(found)
 }
 
-/// True if the folder contains a left and a right file that no format before OpenCV's in the table recognises.
+/// True if the files of the left and the right camera in the folder are recognised as `opencv`, and not as a format
+/// that precedes it in the table.
 fn is_opencv_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
     let sides = opencv::pair_folder::sides(folder, assets);
     sides.iter().all(|source| detected(source).is_some_and(|format| format.name == "opencv"))
@@ -445,7 +446,8 @@ fn decode_in(
     })
 }
 
-/// Returns an error for numbers with decimal commas. Readers would separate them at the commas, and read other numbers.
+/// Returns an error for numbers with decimal commas. Readers would split such numbers at the commas, and read wrong
+/// numbers.
 fn refuse_decimal_commas(source: &InputFile) -> Result<()> {
     let text = std::str::from_utf8(&source.bytes).unwrap_or("");
     let Some((line, numbers)) = line_with_decimal_commas(text) else { return Ok(()) };
@@ -494,8 +496,8 @@ fn unknown_file(source: &InputFile) -> FormatError {
     )
 }
 
-/// If all cameras with a size have the same size, assigns this size to the cameras with K that have none, and returns a
-/// notice.
+/// If all cameras with a size have the same size, assigns this size to the cameras that have K but no size, and returns
+/// a notice.
 fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> {
     let size = records.iter().find_map(|record| record.size).filter(|_| known.size.is_none())?;
     let lacks = |record: &CameraRecord| record.size.is_none() && record.k.is_some();

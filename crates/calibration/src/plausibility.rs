@@ -9,11 +9,11 @@ use crate::CameraRecord;
 use crate::files::about_cameras;
 use raycam_formats::{FormatError, Result};
 
-/// Maximum difference between the ratios of the principal point to the image centre in x and in y at which they count
-/// as equal.
+/// Maximum relative difference at which two ratios count as equal: the ratios of the principal point to the image
+/// centre in x and in y, or such a ratio and 1.
 const SAME_RATIO: f64 = 0.04;
-/// Minimum ratio of the principal point to the image centre that indicates another resolution, not a principal point
-/// off the centre.
+/// If the principal point is at least this many times as far from the image corner as the image centre, or the reverse,
+/// in both x and y, then K probably belongs to another resolution.
 const OTHER_RESOLUTION: f64 = 1.25;
 /// Number of columns and of rows of the pixel grid on which undistortion is tested.
 const GRID: u32 = 12;

@@ -144,12 +144,12 @@ impl Pose {
         Self::camera_from_world(r, c)
     }
 
-    /// Creates a pose from camera_from_world and the centre.
+    /// Creates a pose from the rotation R (camera_from_world) and the camera centre C in world coordinates.
     pub fn from_r_c(r: DMat3, c: DVec3) -> Self {
         Self::world_from_camera(Rotation::Matrix(r.transpose()), c)
     }
 
-    /// Returns camera_from_world and the centre.
+    /// Returns the rotation R (camera_from_world) and the camera centre C in world coordinates.
     pub fn r_c(&self) -> (DMat3, DVec3) {
         let m = self.rotation.matrix();
         if self.world_from_camera {
@@ -159,7 +159,8 @@ impl Pose {
         }
     }
 
-    /// Returns camera_from_world and t, with exactly the file's numbers if the file stores this direction.
+    /// Returns the rotation camera_from_world and the translation t, with exactly the file's numbers if the
+    /// file stores this direction.
     pub fn r_t(&self) -> (Rotation, DVec3) {
         if self.world_from_camera {
             let rotation = self.rotation.inverse();
@@ -169,7 +170,8 @@ impl Pose {
         }
     }
 
-    /// Returns world_from_camera and the centre, with exactly the file's numbers if the file stores this direction.
+    /// Returns the rotation world_from_camera and the camera centre C in world coordinates, with exactly the file's
+    /// numbers if the file stores this direction.
     pub fn world_r_c(&self) -> (Rotation, DVec3) {
         if self.world_from_camera { (self.rotation, self.translation) } else { (self.rotation.inverse(), self.r_c().1) }
     }
@@ -184,8 +186,8 @@ impl Pose {
         Self::camera_from_world(Rotation::Matrix(r * r2), r * t2 + t)
     }
 
-    /// Replaces a matrix that is nearly a rotation by the nearest rotation; returns the largest difference of an entry
-    /// if it exceeds float32 rounding.
+    /// Replaces a matrix that is nearly a rotation by the nearest rotation; returns the largest difference between
+    /// their entries if it exceeds float32 rounding.
     pub(crate) fn orthonormalize(&mut self) -> Option<f64> {
         let Rotation::Matrix(matrix) = self.rotation else { return None };
         let (rotation, off) = nearest_rotation(matrix).ok()?;

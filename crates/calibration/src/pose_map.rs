@@ -17,7 +17,7 @@ fn named<'a, const N: usize>(at: &Cursor<'a>, sets: &[[&str; N]]) -> Option<[Cur
     })
 }
 
-/// Finds the quaternion and the translation of a map by the names of their numbers.
+/// Finds the components of the quaternion and of the translation in a map by their keys.
 fn parts<'a>(at: &Cursor<'a>) -> Option<([Cursor<'a>; 4], Vec<Cursor<'a>>)> {
     let flat = [["qw", "qx", "qy", "qz"], ["q_w", "q_x", "q_y", "q_z"], ["rw", "rx", "ry", "rz"]];
     let names = [["w", "x", "y", "z"], flat[0]];
@@ -36,7 +36,8 @@ pub(crate) fn is_pose_map(at: &Cursor<'_>) -> bool {
     at.is_map() && (parts(at).is_some() || at.any(&["transform", "pose"]).is_some_and(|at| is_pose_map(&at)))
 }
 
-/// Reads the first three rows of the transform that such a map contains; `None` for other values.
+/// Reads the transform of a pose map (see [`is_pose_map`]) as the first three rows of its matrix; `None` for
+/// other values.
 pub(crate) fn read(at: &Cursor<'_>) -> Result<Option<[f64; 12]>> {
     if !at.is_map() {
         return Ok(None);

@@ -77,7 +77,7 @@ impl CameraRecord {
         Ok(camera.with_lens(self.lens.clone())?)
     }
 
-    /// Returns camera_from_world and the centre.
+    /// Returns the rotation R (camera_from_world) and the camera centre C in world coordinates.
     pub(crate) fn r_c(&self) -> (DMat3, DVec3) {
         self.pose.as_ref().map_or((DMat3::IDENTITY, DVec3::ZERO), Pose::r_c)
     }
@@ -155,7 +155,7 @@ impl CameraRecord {
         FormatError::encode(format!("camera {:?}: {format} cannot store {what}", self.name))
     }
 
-    /// Returns an error if the record has a lens.
+    /// Returns an error if the record has a lens model with coefficients.
     pub(crate) fn require_pinhole(&self, format: &str) -> Result<()> {
         match self.lens.coefficients() {
             None => Ok(()),
@@ -165,7 +165,7 @@ impl CameraRecord {
     }
 
     /// Replaces matrices of the pose and of the mount that are nearly rotations by the nearest rotations; returns the
-    /// largest difference of an entry.
+    /// largest difference between their entries; `None` if nothing was replaced.
     pub(crate) fn orthonormalize(&mut self) -> Option<f64> {
         let mount = self.mount.iter_mut().flat_map(|mount| [&mut mount.camera, &mut mount.body]);
         self.pose.iter_mut().chain(mount).filter_map(Pose::orthonormalize).reduce(f64::max)

@@ -12,7 +12,7 @@ use crate::error::{FormatError, Result};
 pub struct Budget {
     /// Bytes of all files together.
     pub bytes: u64,
-    /// Vertices, face corners and parts of all meshes together.
+    /// Vertices, face corners and other elements of all meshes, models and light profiles together.
     pub elements: u64,
     /// Pixels of all images together.
     pub pixels: u64,
@@ -21,7 +21,7 @@ pub struct Budget {
     /// Bytes of memory for textures and their mip maps; textures that do not fit are moved to a temporary file: see
     /// [`TextureCache`](raycam_scene::TextureCache). `None` keeps all textures in memory.
     pub texture_memory: Option<u64>,
-    /// Steps for cutting polygons with reflex corners into triangles: some hundreds per corner, and many more if a
+    /// Steps for cutting polygons with reflex corners into triangles: several hundred per corner, and many more if a
     /// contour intersects itself.
     pub steps: u64,
 }
@@ -63,7 +63,7 @@ impl Budget {
         charge(&mut self.bytes, path, "bytes", amount)
     }
 
-    /// Charges `amount` vertices, corners or parts of `path`.
+    /// Charges `amount` vertices, corners or other elements of `path`.
     ///
     /// # Errors
     /// [`FormatError::Budget`] if the remaining budget is smaller.

@@ -1,4 +1,4 @@
-//! Errors of files, with the position of each.
+//! Errors of reading and writing files, with the position in the file.
 
 use std::fmt;
 use std::io;
@@ -69,7 +69,7 @@ pub enum FormatError {
     Reference {
         /// The name as written.
         reference: String,
-        /// The reason for the refusal.
+        /// The reason why the name is rejected.
         message: Message,
     },
     /// A file that a world file or another description refers to is invalid.
@@ -82,7 +82,7 @@ pub enum FormatError {
         /// The error of the file.
         source: Box<FormatError>,
     },
-    /// A description is well-formed, but its value is impossible.
+    /// A description is well-formed, but `raycam_scene` rejects its values.
     #[error("{}{source}", path.as_ref().map(|p| format!("{}: ", p.display())).unwrap_or_default())]
     Scene {
         /// The file to which the error belongs, if any.
@@ -90,7 +90,7 @@ pub enum FormatError {
         /// The error of the description.
         source: SceneError,
     },
-    /// The pixels do not match the image to be encoded.
+    /// The data cannot be written: the output format does not support them, or they are inconsistent.
     #[error("{0}")]
     Encode(Message),
 }
@@ -130,7 +130,7 @@ fn prefix(key: &str) -> String {
 }
 
 impl FormatError {
-    /// Creates the error of values that do not match the file to which they are written.
+    /// Creates the error for data that cannot be written.
     pub fn encode(message: impl Into<Message>) -> Self {
         Self::Encode(message.into())
     }

@@ -207,7 +207,8 @@ impl<'a> LineReader<'a> {
         self.words().ok_or_else(|| self.error(ErrorCode::TruncatedFile.message(end)))
     }
 
-    /// Reads the file's kind, and the numbers of vertices and faces; the number of edges is optional and ignored.
+    /// Reads the header: the vertex attributes, and the numbers of vertices and faces; the number of edges is optional
+    /// and ignored.
     fn header(&mut self) -> Result<(OffHeader, [usize; 2])> {
         let mut words = self
             .words()

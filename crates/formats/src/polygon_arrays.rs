@@ -23,7 +23,7 @@ pub struct PolygonArrays<'a> {
     /// For each mesh: the numbers of its points, colours, texture coordinates, normals and polygons, and 1 if it is
     /// smooth.
     pub meshes: &'a [[u64; 6]],
-    /// Coordinates of the points.
+    /// Mesh coordinates of the points.
     pub points: &'a [[f64; 3]],
     /// Linear colours of a mesh: one per point, one per corner, or none.
     pub colors: &'a [Rgb],

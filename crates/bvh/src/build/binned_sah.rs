@@ -78,7 +78,7 @@ impl<const N: usize> SahBins<N> {
                 // The bin is in 0..N, because `scale` is chosen accordingly; the mask removes the bounds check.
                 let b = at[axis] as usize & (N - 1);
                 let bounds = self.bounds[axis][b].as_mut_ptr();
-                // SAFETY: a box has eight floats.
+                // SAFETY: packed bounds consist of eight floats.
                 unsafe { I::F32x8::load(bounds).min(packed).store(bounds) };
                 self.count[axis][b] += 1;
             }
@@ -109,7 +109,7 @@ impl<const N: usize> SahBins<N> {
         };
         for axis in (0..3).filter(|&a| scale[a] > 0.0) {
             let (bounds, count) = (&self.bounds[axis], &self.count[axis]);
-            // SAFETY: a box has eight floats.
+            // SAFETY: packed bounds consist of eight floats.
             let bin = |i: usize| unsafe { I::F32x8::load(bounds[i].as_ptr()) };
             // `right` contains, for each bin, the cost of this bin and all following bins; the loop processes four bins
             // at a time.

@@ -49,7 +49,7 @@ pub fn collapse<I: Isa>(
 ) {
     for at in (0..tree.len()).rev() {
         let node = tree[at];
-        // SAFETY: a box has eight floats.
+        // SAFETY: packed bounds consist of eight floats.
         let area = half_area::<I>(unsafe { I::F32x8::load(node.bounds.as_ptr()) });
         if node.leaf {
             tree[at].cost = of_leaf(&node).map(|cost| cost * area);
@@ -131,7 +131,7 @@ pub fn emit_wide_nodes(
             NodeRef::node(index)
         };
         match blocks.get_mut(above) {
-            // SAFETY: the index belongs to a node that was written here.
+            // SAFETY: `above` is the index of an inner node that an earlier iteration has written.
             Some(above) => unsafe { above.node.children[lane] = reference },
             None => first = reference,
         }

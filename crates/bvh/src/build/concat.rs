@@ -122,8 +122,8 @@ pub fn build_and_concat<L: LeafBuilder>(
     let output = output.into_inner().unwrap_or_else(PoisonError::into_inner);
     let OrderedWriter { used, roots, overflow, .. } = output;
     let missing = overflow.iter().fold([0; 2], |n, overflow| [n[0] + overflow.0.len(), n[1] + overflow.1.len()]);
-    // SAFETY: everything in use that is not in the overflow has been written, except the free blocks, which are
-    // documented as unwritten.
+    // SAFETY: all assigned blocks and ids outside the overflow have been written, except the `free` blocks at the
+    // start, which are documented as unwritten.
     unsafe {
         pages.set_len_and_shrink(used[0] - missing[0]);
         ids.set_len(used[1] - missing[1]);

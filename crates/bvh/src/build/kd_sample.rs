@@ -118,8 +118,8 @@ pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
 /// Number of primitives whose cells are searched together.
 const SEARCH_BATCH: usize = 16;
 
-/// Maximum number of times that consecutive primitives of a batch change cells; after more changes, the next batch uses
-/// the batched search.
+/// Maximum number of cell changes between consecutive primitives of a batch; after a batch with more changes, the cells
+/// of the next batch are searched together.
 const MAX_CELL_CHANGES: usize = 3;
 
 /// Maximum number of chunks into which the primitives are divided.
@@ -210,7 +210,7 @@ impl<L: LeafBuilder, S: PrimSource + ?Sized> CellFinisher<'_, '_, L, S> {
     }
 }
 
-/// The k-d tree in the order of the search.
+/// The k-d tree as an array of steps, for searching.
 #[derive(Default)]
 struct KdTree {
     steps: Vec<KdStep>,

@@ -21,7 +21,7 @@ impl LargePrimFilter {
     /// Creates the filter for primitives with these bounds.
     #[inline(always)]
     pub fn from_info<I: Isa>(range: &PrimInfo) -> LargePrimFilter {
-        // SAFETY: a box has eight floats.
+        // SAFETY: packed bounds consist of eight floats.
         let bounds = unsafe { I::F32x8::load(range.bounds.as_ptr()) };
         LargePrimFilter { min_half_area: LARGE_AREA_RATIO * half_area::<I>(bounds) }
     }

@@ -146,9 +146,10 @@ pub fn partition(dispatch: Dispatch, prims: &mut [PrimRef], mapping: &BinMapping
         rayon::join(|| partition(dispatch, front, mapping, plane), || partition(dispatch, back, mapping, plane));
     let (wrong_front, wrong_back) = (&mut front[a.0..], &mut back[..b.0]);
     let swaps = wrong_front.len().min(wrong_back.len());
-    // Exchanges equal numbers of primitives. If the front half contains more misplaced primitives, its first ones are
-    // exchanged with all misplaced primitives of the back half. Otherwise, all of the front half are exchanged with the
-    // last ones of the back half.
+    // Exchanges equal numbers of primitives. If the front half contains more misplaced primitives than the back half,
+    // the first misplaced primitives of the front half are exchanged with all misplaced primitives of the back half.
+    // Otherwise, all misplaced primitives of the front half are exchanged with the last misplaced primitives of the
+    // back half.
     let from = wrong_front.len() - swaps;
     if from > 0 {
         wrong_front[..swaps].swap_with_slice(&mut wrong_back[..swaps]);

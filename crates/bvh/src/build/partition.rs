@@ -51,11 +51,11 @@ pub fn partition(prims: &mut [PrimRef], mapping: &BinMapping, plane: &SahSplit) 
     (middle, range(0, sides.left), range(1, sides.right))
 }
 
-/// The ends of the range of places that have not been written yet.
+/// The ends of the range of slots that have not been written yet.
 struct WriteCursors {
-    /// Places before this index have been written.
+    /// Slots before this index have been written.
     low: usize,
-    /// Places from this index on have been written.
+    /// Slots from this index on have been written.
     high: usize,
 }
 
@@ -64,7 +64,7 @@ impl WriteCursors {
     fn write_prim<const AXIS: usize>(&mut self, prims: &mut [PrimRef], prim: PrimRef, sides: &mut PartitionState) {
         let left = sides.add_to_side::<AXIS>(&prim);
         debug_assert!(self.low < self.high && self.high <= prims.len());
-        // SAFETY: at least one place between `low` and `high` is free, because one more primitive has been read than
+        // SAFETY: at least one slot between `low` and `high` is free, because one more primitive has been read than
         // written. Both ends of this range are therefore within `prims`.
         unsafe {
             *prims.get_unchecked_mut(self.low) = prim;
@@ -79,7 +79,8 @@ impl WriteCursors {
 fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut PartitionState) -> usize {
     let n = prims.len();
     let mut cursors = WriteCursors { low: 0, high: n };
-    // These primitives are set aside, so that both cursors always have room for a block.
+    // The first and the last block, and the rest of the primitives after all whole blocks, are copied to
+    // `aside`, so that both cursors always have room for a block.
     let mut aside = [std::mem::MaybeUninit::<PrimRef>::uninit(); 3 * PARTITION_BLOCK];
     let mut kept = 0;
     let mut keep = |from: &[PrimRef]| {
@@ -96,7 +97,7 @@ fn partition_axis<const AXIS: usize>(prims: &mut [PrimRef], sides: &mut Partitio
         // `first..last` is the range that has not been read yet.
         let (mut first, mut last) = (PARTITION_BLOCK, n - PARTITION_BLOCK);
         while last - first >= PARTITION_BLOCK {
-            // The next block is read from the end that has fewer free places, so that both ends keep room for a block.
+            // The next block is read from the end that has fewer free slots, so that both ends keep room for a block.
             if first - cursors.low <= cursors.high - last {
                 for _ in 0..PARTITION_BLOCK {
                     let prim = prims[first];

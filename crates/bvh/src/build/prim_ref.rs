@@ -12,7 +12,7 @@ pub type PackedBounds = [f32; 8];
 #[derive(Clone, Copy, Debug)]
 pub struct PrimRef {
     lower: [f32; 3],
-    /// The id that the box belongs to.
+    /// Id of the triangle, pair or instance in the box.
     pub id: u32,
     negated_upper: [f32; 3],
     pad: f32,
@@ -52,7 +52,7 @@ impl PrimRef {
         if a + b > 0.0 { both / (a + b) } else { 1.0 }
     }
 
-    /// The primitive as eight floats; the id is one of them, by its bits.
+    /// Loads the primitive as eight floats; one of these floats has the bits of the id.
     #[inline(always)]
     pub fn load<I: Isa>(&self) -> I::F32x8 {
         // SAFETY: a primitive consists of eight 32-bit words, and every 32-bit word is a valid float.
@@ -79,11 +79,12 @@ pub fn unpack_bounds(bounds: &PackedBounds) -> Aabb {
     Aabb { lower: [a, b, c], upper: [-d, -e, -f] }
 }
 
-/// The extent along each axis; the fourth lane is 0.
+/// The negated extent along each axis; the fourth lane is 0.
 #[inline(always)]
 pub fn diagonal<I: Isa>(bounds: I::F32x8) -> F32x4 {
     let [lower, negated_upper] = I::split_f32x4(bounds);
-    // The lane of the id contains no coordinate, so it is ignored. Both factors of an area are negated, which cancels.
+    // The lane of the id contains no coordinate, so it is ignored. The negative signs cancel in the products of an
+    // area.
     lower.zero_w().add(negated_upper.zero_w())
 }
 
@@ -97,8 +98,8 @@ pub fn half_areas(extents: [F32x4; 4]) -> F32x4 {
 /// Half the area of a box.
 #[inline(always)]
 pub fn half_area<I: Isa>(bounds: I::F32x8) -> f32 {
-    // Both factors of each product are negated, which cancels. The lane of the id contains no coordinate, so it is
-    // ignored.
+    // The extents are negated; the negative signs cancel in the products of the area. The lane of the id contains no
+    // coordinate, so it is ignored.
     let [lower, negated_upper] = I::split_f32x4(bounds);
     lower.zero_w().add(negated_upper).half_area()
 }

@@ -80,7 +80,7 @@ fn edge_hash(a: u32, b: u32) -> u64 {
 impl PairFinder {
     /// Merges primitives whose ids are triangles: each triangle is paired with the best preceding unpaired neighbour,
     /// if the pair is small enough. Returns the number of merged primitives, which come first; their ids index `pairs`.
-    /// A treelet has at most twice `TREELET_SIZE` primitives, which fit 16 bits.
+    /// A treelet has at most twice `TREELET_SIZE` primitives, so their indices fit into 16 bits.
     #[inline(always)]
     pub fn pair_triangles(&mut self, triangles: &[[u32; 3]], prims: &mut [PrimRef]) -> usize {
         let PairFinder { pairs, edge_table } = self;

@@ -13,7 +13,7 @@ use crate::exact::expansion::{DoubleDouble, Expansion, two_diff};
 
 type Point = [f64; 3];
 
-/// The rounding unit of float64.
+/// The unit roundoff of float64.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
 /// Error bound of an edge function in float64, doubled, as a fraction of the sum of its products' magnitudes.

@@ -50,8 +50,8 @@ impl Vector for WasmVec4 {
         // SAFETY: the caller guarantees 4 writable floats.
         unsafe { v128_store(to.cast(), self.0) }
     }
-    /// Rounds to float64 and then to float32, which equals a single rounding unless the float64 is midway between two
-    /// float32; these rare cases are handled lane by lane.
+    /// Rounds to float64 and then to float32, which equals a single rounding unless the float64 value is midway between
+    /// two float32 values; these rare cases are handled lane by lane.
     #[inline(always)]
     fn mul_sub(self, b: Self, c: Self) -> Self {
         let [low, high] = [(self.0, b.0, c.0), (upper(self.0), upper(b.0), upper(c.0))].map(|(a, b, c)| {

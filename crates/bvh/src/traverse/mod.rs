@@ -10,9 +10,10 @@
 //!    overlap (as in AMAC, Kocberber, Falsafi and Grot 2015).
 //!
 //! All three use one watertight triangle test (Woop, Benthin and Wald 2013; `triangle`, `packet::triangle`) with the
-//! same operations in the same order, and slabs padded so that no hit is lost (`trav_ray`). Hits are therefore
-//! bit-identical in a packet and individually. `exact` contains the float64 versions of these three steps, and finds
-//! all crossings; `point` finds closest points; `closest` and `occluded` are the queries in float32.
+//! same operations in the same order, and slabs padded so that no hit is lost (`trav_ray`). A ray therefore has the
+//! same hit, bit for bit, whether it is traced in a packet or individually. `exact` contains the float64 versions of
+//! these three steps, and finds all crossings; `point` finds closest points; `closest` and `occluded` are the queries
+//! in float32.
 //!
 //! Imports within this folder: stack, trav_ray, node_test ← triangle ← single ← packet ← stream ← exact ← point;
 //! closest, occluded.

@@ -17,8 +17,8 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
 /// Prefix of the names of lens models.
 const MODEL_PREFIX: &str = "LENSMODEL_";
 
-/// Converts the literal to YAML: strings in double quotes, tuples as lists, without comments. Of the byte strings
-/// (`b'...'`), only the lens model's name is kept; the packed input of the optimization is removed.
+/// Converts the literal to YAML: strings in double quotes, tuples as lists, without comments. Only one byte string
+/// (`b'...'`) is kept: the lens model's name. The packed input of the optimization is removed.
 fn yaml_of(literal: &str) -> String {
     let mut text = String::with_capacity(literal.len());
     let mut chars = literal.chars().peekable();

@@ -29,7 +29,7 @@ const MODELS: [(&str, usize); 18] = [
     ("EQUIRECTANGULAR", 2),
 ];
 
-/// Number of bytes of each point of an image.
+/// Number of bytes of each entry of an image's POINTS2D.
 const POINT2D_BYTES: usize = 24;
 
 pub(crate) fn detect(source: &InputFile, _: &str) -> bool {

@@ -30,11 +30,12 @@ pub(crate) struct ColmapImage {
     pub(crate) name: String,
 }
 
-/// Row of `rigs`: its cameras, each with its pose from the rig; `None` for the camera that is the rig's origin.
+/// Row of `rigs`: its cameras, each with its pose (camera from rig); the pose is `None` for the camera that defines the
+/// rig's axes.
 pub(crate) struct Rig {
     pub(crate) id: u32,
     pub(crate) cameras: Vec<(u32, Option<RigidPose>)>,
-    /// Cameras of the rig whose pose from the rig is unknown; their images use the poses of `images`.
+    /// Cameras of the rig without a pose in `rigs`; their images use the poses of `images`.
     pub(crate) unplaced: Vec<u32>,
 }
 
@@ -61,7 +62,7 @@ fn pose(rigid: &RigidPose) -> Pose {
     Pose::camera_from_world(Rotation::Quaternion([w, x, y, z]), DVec3::new(tx, ty, tz))
 }
 
-/// True if the numbers are finite and the quaternion is not 0.
+/// True if all components are finite and the quaternion is not 0.
 pub(crate) fn is_rigid(rigid: &RigidPose) -> bool {
     rigid.iter().all(|v| v.is_finite()) && rigid[..4].iter().map(|v| v * v).sum::<f64>() > 1e-12
 }

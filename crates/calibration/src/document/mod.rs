@@ -314,7 +314,7 @@ pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {
 /// matrix.
 const MIN_FOCAL_IN_PLACE_OF_POSE: f64 = 20.0;
 
-/// The rotation of a matrix that consists of a rotation and a positive factor; `None` for other matrices.
+/// The rotation in a matrix that is a rotation times a positive factor; `None` for other matrices.
 pub(crate) fn rotation_of_any_scale(r: DMat3) -> Option<DMat3> {
     let scale = r.determinant().cbrt();
     let rotation = r * scale.recip();

@@ -85,7 +85,7 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
             },
         };
         if pair.is_none() && !keys::is_keyed(at) {
-            // The third number of a shape is the number of colours.
+            // The third number of a shape is the number of colour channels.
             numbers.truncate(2);
             numbers.reverse();
         }

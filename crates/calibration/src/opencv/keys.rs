@@ -227,8 +227,7 @@ const OTHER: [&str; 43] = [
     "date",
 ];
 
-/// Markers at the end or at the beginning of a key, which identify the camera: of a single camera, or of each camera of
-/// a pair.
+/// Markers at the end or at the beginning of a key that identify its camera: a single camera, or one camera of a pair.
 const MARKS: [&str; 12] = ["", "0", "1", "2", "left", "right", "l", "r", "cam0", "cam1", "cam2", "camera1"];
 
 /// True if a key belongs to the calibration of one camera or of either camera of a pair.
@@ -358,7 +357,7 @@ pub(super) fn marks(root: &Cursor<'_>) -> Vec<String> {
 /// The marker in a key: the rest of a key that begins or ends with one of `words`, separated by `_`, `-`, `.`, a digit
 /// or a capital letter.
 fn mark_of(key: &str, words: &[&str]) -> Option<String> {
-    // The places in the key at which a word can end or begin.
+    // The positions in the key at which a word can end or begin.
     let chars: Vec<(usize, char)> = key.char_indices().collect();
     let breaks = chars.windows(2).filter(|pair| {
         let (before, after) = (pair[0].1, pair[1].1);

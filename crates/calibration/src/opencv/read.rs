@@ -215,7 +215,7 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Parts of keys whose numbers are not coefficients of a lens.
+/// Words in keys whose numbers are not lens coefficients.
 const NO_LENS: [&str; 58] = [
     "trans",
     "position",

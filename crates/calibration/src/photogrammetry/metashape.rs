@@ -163,7 +163,7 @@ fn own_place(at: &XmlElement<'_>) -> Result<Option<(DMat3, DVec3)>> {
 /// Returns chunk_from_camera of a slave camera, computed from its master; `None` if the master's transform or a mount
 /// is unknown, or if the mounts belong to different rigs.
 ///
-/// The sensor of a camera's master may differ from the master of the camera's sensor; both sensors belong to one rig.
+/// The master camera's sensor need not be the master of the slave camera's sensor, but both sensors belong to one rig.
 fn place_by_master<'a>(
     at: &XmlElement<'a>,
     master: &XmlElement<'a>,

@@ -88,7 +88,7 @@ fn kind(value: &Cursor<'_>, kinds: &mut HashMap<u32, String>) -> Result<String> 
     if let Some(name) = value.get("polymorphic_name") {
         kinds.insert(id & !NEW, name.word()?.to_owned());
     }
-    // cereal writes the id 2^30 if the value has the declared type itself.
+    // cereal writes the id 2^30 if the value's type is the declared base class.
     if id == 1 << 30 {
         return Ok(String::new());
     }

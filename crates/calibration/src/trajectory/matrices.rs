@@ -95,8 +95,8 @@ fn are_camera_matrices(rows: &[Vec<f64>]) -> bool {
     rows.len().is_multiple_of(3) && first.is_some_and(|rows| rows.first_chunk().is_some_and(is_camera_matrix))
 }
 
-/// True for a camera matrix P = K R [I | -C], given by rows. A matrix whose left part is almost a rotation, of any scale,
-/// is not one, because it is more likely a pose with an error.
+/// True for a camera matrix P = K R [I | -C], given by rows. A matrix whose left part is almost a rotation, of any
+/// scale, does not count as a camera matrix, because it is more likely a pose with an error.
 fn is_camera_matrix(rows: &[f64; 12]) -> bool {
     let k_r = rigid(rows).0;
     if k_r.determinant() == 0.0 || !k_r.determinant().is_finite() || rotation_of_any_scale(k_r).is_some() {
@@ -104,7 +104,8 @@ fn is_camera_matrix(rows: &[f64; 12]) -> bool {
     }
     let [u, v, axis] = [0, 1, 2].map(|i| k_r.row(i));
     let principal_point = [u, v].map(|row| row.dot(axis) / axis.length_squared());
-    // In pixels, or in units of the image size, which `check_cameras` refuses with the conversion.
+    // The matrix is in pixels, or in units of the image size; `check_cameras` rejects the latter with a
+    // message that contains the conversion.
     focal_lengths_of(k_r).iter().all(|focal| *focal >= MIN_FOCAL_LENGTH)
         || principal_point.iter().all(|at| PRINCIPAL_POINTS.contains(at))
 }
@@ -175,7 +176,7 @@ pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<Pos
     }
 }
 
-/// What the matrices of a file are.
+/// Content of a file's matrices: poses or camera matrices.
 pub(crate) enum MatrixContent {
     /// Poses of this convention.
     Poses(PoseConvention),
@@ -183,7 +184,8 @@ pub(crate) enum MatrixContent {
     CameraMatrices,
 }
 
-/// Decides what the matrices of a file are by the first one. `name` is where they are, for notices about the convention.
+/// Determines from the first matrix of a file whether the matrices are poses or camera matrices. `name` contains the
+/// name of the file and the key, which may specify the convention of the poses.
 pub(crate) fn content_of(
     found: &FoundMatrices,
     name: &str,

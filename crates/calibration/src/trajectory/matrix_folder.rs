@@ -47,7 +47,7 @@ fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<St
             let Some(first) = names.first() else { continue };
             let Ok(source) = place.read(first, assets) else { continue };
             let found = poses_of(&source, assets).ok().filter(|found| found.matrices.len() == 1);
-            // A single camera matrix is a file of its own, not a folder with a matrix for each image.
+            // A folder with a single camera matrix does not count as a folder with a matrix for each image.
             let is_folder = |found: &PosesOfTree| names.len() > 1 || !has_camera_matrices(&found.matrices);
             if let Some(found) = found.filter(is_folder) {
                 return Some((place, names, found));

@@ -54,12 +54,12 @@ enum Role {
     /// The fraction of a second, in nanoseconds.
     Nanoseconds,
     Position(usize),
-    /// A number of the quaternion, by its index in the order w x y z.
+    /// A component of the quaternion, by its index in the order w x y z.
     Quaternion(usize),
-    /// A number of `rw rx ry rz`, by its index in this order. Without `rw`, the other three columns are a rotation
+    /// A component of `rw rx ry rz`, by its index in this order. Without `rw`, the other three columns are a rotation
     /// vector or angles.
     RotationLetter(usize),
-    /// A number of a quaternion whose order is not specified: `q0` to `q3`, `q1` to `q4`.
+    /// A component of a quaternion whose order is not specified: `q0` to `q3`, or `q1` to `q4`.
     Numbered,
     /// A column named x, y or z after another word, by the axis's index. It belongs to the position if no other columns
     /// do.

@@ -112,8 +112,7 @@ fn pictures_beside(path: &Path, assets: &AssetRoot) -> Option<(&'static str, Vec
     })
 }
 
-/// Pose of a matrix that consists of a rotation and a translation, both multiplied by the same positive number. The
-/// number has no effect on projections.
+/// Pose from a matrix [R | t] that is multiplied by any positive factor. The factor has no effect on projections.
 fn pose_of_any_scale(rows: &[[f64; 4]; 3]) -> Option<Pose> {
     let flat: [f64; 12] = std::array::from_fn(|i| rows[i / 4][i % 4]);
     let (r, t) = rigid(&flat);

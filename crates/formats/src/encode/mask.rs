@@ -34,8 +34,8 @@ pub fn coco_rle(mask: &[bool], width: usize, height: usize) -> String {
 }
 
 /// Returns the outlines of a mask along its pixel edges, as closed polygons of corners (x, y) without repeating the
-/// first corner. Polygons have no holes and do not overlap: a part with a hole is cut in two through the hole. Filling
-/// all polygons restores the mask.
+/// first corner. Polygons have no holes and do not overlap: a region with a hole is cut in two through the hole.
+/// Filling all polygons restores the mask.
 pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>> {
     let mut found = vec![];
     // These are the ranges of columns that have not been outlined yet.
@@ -48,7 +48,7 @@ pub fn polygons(mask: &[bool], width: usize, height: usize) -> Vec<Vec<[u32; 2]>
             corners.iter().fold((u32::MAX, 0), widen)
         };
         match hole.map(columns) {
-            // The part is cut through the hole, so that the hole is open on one side in each piece.
+            // The region is cut through the hole, so that the hole is open on one side in each half.
             Some((from, to)) => {
                 let cut = (from + ((to - from) / 2).max(1)) as usize;
                 parts.push((cut, right));
@@ -69,7 +69,7 @@ fn area(corners: &[[u32; 2]]) -> i64 {
 /// Directions in which an outline continues from a corner: right, down, left, up.
 const DIRECTIONS: [[i64; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
 
-/// All outlines of the columns from `left` up to `right`, with the mask on their right side: clockwise around parts,
+/// All outlines of the columns from `left` up to `right`, with the mask on their right side: clockwise around regions,
 /// counter-clockwise around holes. Pixels that touch only at a corner are separate.
 fn trace_outlines(mask: &[bool], [width, height]: [usize; 2], left: usize, right: usize) -> Vec<Vec<[u32; 2]>> {
     let inside = |x: i64, y: i64| {

@@ -1,5 +1,5 @@
-//! Encoders of frames and masks (bytes from pixels), and compression. They are independent of other folders; the caller writes the bytes
-//! to disk.
+//! Encoders of frames and masks (bytes from pixels), and compression. The encoders are independent of other folders;
+//! the caller writes the bytes to disk.
 
 pub mod exr;
 pub mod hdr;

@@ -160,7 +160,7 @@ fn headers(file: &Decoder<'_>) -> Result<Headers> {
     meta.map(|meta| meta.headers).map_err(|e| decoder_error(file, e))
 }
 
-/// Size of a part, whose pixels are charged to the budget and whose blocks are checked.
+/// Returns the size of a part, after charging its pixels to the budget and checking its blocks.
 fn take_part(file: &mut Decoder<'_>, part: &Header, index: usize) -> Result<[u32; 2]> {
     let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
     let size = [side(part.layer_size.0), side(part.layer_size.1)];

@@ -210,8 +210,8 @@ fn level_format(file: &Decoder<'_>, vk_format: u32, model: u8, scheme: u32) -> R
     }
 }
 
-/// Rejects textures whose orientation or channels would have to be changed, because keys have values that glTF does not
-/// allow.
+/// Rejects textures with a `KTXorientation` or `KTXswizzle` that glTF does not allow, because raycam does not flip
+/// images or rearrange channels.
 fn check_keys(file: &Decoder<'_>, mut keys: &[u8]) -> Result<()> {
     while let Some((length, rest)) = keys.split_first_chunk() {
         let length = u32::from_le_bytes(*length) as usize;

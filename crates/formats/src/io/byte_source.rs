@@ -114,7 +114,7 @@ pub(crate) fn read_exact_at(file: &File, bytes: &mut [u8], start: u64) -> io::Re
     })
 }
 
-/// Exists only for compilation: never called without [`HAS_POSITIONED_READ`].
+/// Never called, because [`HAS_POSITIONED_READ`] is false on this system; required only for compilation.
 #[cfg(not(unix))]
 pub(crate) fn read_exact_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())

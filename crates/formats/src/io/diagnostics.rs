@@ -1,5 +1,5 @@
-//! A reader's notices in groups: each kind of notice occurs once, with its first three places and the number of further
-//! places.
+//! A reader's notices in groups: each kind of notice occurs once, with its first three positions in the file and the
+//! number of further positions.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -12,7 +12,7 @@ use crate::error::Location;
 /// Maximum number of different messages that are kept; further messages are only counted.
 const MAX_NOTICES: usize = 1000;
 
-/// Maximum number of places that a notice lists.
+/// Maximum number of positions that a notice lists.
 const MAX_PLACES: usize = 3;
 
 /// Notices being collected.
@@ -29,17 +29,17 @@ pub(crate) struct Diagnostics {
 struct NoticeGroup {
     code: NoticeCode,
     message: String,
-    /// The first [`MAX_PLACES`] places.
+    /// The first [`MAX_PLACES`] positions.
     places: Vec<Place>,
     count: usize,
 }
 
-/// Place of a notice in its file.
+/// Position of a notice in its file.
 #[derive(Debug)]
 pub(crate) enum Place {
     /// A line, a byte, or the file as a whole.
     Location(Location),
-    /// A part by its name, such as `materials[0].alphaMode`.
+    /// An element by its name, such as `materials[0].alphaMode`.
     Named(String),
 }
 
@@ -79,7 +79,7 @@ impl fmt::Display for Place {
 }
 
 impl NoticeGroup {
-    /// Creates a notice about these places; the file's name precedes the first place.
+    /// Creates a notice about these positions; the file's name precedes the first position.
     fn notice(self, path: &impl fmt::Display) -> Notice {
         let Self { code, message, places, count } = self;
         let joint = match &places[..] {
@@ -96,7 +96,7 @@ impl NoticeGroup {
 }
 
 impl Diagnostics {
-    /// Adds a notice about a place in the file; notices with the same code and message are grouped.
+    /// Adds a notice about a position in the file; notices with the same code and message are grouped.
     pub(crate) fn note(&mut self, code: NoticeCode, place: impl Into<Place>, message: impl Into<String>) {
         let message = message.into();
         self.note_kind(code, &message.clone(), place, message);

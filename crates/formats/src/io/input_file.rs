@@ -25,7 +25,7 @@ impl InputFile {
         Self { path: path.into(), bytes, rest: None }
     }
 
-    /// Bytes of the file, in memory or on disk.
+    /// Length of the file in bytes, whether its bytes are in memory or on disk.
     pub(crate) fn len(&self) -> usize {
         self.rest.as_ref().map_or(self.bytes.len(), |(_, size)| *size)
     }

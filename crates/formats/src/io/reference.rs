@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Component, Path, PathBuf};
 
-/// Path of a name.
+/// Converts a name to a path.
 #[cfg(unix)]
 pub(crate) fn path_of(name: &[u8]) -> &Path {
     use std::os::unix::ffi::OsStrExt;
@@ -11,7 +11,7 @@ pub(crate) fn path_of(name: &[u8]) -> &Path {
     Path::new(std::ffi::OsStr::from_bytes(name))
 }
 
-/// Path of a name; on this system, names cannot contain invalid UTF-8.
+/// Converts a name to a path; on this system, names cannot contain invalid UTF-8.
 #[cfg(not(unix))]
 pub(crate) fn path_of(name: &[u8]) -> &Path {
     Path::new(std::str::from_utf8(name).unwrap_or("\u{fffd}"))

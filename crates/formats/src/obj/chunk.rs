@@ -124,7 +124,7 @@ impl ColorBounds {
         low >= -0.01 && high <= 1.01
     }
 
-    /// True if the values look like bytes.
+    /// True if all values are in 0..=255, so that they may be 8-bit colours.
     pub(crate) fn is_bytes(&self) -> bool {
         let Self([low, high]) = *self;
         low >= 0.0 && high <= 255.0

@@ -2,8 +2,8 @@
 //! based materials (Pr, Pm, Ps, Pc, Pcr, aniso, anisor, norm) that Clara.io, Blender and others write.
 //!
 //! A material with any of those keys, or with an illumination model that refracts, is principled; all others use the
-//! lecture's model with Kd, Ks and Ns. Colours are interpreted as linear, as written by Blender. Values that differ
-//! from their default and have no equivalent cause a notice.
+//! Phong model with Kd, Ks and Ns. Colours are interpreted as linear, as written by Blender. Values that differ from
+//! their default and have no equivalent cause a notice.
 
 use std::ops::RangeInclusive;
 use std::path::Path;

@@ -115,7 +115,7 @@ pub(crate) fn read(line: usize, role: MapRole, key: &[u8], rest: &[u8], odd: &mu
     })
 }
 
-/// An option and its values.
+/// An option and its values, as written in the file.
 struct Given<'a> {
     text: &'a [u8],
     /// Name of the option in lower case.
@@ -125,7 +125,8 @@ struct Given<'a> {
     has_values: bool,
 }
 
-/// Options at the beginning of a text, and the rest of the text, which is a file name if `leaves_name`.
+/// Options at the beginning of a text, and the rest of the text. If `leaves_name` is true, the last word is a
+/// file name and not the value of an option.
 fn leading_options(text: &[u8], leaves_name: bool) -> (Vec<Given<'_>>, &[u8]) {
     let mut rest = lexer::trim(text);
     let mut found = Vec::new();
@@ -154,8 +155,8 @@ fn value_counts(option: &[u8]) -> Option<(usize, usize)> {
     }
 }
 
-/// Values of an option, and the text after them. Values beyond `least` must be numbers and leave a file name if
-/// `leaves_name`.
+/// Values of an option, and the text after them. Values beyond `least` must be numbers. If `leaves_name` is true, the
+/// last word of the text is not an optional value, because it is the file name.
 fn option_values(mut after: &[u8], least: usize, most: usize, leaves_name: bool) -> (Vec<&[u8]>, &[u8]) {
     let mut values: Vec<&[u8]> = Vec::new();
     while values.len() < most {

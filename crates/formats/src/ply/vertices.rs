@@ -100,7 +100,7 @@ fn normalized(normal: DVec3) -> [f32; 3] {
     normal.normalize_or_zero().as_vec3().to_array()
 }
 
-/// Texture coordinates with their origin at the top left; none if they are not finite.
+/// Texture coordinates with their origin at the top left; `None` if they are not finite.
 fn flipped_uv(u: f64, v: f64) -> Option<[f32; 2]> {
     (u.is_finite() && v.is_finite()).then_some([u as f32, (1.0 - v) as f32])
 }

@@ -24,7 +24,8 @@ pub struct LaneHits {
     pub t: [LaneRow; 2],
     /// For each lane of `pending`, the triangle's position in the primitive ids of the mesh, as bits of a float.
     prim: LaneRow,
-    /// Lanes of whose hit only the triangle and the bounds of t are known.
+    /// Lanes with pending hits: the triangle and the bounds of t are known, but the intersection has not been
+    /// computed.
     pub pending: u64,
     /// True if any hit is sufficient.
     any_hit: bool,

@@ -27,7 +27,8 @@ pub struct RaySoa64 {
     t_error: RayRow,
     /// Bounds of the t of the closest hit so far, or of the end of the ray.
     pub t_range: [[f32; PACKET_SIZE]; 2],
-    /// Bit i: of the closest hit of ray i, only the triangle is known, and `t_hit` is an upper bound of its t.
+    /// Bit i: the closest hit of ray i is pending: its triangle is known, but its intersection has not been computed,
+    /// and `t_hit` is an upper bound on its t.
     pending: u64,
     /// Shear of x and y per unit of the main axis.
     shear: [RayRow; 2],

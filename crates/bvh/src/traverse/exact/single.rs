@@ -146,7 +146,8 @@ impl<'a, 'b, W: Iterator<Item = usize>> RaySource<ExactRayState<'a, HitSearch<'b
 }
 
 /// Finds the closest hits, or any hits, of the rays whose indices are given, and marks the rays that may have hit two
-/// surfaces at equal distances. For any hits, only the presence of an instance is valid.
+/// surfaces at equal distances. In a search for any hits, `instance` only shows whether the ray hit anything, and all
+/// other fields are unspecified.
 #[inline(always)]
 pub fn trace_alone<I: Isa>(
     scene: &Scene,

@@ -148,8 +148,8 @@ impl PacketHits<'_> {
         first
     }
 
-    /// Of the lanes in `ties`, whose two hits have nearly equal t, returns those whose new triangle comes first by (t,
-    /// id) or that had no hit. Marks lanes whose two hits are on different instances.
+    /// `ties` are the lanes whose two hits have nearly equal t. Returns the lanes of `ties` in which the new triangle
+    /// comes first by (t, id), or in which the ray had no hit. Marks rays whose two hits are on different instances.
     #[cold]
     #[inline(never)]
     fn resolve_ties<I: Isa>(&mut self, mesh: &Bvh, (t, prim): (I::RayVec, I::RayVec), group: usize, ties: u32) -> u32 {

@@ -71,8 +71,8 @@ impl Packet {
         shear_range: [[0.0; 2]; 2],
     };
 
-    /// Bit i is set if ray i is in `active` and enters the box within its t_max. The rows are rows of
-    /// [`crate::node::WideNode::bounds`].
+    /// Bit i is set if ray i is in `active` and enters the box within its t_max. `bounds` returns the box's
+    /// coordinate for a row of [`crate::node::WideNode::bounds`].
     #[inline(always)]
     pub fn intersect_box<I: Isa>(&self, bounds: impl Fn(usize) -> f32, active: u64) -> u64 {
         let [x, y, z] = self.near_rows;

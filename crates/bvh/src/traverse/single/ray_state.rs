@@ -24,8 +24,8 @@ pub struct RayTask {
     pub instance: u32,
 }
 
-/// A ray in flight: its position in the trees and its hit. With `ANY_HIT`, only the presence of an instance in the hit
-/// is valid.
+/// A ray in flight: its position in the trees and its hit. With `ANY_HIT`, the hit's instance only shows whether the
+/// ray hit anything.
 #[repr(C, align(64))]
 pub struct RayState<'a, const ANY_HIT: bool> {
     /// The ray in the coordinates of the current tree.

@@ -67,7 +67,8 @@ fn inside_mask_half<I: Isa, const HALF: usize>(px: I::F32x16, py: I::F32x16, lea
     )
 }
 
-/// Bit mask of the triangles that contain 0, from sheared vertices; `index` is the result of [`indices`].
+/// Bit mask of the triangles that contain the origin (the sheared ray), from sheared vertices; `index` is the
+/// result of [`indices`].
 #[inline(always)]
 pub fn inside_mask<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode, index: &[I::LaneIndices; 3]) -> u32 {
     if I::RAY_LANES < 16 {
@@ -77,8 +78,8 @@ pub fn inside_mask<I: Isa>(px: I::F32x16, py: I::F32x16, leaf: &LeafNode, index:
     edge_functions_agree((ax, ay), (bx, by), (cx, cy))
 }
 
-/// Bit mask of the triangles that contain 0, from the x and y of their corners: triangles whose edge functions do not
-/// differ in sign.
+/// Bit mask of the triangles that contain the origin, from the x and y of their sheared corners: triangles whose edge
+/// functions do not differ in sign.
 #[inline(always)]
 fn edge_functions_agree<V: Vector>((ax, ay): (V, V), (bx, by): (V, V), (cx, cy): (V, V)) -> u32 {
     let u = cx.mul(by).sub(cy.mul(bx));

@@ -33,7 +33,7 @@ impl ChannelMode {
     }
 }
 
-/// Decodes `count` elements of `stride` bytes; the shape has been checked.
+/// Decodes `count` elements of `stride` bytes; both numbers have been validated.
 pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
     let tail_size = |header| match header {
         0xa0 => stride.max(32),

@@ -1,4 +1,4 @@
-//! Filters of decoded attributes: lossy but short representations of unit vectors, rotations, floats and colours.
+//! Filters of decoded attributes: compact, lossy representations of unit vectors, rotations, floats and colours.
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
@@ -17,7 +17,7 @@ pub enum Filter {
     Color,
 }
 
-/// Decodes the elements in place; the header has been checked.
+/// Decodes the elements in place; `filter` and `stride` have been validated.
 pub(super) fn apply(filter: Filter, bytes: &mut [u8], stride: usize) -> Result<(), String> {
     match (filter, stride) {
         (Filter::None, _) => Ok(()),

@@ -2,7 +2,7 @@
 
 use crate::codec::meshopt::stream::Stream;
 
-/// The last sixteen entries, the newest first.
+/// The last sixteen edges or vertices (the specification's edge FIFO and vertex FIFO).
 struct RecentRing<T> {
     entries: [Option<T>; 16],
     next: usize,
@@ -36,7 +36,8 @@ struct Triangles<'a> {
     vertices: RecentRing<u32>,
 }
 
-/// Decodes a free vertex: 0 is the next new vertex, 15 a difference, and other codes an age.
+/// Codes of the second and third vertex of a triangle without a known edge: the next new vertex, and a vertex
+/// that is stored as a difference. Any other code is 1 plus the vertex's age in the vertex FIFO.
 const NEXT_VERTEX: u8 = 0;
 const EXPLICIT: u8 = 15;
 

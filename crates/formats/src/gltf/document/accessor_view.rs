@@ -90,7 +90,7 @@ impl AccessorView<'_> {
         self.map_floats(|values| values)
     }
 
-    /// Results of `make` for the floats of every element.
+    /// Applies `make` to the floats of every element, and returns the results.
     pub(crate) fn map_floats<const N: usize, T: Copy + Default + Send>(
         &self,
         make: impl Fn([f32; N]) -> [T; N] + Sync,
@@ -155,8 +155,8 @@ impl AccessorView<'_> {
         )
     }
 
-    /// Results of `make` for every element, whose numbers `read` decodes. Also returns true, because all bytes are
-    /// valid.
+    /// Decodes the components of every element by `read`, applies `make` to them, and returns the results. The second
+    /// value of the result is true, because all bytes are valid.
     fn decode<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,
@@ -165,8 +165,8 @@ impl AccessorView<'_> {
         self.decode_checked::<S, N, V, T>(read, |_| true, make)
     }
 
-    /// Same as `decode`, but returns true only if `valid` returns true for the bytes of all elements. The function runs
-    /// on several threads.
+    /// Same as `decode`, but the second value of the result is true only if `valid` returns true for the bytes of all
+    /// elements. The function runs on several threads.
     fn decode_checked<const S: usize, const N: usize, V, T: Copy + Default + Send>(
         &self,
         read: impl Fn([u8; S]) -> V + Sync,

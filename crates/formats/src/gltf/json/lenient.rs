@@ -9,7 +9,7 @@ use crate::gltf::json::objects_only::ObjectsOnly;
 #[derive(Debug)]
 pub(crate) enum Lenient<T> {
     Valid(T),
-    /// The fault, in the words of the JSON reader.
+    /// The JSON reader's error message.
     Faulty(String),
 }
 

@@ -9,8 +9,9 @@ use serde::de::{
 };
 use serde::forward_to_deserialize_any;
 
-/// Wraps a deserializer, a visitor or an access; the values inside are wrapped as well. An empty list is accepted as an
-/// empty object, because some exporters write empty objects in this way.
+/// Wraps a `Deserializer`, `Visitor`, `SeqAccess`, `MapAccess` or `DeserializeSeed` of serde; the values inside are
+/// wrapped as well. An empty list is accepted as an empty object, because some exporters write empty objects in this
+/// way.
 pub(crate) struct ObjectsOnly<T>(pub(crate) T);
 
 impl<'de, D: Deserializer<'de>> Deserializer<'de> for ObjectsOnly<D> {

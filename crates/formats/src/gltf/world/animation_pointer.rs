@@ -46,7 +46,7 @@ pub(crate) const MATERIAL_PROPERTIES: &[(&str, MaterialProperty)] = &[
 
 type TextureFinder = fn(&Material) -> Option<&TextureInfo>;
 
-/// Function that returns the texture of a material's extension.
+/// Expands to a function that returns the texture of a material's extension.
 macro_rules! of {
     ($extension:ident, $texture:ident) => {
         |m| m.extensions.$extension.as_ref()?.$texture.as_ref()
@@ -102,7 +102,7 @@ pub(crate) const TEXTURES: &[(&str, TextureSlotKind, TextureFinder)] = &[
     ),
 ];
 
-/// Parts of a texture's transform, by their paths below the texture.
+/// Properties of a texture's `KHR_texture_transform`, by their paths below the texture.
 pub(crate) const UV_PROPERTIES: &[(&str, UvProperty)] = &[
     ("/extensions/KHR_texture_transform/offset", UvProperty::Offset),
     ("/extensions/KHR_texture_transform/rotation", UvProperty::Rotation),
@@ -112,7 +112,7 @@ pub(crate) const UV_PROPERTIES: &[(&str, UvProperty)] = &[
 /// Path of a document's lights.
 pub(crate) const LIGHT_PATH: &str = "/extensions/KHR_lights_punctual/lights/";
 
-/// Target of a camera's definition.
+/// Function that returns the animation target for a camera's index in the document.
 pub(crate) type CameraTarget = fn(usize) -> AnimationTarget;
 
 /// Animated properties of a camera, by their paths below the camera.

@@ -21,8 +21,7 @@ pub(crate) struct Builder<'a, 'b> {
 }
 
 impl Builder<'_, '_> {
-    /// Returns the result for an element that the world does not require: if it is invalid, it is omitted with a
-    /// notice.
+    /// Converts the result of reading an optional element: an invalid element becomes `None`, with a notice.
     pub(crate) fn or_omitted<T>(&mut self, place: &str, what: &str, result: Result<T>) -> Result<Option<T>> {
         match result {
             Ok(value) => Ok(Some(value)),

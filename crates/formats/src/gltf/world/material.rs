@@ -237,7 +237,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// Factor in 0..=1 with its texture, which the file contains as `placeFactor` and `placeTexture`.
+    /// Factor in 0..=1 with its texture; their keys are `place` followed by `Factor` and `Texture`.
     fn textured_factor(
         &mut self,
         place: &str,

@@ -10,7 +10,8 @@ use crate::gltf::mesh::skin_morph::SkinMorph;
 use crate::gltf::world::builder::{Builder, ImportedMesh};
 
 impl Builder<'_, '_> {
-    /// Mesh with an index that is written at `place`; `None` if the mesh has no triangles.
+    /// Returns the mesh with this index, which is written at the position `place` of the document; `None` if
+    /// the mesh has no triangles.
     pub(crate) fn mesh(&mut self, place: &str, index: usize) -> Result<Option<ImportedMesh>> {
         if let Some(known) = self.meshes.known.get(&index) {
             return Ok(known.clone());

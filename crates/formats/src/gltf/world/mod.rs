@@ -1,4 +1,5 @@
-//! Conversion of the document to a world: each file adds one kind of part to the [`Builder`](builder::Builder).
+//! Conversion of the document to a world: each module adds one type of element, such as cameras or materials, to the
+//! [`Builder`](builder::Builder).
 
 pub(crate) mod animation;
 pub(crate) mod animation_pointer;

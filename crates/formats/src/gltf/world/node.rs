@@ -1,4 +1,4 @@
-//! Nodes: the tree of transforms, and the parts attached to it.
+//! Nodes: the tree of transforms, and the objects, cameras and lights attached to it.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::gltf::json::lenient::Lenient;
 use crate::gltf::world::builder::Builder;
 use crate::gltf::world::builder::ImportedMesh;
 
-/// Place of the list of material variants in the document.
+/// Path of the list of material variants in the document.
 const VARIANTS: &str = "extensions.KHR_materials_variants.variants";
 
 /// Order of the node tree: the indices of the nodes, parents before children, and the parent of each node.

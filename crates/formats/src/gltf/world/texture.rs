@@ -1,4 +1,4 @@
-//! Imported textures: the image, its lookup options, and its coordinates. An invalid index or value omits the image,
+//! Imported textures: the image, its sampler, and its texture coordinates. An invalid index or value omits the image,
 //! never the model.
 
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ use crate::io::companion;
 use raycam_scene::ColorUse;
 
 impl Builder<'_, '_> {
-    /// Texture slot of a reference at `place`.
+    /// Texture slot for the texture reference at the position `place` of the document.
     pub(crate) fn slot(
         &mut self,
         place: &str,
@@ -155,7 +155,7 @@ impl Builder<'_, '_> {
         Ok(decoded)
     }
 
-    /// Lookup options of an image. A value that is not in the list causes a notice and is replaced by the default.
+    /// Sampler of a texture. A value that is not in the list causes a notice and is replaced by the default.
     fn texture_sampler(&mut self, place: &str, sampler: &Sampler) -> TextureSampler {
         use TexelFilter::{Linear, Nearest};
         let mut unknown = |name: &str, code: u32, usual: &str| {

@@ -183,7 +183,8 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Writes `keyFactor` and `keyTexture`.
+    /// Writes the factor and the texture of a property; their keys are `key` followed by `Factor` and
+    /// `Texture`.
     fn textured(
         &mut self,
         json: &mut Object,

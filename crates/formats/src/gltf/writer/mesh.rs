@@ -200,7 +200,7 @@ impl Writer<'_> {
             .enumerate()
             .map(|(corner, &i)| {
                 let own = of_vertices.map_or([1.0; 3], |all| all[i as usize]);
-                // With face colours, vertices are corners.
+                // With face colours, each corner has its own vertex.
                 let face = faces.map_or(corner / 3, |faces| faces.get(corner / 3).copied().unwrap_or(0));
                 let face = of_faces.map_or([1.0; 3], |all| all[face]);
                 std::array::from_fn(|i| own[i] * face[i])
@@ -247,8 +247,8 @@ impl Writer<'_> {
     }
 }
 
-/// Unit normals of the vertices. With `flat`, vertices are corners, and zero normals are replaced by the faces'
-/// normals.
+/// Unit normals of the vertices. With `flat`, each corner has its own vertex, and zero normals are replaced by the
+/// faces' normals.
 fn shading_normals(all: &[[f32; 3]], sources: &[u32], positions: &[[f32; 3]], flat: bool) -> Vec<[f32; 3]> {
     let mut normals = gather(sources, |i| all[i]);
     if flat {

@@ -1,4 +1,5 @@
-//! Nodes: the placement of parts. An animated world keeps its node tree; other worlds are flat.
+//! Nodes, which place objects, lights and cameras. An animated world keeps its node tree; in other worlds,
+//! all nodes are roots.
 
 use std::sync::Arc;
 
@@ -19,8 +20,8 @@ struct NodeList {
 }
 
 impl NodeList {
-    /// Attaches a leaf to a node. A node has at most one leaf of each kind, given by `key`, and only at its own
-    /// pose; any other leaf gets a child node.
+    /// Attaches a mesh, light or camera (`leaf`) to a node, under `key`. If the node already has this key, or if the
+    /// leaf has another pose than the node, the leaf gets a child node.
     fn attach(&mut self, node: usize, key: &str, leaf: Map<String, Value>, place: DAffine3) {
         if place == DAffine3::IDENTITY && !self.nodes[node].contains_key(key) {
             self.nodes[node].extend(leaf);
@@ -33,7 +34,7 @@ impl NodeList {
 }
 
 impl Writer<'_> {
-    /// Adds all parts, and returns the roots.
+    /// Adds the nodes of all objects, lights and cameras; returns the indices of the root nodes.
     pub(super) fn nodes(&mut self, rig: Option<&NodeTree>) -> Vec<usize> {
         let world = self.world;
         let mut done =
@@ -192,7 +193,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Adds the one or two nodes that represent this placement; returns the index of the upper node.
+    /// Adds the one or two nodes that represent this transform; returns the index of the outer node.
     fn placed(&mut self, world_from_node: DAffine3, leaf: Value) -> usize {
         let mut below = leaf;
         let mut index = 0;

@@ -1,4 +1,4 @@
-//! Reflection of surfaces in glTF's terms.
+//! Conversion of materials to glTF's material model.
 
 use raycam_scene::{HeightUnit, Material, MaterialModel, NoticeCode, Principled};
 
@@ -39,8 +39,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Material in glTF's terms: the base colour and the principled model, which is `None` for an unlit material.
-    /// Approximations cause a notice.
+    /// Converts a material to glTF's material model: the base colour and the principled model, which is `None` for an
+    /// unlit material. Approximations cause a notice.
     pub(super) fn gltf_material(&mut self, material: &Material) -> ([f32; 3], Option<Principled>) {
         let (color, name) = (material.color, &material.name);
         self.note_missing_properties(material);

@@ -21,7 +21,8 @@ impl Writer<'_> {
         self.image_info(&texture.image, texture.sampler, slot, color_use)
     }
 
-    /// JSON of a reference to an image, with the lookup options of a slot.
+    /// JSON of a reference to an image, with a sampler, and with the transform and set of texture coordinates
+    /// of a slot.
     pub(super) fn image_info(
         &mut self,
         image: &Arc<Image>,

@@ -105,7 +105,7 @@ fn check_complete(bytes: &[u8]) -> Result<MissingData, String> {
 }
 
 impl SegmentState {
-    /// Reads a frame header. Images with a coding process other than 0, 1 and 2 are left to the decoder.
+    /// Reads a frame header. Images with a coding process other than 0, 1 and 2 are not checked here.
     fn frame(&mut self, kind: u8, segment: &[u8]) -> Option<()> {
         let (head, rest) = segment.split_first_chunk::<6>()?;
         let [_, high, low, wide, narrow, _] = *head;

@@ -5,7 +5,8 @@
 /// Component of the image.
 pub(super) struct FrameComponent {
     pub id: u8,
-    /// Number of the component's blocks, across and down, in a unit of a scan with several components.
+    /// Sampling factors H and V: the component's number of blocks, across and down, in an MCU of a scan with
+    /// several components.
     factors: [usize; 2],
     /// Indices of the component's Huffman tables of DC and AC coefficients in the scan.
     pub tables: [usize; 2],
@@ -21,14 +22,14 @@ impl FrameComponent {
     }
 }
 
-/// Part of each block that a scan contains.
+/// Part of each block that a scan contains (spectral selection and successive approximation).
 #[derive(Clone, Copy)]
 pub(super) enum ScanKind {
     /// The whole block.
     Sequential,
-    /// The first bits of coefficient 0, or its next bit.
+    /// The first bits of the DC coefficient, or its next bit.
     Dc { high: u8, low: u8 },
-    /// The first bits of the coefficients from `first` to `last` of a single component, or the next bit of these
+    /// The first bits of the AC coefficients from `first` to `last` of a single component, or the next bit of these
     /// coefficients.
     Ac { first: u8, last: u8, high: u8, low: u8 },
 }
@@ -61,7 +62,7 @@ pub(super) struct HuffmanTable {
 
 const FAST_BITS: u32 = 9;
 
-/// If the scan has at least this number of units, the last unit may be missing: some programs omit the last bits, which
+/// If the scan has at least this number of MCUs, the last MCU may be missing: some programs omit the last bits, which
 /// readers reconstruct.
 const MAX_MISSING_TAIL: usize = 64;
 
@@ -175,13 +176,13 @@ pub(super) struct Scan<'a> {
     /// Columns and rows of the image.
     pub size: [usize; 2],
     pub kind: ScanKind,
-    /// Number of units between restarts, 0 for no restarts.
+    /// Restart interval: number of MCUs between restart markers, 0 without restart markers.
     pub interval: usize,
     pub tables: &'a [[Option<HuffmanTable>; 4]; 2],
 }
 
 impl Scan<'_> {
-    /// Returns the number of bytes in the scan, and true if its last unit is present. An error is text that follows
+    /// Returns the number of bytes in the scan, and true if its last MCU is present. An error is text that follows
     /// "scan 1" in a message.
     pub(super) fn read(
         &self,
@@ -191,7 +192,8 @@ impl Scan<'_> {
     ) -> Result<(usize, bool), String> {
         let largest = |axis| components.iter().map(|c: &FrameComponent| c.factors[axis]).max();
         let largest = [0, 1].map(|axis| largest(axis).unwrap_or(1));
-        // A scan of a single component consists of blocks, any other scan of units with blocks of several components.
+        // The MCU of a scan with a single component is one block; the MCU of any other scan contains blocks of several
+        // components.
         let blocks =
             |factor: [usize; 2]| [0, 1].map(|axis| (self.size[axis] * factor[axis]).div_ceil(8 * largest[axis]));
         let units = match chosen {
@@ -218,7 +220,7 @@ impl Scan<'_> {
             let mut run = 0;
             while unit < end {
                 let read = match self.kind {
-                    // Blocks without data in this scan are skipped together.
+                    // Blocks in an end-of-band run have no data in this scan, and are skipped together.
                     ScanKind::Ac { high: 0, .. } if run > 0 => {
                         let passed = (end - unit).min(run as usize);
                         run -= passed as u32;
@@ -239,13 +241,13 @@ impl Scan<'_> {
         Ok((bits.at, complete))
     }
 
-    /// Message about a scan that stops at a unit, with the row of pixels.
+    /// Message about a scan that stops at an MCU, with the row of pixels.
     fn stop_message(&self, unit: usize, units: [usize; 2]) -> String {
         let row = unit / units[0] * self.size[1] / units[1];
         format!("stops at row {row} of {}", self.size[1])
     }
 
-    /// Records which bits the scan contains, and of how many blocks.
+    /// Records the coefficient bits that the scan contains for a component with this number of blocks.
     fn note(&self, component: &mut FrameComponent, blocks: usize) -> Result<(), String> {
         let (range, high, low) = match self.kind {
             ScanKind::Sequential => (0..64, 0, 0),
@@ -268,7 +270,7 @@ impl Scan<'_> {
         Ok(())
     }
 
-    /// Skips a unit of blocks, of a sequential scan or of a scan with coefficient 0.
+    /// Skips an MCU of a sequential scan or of a scan of the DC coefficient.
     fn unit(&self, components: &[FrameComponent], chosen: &[usize], bits: &mut BitReader<'_>) -> Option<()> {
         for &place in chosen {
             let component = &components[place];
@@ -307,7 +309,8 @@ impl Scan<'_> {
         Some(())
     }
 
-    /// Coefficients of a block, or their next bit; the next `run` blocks have no new coefficients or bits.
+    /// Skips the AC coefficients of a block, or their correction bits. `run` is the end-of-band run: this
+    /// number of following blocks have no new nonzero coefficients.
     fn ac(&self, component: &mut FrameComponent, block: usize, run: &mut u32, bits: &mut BitReader<'_>) -> Option<()> {
         let ScanKind::Ac { first, last, high, .. } = self.kind else { return None };
         let table = self.tables[1][component.tables[1]].as_ref()?;

@@ -117,7 +117,7 @@ impl Colors {
             photometric: layout.photometric,
             alpha: alpha.map(|i| (first + i, layout.extras[i] == Extra::Premultiplied)),
             palette,
-            // Rec. 601
+            // The default is Rec. 601.
             luma: tags.fractions(529).and_then(three).unwrap_or([0.299, 0.587, 0.114]),
             reference: tags.fractions(532).filter(|_| layout.compression != JPEG).and_then(six).unwrap_or(full),
         })

@@ -21,15 +21,16 @@ struct HuffmanCode {
     symbols: Vec<u16>,
 }
 
-/// The five codes of a part of an image: green, lengths and cached colours; red; blue; alpha; distances.
+/// Prefix code group of a block: the codes of green, lengths and cached colours; of red; of blue; of alpha;
+/// of distances.
 type CodeGroup = [HuffmanCode; 5];
 
-/// Groups of codes of an image, and the index of the group that each block uses.
+/// Prefix code groups of an image, and the index of the group that each block uses.
 struct CodeGroups {
     groups: Vec<CodeGroup>,
     /// Base-2 logarithm of a block's side in pixels; unused in an image with a single group.
     block_bits: u32,
-    /// Index of the group of codes for each block, row by row, and the number of blocks per row.
+    /// Index of the prefix code group for each block, row by row, and the number of blocks per row.
     chosen: Vec<u16>,
     across: usize,
 }
