@@ -5,11 +5,18 @@
 //! declares it, and opens nothing outside the folder of the file that the caller names. Skipped and repaired data cause
 //! notices of the world. Writers return bytes.
 //!
-//! ```text error, budget errors with positions; limits io folders, bytes, text, threads geometry
-//! triangulation, welding image, codec images and textures; Draco, meshoptimizer obj ply stl off ies one
-//! format each gltf json ← document ← mesh ← world; writer world_file, bundle TOML; exact copies for other
-//! processes polygon_arrays meshes and objects from another process registry the table of loadable formats
-//! asset_loader files that a description names encode PNG, EXR, HDR, masks
+//! ```text
+//! error, budget        errors with positions; limits
+//! io                   folders, bytes, text, threads
+//! geometry             triangulation, welding
+//! image, codec         images and textures; Draco, meshoptimizer
+//! obj ply stl off ies  one format each
+//! gltf                 json ← document ← mesh ← world; writer
+//! world_file, bundle   TOML; exact copies for other processes
+//! polygon_arrays       meshes and objects from another process
+//! registry             the table of loadable formats
+//! asset_loader         files that a description names
+//! encode               PNG, EXR, HDR, masks
 //! ```
 //!
 //! A line imports the lines above it; `encode` is independent of the other modules.
