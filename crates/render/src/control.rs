@@ -43,7 +43,7 @@ impl Control {
         is_set(&self.cancelled) || self.outside.as_ref().is_some_and(is_set)
     }
 
-    /// Number of finished units of work (batches of rays, or meshes).
+    /// Number of finished units of work, such as samples of a tile, tasks of a query, or meshes.
     pub fn done(&self) -> usize {
         self.done.load(Ordering::Relaxed)
     }

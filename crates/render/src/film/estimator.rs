@@ -24,7 +24,8 @@ pub(crate) struct PixelEstimator {
     /// For each pixel: number of samples that escape to the environment.
     misses: Vec<u32>,
     count: Vec<u32>,
-    /// Number of samples whose radiance is not finite, and number of samples that are brighter than the settings allow.
+    /// Number of samples whose radiance is negative or not finite, and number of samples that are brighter
+    /// than the settings allow.
     pub rejected: u64,
     pub clamped: u64,
     /// For each pixel that shows coplanar surfaces of several objects: the smallest index of a shown object. Empty

@@ -214,7 +214,7 @@ mod tests {
         let chosen = |thrown: &[f64]| {
             choose_casters(&all, thrown).into_iter().map(|(index, caster)| (index, caster.weight)).collect::<Vec<_>>()
         };
-        // The first four are always chosen, except rough casters that cast too little light.
+        // The first four casters are always chosen, except rough casters that cast too little light.
         assert_eq!(chosen(&[0.0; 64]), [(0, 1.0), (2, 1.0), (3, 1.0), (4, 1.0)]);
         let mut thrown = [0.01; 64];
         (thrown[60], thrown[50]) = (0.08, 0.02);

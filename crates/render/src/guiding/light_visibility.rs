@@ -51,9 +51,9 @@ impl LightVisibility {
         Some(all)
     }
 
-    /// Fraction of the hits near a point at which lights are sampled. `sees_light` is called once per cube, with the
-    /// cube's lower and upper corner, and returns true if light is visible from the cube; its result must depend only
-    /// on the cube.
+    /// Fraction of the hits near a point at which lights are sampled. `sees_light` tests a cube that has not
+    /// been tested yet: it receives the cube's lower and upper corner, and returns true if light is visible
+    /// from the cube. Its result must depend only on the cube.
     #[inline]
     pub fn rate(&self, position: DVec3, sees_light: impl FnOnce([DVec3; 2]) -> bool) -> f32 {
         let last = (self.counts - UVec3::ONE).as_dvec3();

@@ -1,10 +1,11 @@
-//! Path guiding: samples of diffuse surfaces are guided to objects that focus light and to gaps through which light
-//! arrives. In places that no light reaches directly, lights are rarely sampled.
+//! Path guiding: samples of diffuse surfaces are guided to objects that focus light and to gaps through which
+//! light arrives. In regions that no light reaches directly, lights are rarely sampled.
 //!
 //! The rest of the renderer uses this folder only through the trait [`PathGuiding`]; `guiding_switch.rs` selects it.
 //!
-//! * [`caustic_casters`]: objects that focus light. [`caustic_map`]: the regions of these objects that photons came
-//!   from. [`caustic_spots`]: places where photons gather. [`photon_pass`] traces the photons.
+//! * [`caustic_casters`]: objects that focus light. [`caustic_map`]: the regions of these objects that
+//!   photons came from. [`caustic_spots`]: small regions where many photons arrive. [`photon_pass`] traces
+//!   the photons.
 //! * [`gaps`]: gaps through which light arrives. [`gap_photons`] traces their photons.
 //! * [`light_visibility`]: the parts of space from which lights are visible. [`visibility_rays`] traces the shadow
 //!   rays.
@@ -79,7 +80,8 @@ impl LearnedGuiding {
         self.candidates.get_or_init(|| candidates)
     }
 
-    /// Casters with their maps, and spots; empty until photons have been traced.
+    /// Casters with their maps, and spots; empty until photons have been traced. A world within an exposure
+    /// has casters without maps.
     fn caustics(&self, geometry: &Geometry) -> &Caustics {
         if self.is_within_exposure && self.caustics.get().is_none() {
             let candidates = self.candidates(geometry);

@@ -26,7 +26,7 @@ const CASTER_FRACTION_BESIDE_MAP: f32 = 0.3;
 /// Computes the cones and samples a direction for every lane.
 pub(crate) struct SampleGuided<'a, const N: usize> {
     pub caustics: &'a Caustics,
-    /// Gaps through which light passes. Samples are guided to these places in the same way as to casters.
+    /// Gaps through which light passes. Samples are guided to gaps in the same way as to casters.
     pub gaps: &'a [CausticCaster],
     pub interactions: &'a SurfaceInteractions<N>,
     /// Lanes whose samples are guided.

@@ -11,8 +11,8 @@ use crate::lobes::shading_frame::{sample_cosine_hemisphere, to_world_around};
 use crate::prepare::world::PreparedWorld;
 use crate::sampling::dimension::Dimension;
 
-/// Sets the value 1 for an open hemisphere and for the background, and 0 where every direction is occluded within
-/// `distance`.
+/// Sets the radiance of each ray: 1 for the background; for a hit, 1 if a random direction of the hemisphere
+/// is open up to `distance`, and 0 if a surface occludes this direction.
 pub(super) fn radiance(
     world: &PreparedWorld,
     distance: f32,

@@ -1,4 +1,4 @@
-//! Brightest path of a sample: the surfaces that it met, and the ray along which most of its light arrived.
+//! Brightest path of a sample: the surfaces that it met, and the ray that contributed the most light.
 
 use glam::{DVec3, Vec3};
 use raycam_bvh::{Coherence, Hit};
@@ -12,7 +12,7 @@ use crate::integrator::path_tracer::{PathSettings, PathTracer};
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::prepare::world::PreparedWorld;
 
-/// A path, and the ray along which most of the path's light arrived.
+/// A path, and the ray that contributed the most light to it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BrightPath {
     /// Largest colour component of the sample's radiance.

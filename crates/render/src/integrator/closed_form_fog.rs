@@ -57,8 +57,8 @@ impl Geometry {
 }
 
 impl PathTracer<'_> {
-    /// Dims a path by the media of its ray and adds the media's own light, unless a diffuse surface has scattered the
-    /// path. `begin` is the distance at which the ray begins.
+    /// Dims a path by the media of its ray and adds the media's own light. After a scattering that is not
+    /// specular, only the path's list of media is updated. `begin` is the distance at which the ray begins.
     pub(super) fn apply_closed_form(
         &self,
         (media, air_light): (&MediaMap, &AirLight),

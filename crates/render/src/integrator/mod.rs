@@ -68,8 +68,8 @@ use crate::settings::{Integrator, Settings};
 /// Maximum number of light samples that `direct` uses at a point.
 const MAX_LIGHT_SAMPLES: usize = 64;
 
-/// Adds the radiance along every camera ray to `radiance`, and sets its `passes` in the scratch buffers. Sets
-/// `is_background` for each ray that escapes before it is scattered.
+/// Computes the radiance along every camera ray, and sets its `passes` in the scratch buffers. `radiance`
+/// must be 0 initially. Sets `is_background` for each ray that escapes before it is scattered.
 pub(crate) fn radiance(
     world: &PreparedWorld,
     settings: &Settings,
@@ -188,7 +188,7 @@ fn path_settings<'a>(settings: &Settings, geometry: &'a Geometry, lights: &'a Li
 pub(crate) fn background(world: &PreparedWorld, settings: &Settings) -> Option<Vec3> {
     match settings.integrator {
         Integrator::Flat | Integrator::Ao if settings.transparent_background => Some(Vec3::ZERO),
-        // With fog that ends at a height, the radiance depends on the ray.
+        // In worlds with media, the radiance may depend on the ray.
         Integrator::Flat if world.geometry.has_media() => None,
         Integrator::Flat => effective_lights(Integrator::Flat, world).view(LightView::Camera).constant_environment(),
         Integrator::Ao => Some(Vec3::ONE),

@@ -44,7 +44,7 @@ pub(crate) struct PathState {
     pub bsdf_pdf: f32,
     /// True if light sampling could not have found `direction`: from the camera, or after a specular bounce.
     pub specular_bounce: bool,
-    /// True until a surface scatters the path.
+    /// True until a surface or medium scatters the path, or a thin wall lets it pass.
     pub is_camera_ray: bool,
     /// Number of times that the path followed both branches of a dielectric.
     pub split_count: u8,

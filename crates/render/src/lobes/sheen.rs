@@ -111,8 +111,8 @@ mod tests {
 
     #[test]
     fn sheen_lobe_matches_the_paper() {
-        // The expected value follows from the paper's equations 2 and 3, with table 1 at alpha = 1, at which only the
-        // soft fit counts.
+        // The expected value follows from the paper's equations 2 and 3, with the row of table 1 for alpha =
+        // 1, which is not interpolated with the other row.
         let cosine = 0.6f64;
         let (a, b, c, d, e) = (21.5473, 3.82987, 0.19823, -1.97760, -4.32054);
         let fit = |x: f64| a / (1.0 + b * x.powf(c)) + d * x + e;

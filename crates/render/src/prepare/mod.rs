@@ -1,7 +1,8 @@
 //! Preparation: converts the world's description to the form that is traced.
 //!
-//! [`world::PreparedWorld`] composes [`geometry::Geometry`] (BVH, instances, materials, textures), the lights and the
-//! caustic maps. All files except `world.rs` use only the lobes and the sampling; `world.rs` also uses the lights.
+//! [`world::PreparedWorld`] composes [`geometry::Geometry`] (BVH, instances, materials, textures), the lights
+//! and the data of path guiding. All files except `world.rs` use only the lobes and the sampling; `world.rs`
+//! also uses the lights.
 
 pub(crate) mod dielectric_bounds;
 pub(crate) mod family;

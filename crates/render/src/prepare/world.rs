@@ -19,7 +19,8 @@ use crate::prepare::texture::{PreparedImage, PreparedTexture, prepare_textures};
 use crate::prepare::validate::validate;
 use crate::thread_pool::Workers;
 
-/// World ready to be rendered: BVHs, instances, lights and caustic maps, relative to a local origin.
+/// World ready to be rendered: BVHs, instances, lights and the data of path guiding, relative to a local
+/// origin.
 #[derive(Debug)]
 pub struct PreparedWorld {
     pub(crate) geometry: Geometry,

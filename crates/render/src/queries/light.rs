@@ -44,7 +44,7 @@ pub struct SurfacePoints<'a> {
     pub barycentrics: &'a [[f64; 3]],
     /// Unit normals in world coordinates, pointing to the side whose light is measured.
     pub normals: &'a [[f64; 3]],
-    /// For each point: the pixel of an image whose random numbers are used.
+    /// For each point: the image pixel whose random numbers are used.
     pub pixels: &'a [[i32; 2]],
 }
 
@@ -81,7 +81,7 @@ pub struct LightRays<'a> {
     pub origins: &'a [[f64; 3]],
     /// Unit directions of the rays, opposite to the direction of the light.
     pub directions: &'a [[f64; 3]],
-    /// For each ray: the pixel of an image whose random numbers are used.
+    /// For each ray: the image pixel whose random numbers are used.
     pub pixels: &'a [[i32; 2]],
 }
 
@@ -332,7 +332,7 @@ impl LightTracer<'_> {
         Ok(light)
     }
 
-    /// The light of a sample, at most `clamp`; 0 for values that float32 does not represent.
+    /// The light of a sample, at most `clamp`; 0 if a component is negative or not finite.
     fn clamped(&self, light: Vec3) -> Vec3 {
         if !(light.is_finite() && light.min_element() >= 0.0) {
             return Vec3::ZERO;

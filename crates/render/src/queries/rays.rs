@@ -94,10 +94,11 @@ const BLOCK_RAYS: usize = 1024;
 /// Returns fields of the nearest hit of each ray `origin + t * direction` with `t_min <= t <= t_max`, in world
 /// coordinates.
 ///
-/// A triangle is closed: its edges and corners belong to it. Rays in the triangle's plane do not hit it. Signs are
-/// exact, t is accurate to one unit in the last place, and positions are interpolated from the corners, so that distant
-/// origins lose no precision. The nearest hit is the hit with the smallest (t, instance, triangle). A ray that is not
-/// finite or has a zero direction misses.
+/// A triangle is closed: its edges and corners belong to it. Rays in the triangle's plane do not hit it.
+/// Signs are exact, t is accurate to one unit in the last place, and positions are interpolated from the
+/// corners, so that distant origins lose no precision. The nearest hit is the hit with the smallest (t,
+/// instance, triangle). If surfaces of several objects are in the same plane, up to rounding to float32, the
+/// object with the largest index is hit. A ray that is not finite or has a zero direction misses.
 ///
 /// # Errors
 /// [`RenderError::Settings`] if the arrays differ in length or a limit is NaN, [`RenderError::Cancelled`], and errors
@@ -212,7 +213,7 @@ pub fn is_brief(rays: usize) -> bool {
     tasks::is_brief(rays, NS_PER_RAY)
 }
 
-/// Nearest hits with the fields of `detail`.
+/// Nearest hits, with the fields that `detail` specifies.
 ///
 /// Ray i is ray `first + order[i]` of the query, or ray `first + i` without an order.
 fn closest_hits(

@@ -55,8 +55,8 @@ impl MovingPoints<'_> {
     }
 }
 
-/// Velocity of each point in the world, in metres per second; 0 in worlds without a time, and for points
-/// without a triangle.
+/// Velocity of each point in the world, in metres per second; 0 in worlds without a time or without motion,
+/// for points without a triangle, and while the point's object appears or disappears.
 ///
 /// Velocities are differences of exact positions up to 20 microseconds before and after each point's time. If the
 /// velocity jumps within this interval, only positions on one side of the jump are used; for a point at the time of the

@@ -24,7 +24,8 @@ pub struct PointPairs<'a> {
     pub selection: Selection<'a>,
 }
 
-/// True for each pair of points without a closed triangle between them. The result is symmetric.
+/// True for each pair of points without a closed triangle between them; false if a coordinate is not finite.
+/// The result is symmetric.
 ///
 /// # Errors
 /// [`RenderError::Settings`] if the arrays differ in length or the margin is negative, [`RenderError::Cancelled`], and

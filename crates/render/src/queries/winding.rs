@@ -1,9 +1,9 @@
 //! Generalised winding numbers (A. Jacobson, L. Kavan and O. Sorkine-Hornung 2013).
 //!
-//! Closed oriented meshes have an integer winding number: the signed crossings of any ray. Other meshes are closed by a
-//! cone from their boundary in a direction s. The crossings of a ray against s count the windings of the closed
-//! surface, and the cone's solid angle is subtracted edge by edge (A. Van Oosterom and J. Strackee 1983; after C.
-//! Martens and M. Bessmeltsev 2025).
+//! Closed oriented meshes have an integer winding number: the signed crossings of any ray. Other meshes are
+//! closed by a cone from their boundary in a direction s. The crossings of a ray in the direction -s count
+//! the windings of the closed surface, and the cone's solid angle is subtracted edge by edge (A. Van Oosterom
+//! and J. Strackee 1983; after C. Martens and M. Bessmeltsev 2025).
 
 use std::f64::consts::PI;
 use std::ops::Range;

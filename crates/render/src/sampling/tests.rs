@@ -206,8 +206,8 @@ fn errors_of_neighbouring_pixels_cancel() {
         assert!(smooth < most, "{samples}: {smooth}");
         let edge = ratio(4, std::f64::consts::FRAC_PI_4, disk);
         assert!(edge < most.max(0.4), "{samples}: {edge}");
-        // In functions of many dimensions together, the samples are not stratified; blue noise must not make the error
-        // much larger.
+        // For functions that depend on many dimensions at once, the samples are not stratified; blue noise
+        // must not make the error much larger.
         let much = together(2, samples, mean, |sampler| {
             let [a, b] = sampler.get_2d(Dimension::PixelFilter);
             let [c, d] = sampler.get_2d(Dimension::Bsdf(0));

@@ -225,7 +225,7 @@ impl<'a> TileRenderer<'a> {
         }
     }
 
-    /// Number of batches of rays per tile.
+    /// Number of progress units per tile: one for the centre rays, and one per sample.
     pub fn batches_per_tile(&self) -> usize {
         usize::from(self.needs.center_rays) + if self.needs.samples { self.settings.samples as usize } else { 0 }
     }

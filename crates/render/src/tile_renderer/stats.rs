@@ -10,7 +10,7 @@ use crate::settings::Settings;
 /// Counters of a render, updated by all threads.
 #[derive(Default)]
 pub(crate) struct RenderStats {
-    /// Number of samples whose radiance is not finite.
+    /// Number of samples whose radiance is negative or not finite.
     rejected: AtomicU64,
     /// Number of samples that are brighter than the settings allow.
     clamped: AtomicU64,

@@ -57,7 +57,8 @@ fn sphere_depth_and_normals_match_the_closed_form() {
             let found = f64::from(f32s(&frame, channel)[i]);
             assert!((found / closed - 1.0).abs() < 1e-6, "{found} {closed}");
         }
-        // A corner's normal is its position relative to the centre; so is their weighted mean, except for its length.
+        // A corner's normal is proportional to the corner's position relative to the centre. The interpolated
+        // normal is therefore proportional to the interpolated position relative to the centre.
         let at = DVec3::from_slice(&f64s(&frame, Channel::Position)[3 * i..3 * i + 3]);
         let smooth = (at - shift).normalize();
         let shading = vector(&frame, Channel::ShadingNormal, i);

@@ -237,7 +237,8 @@ fn sky_light_is_reduced_by_ambient_occlusion_within_its_distance() {
     let occluded = |distance| Settings { ambient_occlusion: Some(distance), ..settings(4096) };
     let open = 1.0 - 1.0 / (1.0 + 0.7 * 0.7);
     close(radiance(&world, eye, DVec3::ZERO, &occluded(f64::INFINITY)), 1.2 * open, 0.01);
-    // No surface is closer than 0.7 m; occluders within 1.0 m of the point count.
+    // No occluder is within 0.69 m of the point. Of the disc, only the part within 1.0 m occludes the ambient
+    // light.
     close(radiance(&world, eye, DVec3::ZERO, &occluded(0.69)), 1.2, 1e-6);
     close(radiance(&world, eye, DVec3::ZERO, &occluded(1.0)), 1.2 * 0.7 * 0.7, 0.01);
     let background = radiance(&world, eye, DVec3::new(5.0, 0.0, 1.0), &settings(1));

@@ -1,4 +1,4 @@
-//! Flow of moved and deformed meshes, and arguments that are refused. Reprojection is tested in Python.
+//! Flow of moved and deformed meshes, and invalid arguments. Reprojection is tested in Python.
 
 use std::sync::Arc;
 

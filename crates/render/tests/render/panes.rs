@@ -61,7 +61,7 @@ fn sun_and_bulb_shine_through_panes() {
         (vec![window()], 1.0 - schlick),
     ];
     for (panes, transmittance) in cases {
-        // With two segments, light that the floor reflects up to the panes does not count.
+        // With two segments, light that the floor reflects up to the panes is not included.
         let found = radiance(&floor_under(&panes, sun.clone()), Integrator::Path, Some(2), 16);
         let expected = 3.0 * 0.8 * transmittance / std::f64::consts::PI;
         assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");

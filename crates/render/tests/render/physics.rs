@@ -47,8 +47,8 @@ fn mean(world: &World, camera: &Camera, settings: &Settings) -> f64 {
     color.iter().map(|&v| f64::from(v)).sum::<f64>() / color.len() as f64
 }
 
-/// Camera that sees the unit square around the origin from far above, so that each point counts equally up to the
-/// square of a small angle.
+/// Camera that shows the unit square around the origin from far above. All points of the square therefore
+/// have the same weight in the image, apart from a relative error of about the squared field of view.
 fn above() -> Camera {
     const HEIGHT: f64 = 1e4;
     let fov = 2.0 * (0.5 / HEIGHT).atan().to_degrees();

@@ -194,7 +194,7 @@ impl Random {
     }
 }
 
-/// The i-th of three evenly distributed numbers: R. Roberts's additive sequence.
+/// The i-th point of a sequence that covers the unit cube evenly: M. Roberts's additive sequence R3.
 fn spread(i: u32) -> [f32; 3] {
     let at = |step: f64| ((0.5 + step * f64::from(i)).fract() * 0.999_999_9) as f32;
     [at(0.819_172_513_396_164_4), at(0.671_043_606_703_789_2), at(0.549_700_477_901_970_3)]

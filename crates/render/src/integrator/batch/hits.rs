@@ -40,7 +40,8 @@ pub(crate) struct HitBatch {
     bsdf_randoms: Vec<[f32; 2]>,
     pub interactions: SurfaceInteractions<LANES>,
     pub path_lanes: PathLanes,
-    /// For each lane: true if the ray passes the surface because of the surface's opacity.
+    /// For each lane: true if the ray passes the surface, because of the surface's opacity or because the
+    /// object is hidden from the ray.
     pub alpha_rejected: [bool; LANES],
     pub bsdf: BatchBsdf,
     /// For each lane with a transmissive batched BSDF: the media behind the surface.

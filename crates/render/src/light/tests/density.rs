@@ -30,7 +30,7 @@ fn cap(axis: DVec3, low: f64) -> Chart {
             ((right * turn.cos() + up * turn.sin()) * sin + axis * cos, TAU * (1.0 - low))
         }),
         of: Box::new(move |d| {
-            // 1 - cos from the sine keeps precision for narrow caps.
+            // Computing 1 - cos from the sine keeps precision for narrow caps.
             let sin2 = axis.cross(d).length_squared();
             let height =
                 if axis.dot(d) > 0.0 { sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt()) } else { 1.0 - axis.dot(d) };

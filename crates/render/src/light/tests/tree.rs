@@ -132,7 +132,7 @@ fn light_choice_is_unbiased() {
         let found = (0..SAMPLES).filter_map(one).sum::<f64>() / f64::from(SAMPLES);
         close(found, alone, 1e-2);
     }
-    // The same for split sampling.
+    // Split sampling must find the same light.
     let mut found = 0.0;
     for n in 0..SAMPLES / 8 {
         let [which, _] = random(n + 7_000_000);
