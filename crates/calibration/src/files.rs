@@ -41,7 +41,7 @@ impl Calibration {
         self.notices.push(Notice::new(code, message));
     }
 
-    /// Adds a notice about one part, such as a key or a camera; notices with the same message are grouped at the end.
+    /// Adds a notice about `subject`, such as a key or a camera; notices with the same message are grouped at the end.
     pub(crate) fn note_about(&mut self, code: NoticeCode, subject: impl Into<String>, message: impl Into<String>) {
         self.notices.push(Notice::about(code, subject, message));
     }

@@ -70,7 +70,7 @@ impl CalibrationFormat {
 }
 
 /// All formats. The first format that recognises a file reads it. Formats with reliable markers, such as keys, precede
-/// formats that are recognised by the shape of their numbers.
+/// formats that are recognised only by the number of values per line.
 const FORMATS: &[CalibrationFormat] = &[
     reader("colmap", colmap::text::detect, colmap::text::read).written(colmap::text::write).with_rigs(),
     reader("colmap-binary", colmap::binary::detect, colmap::binary::read).written(colmap::binary::write).with_rigs(),

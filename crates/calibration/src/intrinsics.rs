@@ -1,4 +1,4 @@
-//! K from the numbers in files, and lens terms for which raycam has no model.
+//! K and lenses from the parameters in files, and rejection of lens terms that no model of raycam contains.
 
 use std::path::Path;
 

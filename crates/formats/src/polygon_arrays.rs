@@ -101,8 +101,7 @@ impl PolygonArrays<'_> {
         Ok(model)
     }
 
-    /// Reads all meshes as parts of one model, and all materials. The material indices of a part are the numbers of its
-    /// slots.
+    /// Reads all meshes as parts of one model, and all materials. The material indices of a part are its slot indices.
     fn read(&self, folder: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
         let mut model = MeshFile::default();
         assets.uses_alpha_as_written = true;

@@ -241,7 +241,7 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Model of a world whose objects are joined into one; each copy of a mesh counts.
+/// Model of a world whose objects are joined into one. Every copy of a mesh is charged to the budget.
 fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
     let count = |count: usize, kind: &str| format!("{count} {kind}{}", if count == 1 { "" } else { "s" });
     let [lights, cameras] = [count(world.lights.len(), "light"), count(world.cameras.len(), "camera")];

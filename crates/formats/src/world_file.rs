@@ -111,7 +111,7 @@ fn begins_line(text: &str, at: usize) -> bool {
     line.bytes().all(|byte| matches!(byte, b' ' | b'\t'))
 }
 
-/// Tree of a part of a TOML text that is valid by itself.
+/// Tree of a piece of a TOML text; the piece must be valid TOML by itself.
 fn parse_piece(text: &str, range: Range<usize>, path: &Path) -> Result<SpannedValue> {
     let start = range.start;
     let table = DeTable::parse(&text[range.clone()]).map_err(|error| {

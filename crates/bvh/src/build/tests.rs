@@ -90,7 +90,7 @@ fn trees_contain_every_box_once() {
     // Each box is half the size of the previous box, so the heuristic alone would create a tree as deep as a list.
     let shrinking: Vec<_> = (0..140).map(|i| ([0.0; 3], [0.5f32.powi(i - 30); 3])).collect();
     let nested: Vec<_> = (0..N).map(|i| ([-1.0 - i as f32; 3], [1.0 + i as f32; 3])).collect();
-    // All boxes that the sample does not contain are in one place.
+    // All boxes that the sample does not contain are at the same position.
     let hidden = (0..N as usize)
         .map(|i| {
             let shown = i % 4 == kd_sample::sample_offset(i / 4) % 4;

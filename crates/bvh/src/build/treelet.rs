@@ -27,7 +27,7 @@ pub struct TreeletJob<'a> {
     pub child_slots: usize,
 }
 
-/// The primitives of a treelet: existing ones, or a function that generates them.
+/// The primitives of a treelet: existing primitives, or a function that generates them.
 pub enum TreeletPrims<'a> {
     Refs(&'a mut [PrimRef]),
     Deferred(&'a PrimGenerator<'a>),
@@ -70,7 +70,7 @@ kernel! {
 }
 
 impl Treelet {
-    /// Builds a treelet in the memory of the previous one.
+    /// Builds a treelet in the memory of the previous treelet.
     pub fn build<L: LeafBuilder>(
         &mut self,
         job: TreeletJob,

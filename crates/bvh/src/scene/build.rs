@@ -14,7 +14,7 @@ use crate::scene::backoff::Backoff;
 use crate::scene::rebraid::{InstanceTransform, rebraid, transform_bounds, whole_instances};
 use crate::scene::{Instance, InstanceRecord, Scene, relative_padding_of};
 
-/// The kind of the TLAS's leaves. Hits do not depend on this choice.
+/// Leaves of the TLAS: whole instances, or subtrees of instances. Hits do not depend on this choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TlasLeaves {
     /// Whole instances, which are fastest to build.

@@ -105,8 +105,8 @@ impl TravRay {
     }
 
     /// Sets up a ray for a tree whose boxes get an additional absolute `padding`. Returns false without further effect
-    /// if the ray misses by definition: it is not finite, has no direction, or starts beyond 2^50. The function writes
-    /// in place, because a copy right after the stores would stall on store forwarding.
+    /// if the ray is invalid and therefore misses: it is not finite, has no direction, or starts beyond 2^50. The
+    /// function writes in place, because a copy right after the stores would stall on store forwarding.
     #[inline(always)]
     pub fn setup(&mut self, origin: [f32; 3], direction: [f32; 3], bounds: &Aabb, padding: f32) -> bool {
         let lanes = |[x, y, z]: [f32; 3]| [x, y, z, z];

@@ -3,8 +3,8 @@
 use crate::support::*;
 use raycam_bvh::{Coherence, ExactHit, ExactTriangles, Hit, INVALID_ID, Ray};
 
-/// Random triangles in one place, as instances that are translated, rotated, mirrored, sheared or scaled; one instance
-/// is flat.
+/// Random triangles around one position, as instances that are translated, rotated, mirrored, sheared or scaled; one
+/// instance is flat.
 fn soups(rng: &mut Rng) -> World {
     let matrices = [
         [[1.0, 0.0, 0.0, 0.5], [0.0, 1.0, 0.0, -0.25], [0.0, 0.0, 1.0, 0.125]],

@@ -14,7 +14,7 @@ use raycam_formats::{FormatError, Result};
 
 const SIZE: [u32; 2] = [1242, 375];
 
-/// A row: frame and camera, line number, and numbers.
+/// A row: frame and camera, line number, and the values of the remaining columns.
 type Row<const N: usize> = ((u32, u32), usize, [f64; N]);
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {

@@ -1,5 +1,5 @@
 //! INI files of ROS's `camera_calibration` (`ost.txt`, `camera.ini`): a section `[image]` with the size, and one
-//! section per camera, in which a name is followed by lines with its numbers. Source: ROS,
+//! section per camera, in which the name of each matrix is followed by lines with its elements. Source: ROS,
 //! `camera_calibration_parsers`, parse_ini.cpp.
 
 use std::path::Path;

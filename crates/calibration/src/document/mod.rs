@@ -37,7 +37,7 @@ pub(crate) struct DocumentNode {
 }
 
 impl DocumentNode {
-    /// True if two trees are equal, apart from line numbers and from the time and number in a message's header.
+    /// True if two trees are equal, apart from line numbers and from `stamp` and `seq` in the header of a ROS message.
     pub(crate) fn same_as(&self, other: &DocumentNode) -> bool {
         match (&self.value, &other.value) {
             (Value::Scalar(a), Value::Scalar(b)) => a == b,

@@ -1,5 +1,5 @@
-//! Trees of YAML, and of JSON, which is a part of YAML. Aliases are copied, up to a limit. Several documents that
-//! differ are rejected.
+//! Trees of YAML, and of JSON, which is a subset of YAML. Aliases are copied, up to a limit. A file with several
+//! different documents is rejected.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Common keys for the parts of a calibration, compared without case, `_`, `-`, `.` and spaces.
+//! Common keys of cameras, lenses and poses, compared without case, `_`, `-`, `.` and spaces.
 
 use crate::document::Cursor;
 use crate::document::lens_keys::plain;
@@ -278,7 +278,7 @@ fn is_base(base: &str) -> bool {
     groups.iter().any(|group| group.contains(&base)) || is_deviation(base)
 }
 
-/// True for the name of a standard deviation, which OpenCV's programs write next to the numbers.
+/// True for the name of a standard deviation, which OpenCV's programs write next to the estimated parameters.
 fn is_deviation(base: &str) -> bool {
     ["stddev", "stdev", "std", "stddeviation", "stddeviations"].iter().any(|end| base.ends_with(end))
         || base.starts_with("stddev")
@@ -314,7 +314,7 @@ fn without_mark<'k>(key: &'k str, mark: &str) -> impl Iterator<Item = &'k str> {
     [before, after].into_iter().flatten()
 }
 
-/// Parts of keys of 3x3 matrices that are not K.
+/// Words in the keys of 3x3 matrices that are not K.
 const OTHER_MATRICES: [&str; 13] = [
     "rot",
     "essential",

@@ -183,7 +183,7 @@ fn is_model(key: &str) -> bool {
     keys::MODEL.contains(&&key[..]) || keys::FISHEYE.contains(&&key[..])
 }
 
-/// Parts of keys whose text is a name or a remark, not a lens model.
+/// Words in keys whose value is a name or a remark, not a lens model.
 const NAMES: [&str; 16] = [
     "name",
     "file",
@@ -239,7 +239,7 @@ fn model_of<'a>(key: &str, at: &Cursor<'a>, view: &KeyView<'a>) -> Result<Option
     })
 }
 
-/// Parts of the names of lens models; other words are names of products or sensors.
+/// Words in the names of lens models; values without these words are names of products or sensors.
 const LENS_WORDS: [&str; 18] = [
     "omni",
     "mei",

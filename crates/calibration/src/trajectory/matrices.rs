@@ -29,12 +29,12 @@ const MIN_FOCAL_LENGTH: f64 = 2.0;
 /// Principal points of usual cameras, in units of the image size; 0.5 is the image's centre.
 const PRINCIPAL_POINTS: Range<f64> = 0.25..0.75;
 
-/// Arrangement of the numbers of a text.
+/// Layout of the matrices in a text file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MatrixLayout {
     /// Poses of several lines of four numbers; the field is the number of lines per pose: 4, or 3 for the upper rows.
     Blocks(usize),
-    /// One matrix per line; the field is the number of numbers per line: 16, 17 with an index, or 12 for camera matrices.
+    /// One matrix per line; the field is the count of values per line: 16, 17 with an index, or 12 for camera matrices.
     Lines(usize),
     /// K, in three or four lines.
     Intrinsics,
@@ -238,7 +238,8 @@ fn is_lost(m: &[f64; 16]) -> bool {
     m.iter().any(|value| !value.is_finite())
 }
 
-/// Reads the matrices of a text: for each matrix, the index before it, its line and its numbers.
+/// Reads the matrices of a text: for each matrix, its name (the index that precedes it, if any), its line
+/// number and its elements.
 pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<FoundMatrices> {
     let mut found = FoundMatrices::new();
     let mut block: Vec<f64> = Vec::new();

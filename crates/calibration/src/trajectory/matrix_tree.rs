@@ -27,13 +27,13 @@ const ARRAYS: [&str; 13] = [
     "camera_poses",
     "cam2world",
 ];
-/// Keys of a map with a matrix whose value is the name of the matrix's image.
+/// Keys next to a matrix in a map; the value of such a key is the name of the matrix's image.
 const NAMES: [&str; 9] = ["file_path", "file", "filename", "image", "image_path", "name", "frame", "id", "index"];
 
 /// Matrices by rows, each with its name (if it has one) and its line.
 pub(crate) type FoundMatrices = Vec<(Option<String>, usize, [f64; 16])>;
 
-/// Poses of a document, and the parts of the document that are not read.
+/// Poses of a document, and notices about keys that are not read.
 pub(crate) struct PosesOfTree {
     /// Key whose value contains the poses; empty if the poses are at the root.
     pub(crate) key: String,

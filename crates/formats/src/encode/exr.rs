@@ -17,7 +17,7 @@ use crate::error::{FormatError, Result};
 pub struct Layer<'a> {
     /// `color`, `depth`, `normal`, ...; unique within the file.
     pub name: &'a str,
-    /// Values per pixel.
+    /// Number of values per pixel, 1 to 4.
     pub components: usize,
     /// Values row by row from the top left; the components of a pixel are adjacent.
     pub samples: LayerSamples<'a>,

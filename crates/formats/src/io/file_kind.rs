@@ -78,7 +78,7 @@ pub(crate) fn model_extension(bytes: &[u8]) -> Option<&'static str> {
 
 /// Rejects a model if its first bytes belong to another format than its extension (in lower case).
 pub(crate) fn check_model(path: &Path, bytes: &[u8], ending: &str) -> Result<()> {
-    // A binary STL file begins with 80 bytes of any kind.
+    // A binary STL file begins with 80 arbitrary bytes.
     let facets = bytes.get(80..84).map(|n| u32::from_le_bytes([n[0], n[1], n[2], n[3]]));
     if ending == "stl" && facets.is_some_and(|facets| facets > 0 && bytes.len() as u64 >= 84 + 50 * u64::from(facets)) {
         return Ok(());

@@ -112,7 +112,7 @@ impl ColorBounds {
         self.0 = if value.is_nan() || low.is_nan() { [f64::NAN; 2] } else { [low.min(value), high.max(value)] };
     }
 
-    /// Includes all values of another part of the file.
+    /// Includes the bounds of another piece of the file.
     pub(crate) fn merge(&mut self, Self([low, high]): Self) {
         self.add(low);
         self.add(high);

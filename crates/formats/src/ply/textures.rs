@@ -1,4 +1,4 @@
-//! Images of a PLY file: one material for each, selected by the numbers of the faces.
+//! Images of a PLY file: one material for each image, selected by the property `texnumber` of the faces.
 
 use std::path::Path;
 

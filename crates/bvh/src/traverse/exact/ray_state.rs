@@ -113,7 +113,8 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
         }
     }
 
-    /// Starts a ray through one subtree or the whole scene; returns false if the ray misses by definition.
+    /// Starts a ray through one subtree or the whole scene; returns false if the ray is invalid and therefore
+    /// misses (see [`TravRay::setup`]).
     #[inline(always)]
     pub fn begin(&mut self, scene: &'a Scene, ray_id: usize, search: S, subtree: Option<&SubtreeRef>) -> bool {
         self.ray_id = ray_id;
@@ -158,7 +159,8 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
         true
     }
 
-    /// Enters an instance; returns false if the filter rejects the instance or if the ray misses it by definition.
+    /// Enters an instance; returns false if the filter rejects the instance, or if the transformed ray is invalid and
+    /// therefore misses.
     #[inline(always)]
     fn enter_blas(&mut self, scene: &'a Scene, instance: u32) -> bool {
         let Some(search) = self.search.as_ref().filter(|search| search.accepts_instance(instance)) else {

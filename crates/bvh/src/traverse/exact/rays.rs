@@ -11,7 +11,7 @@ use crate::traverse::packet::soa::PACKET_SIZE;
 /// One value per ray.
 type RayRow = [f64; PACKET_SIZE];
 
-/// Up to 64 rays near the scene, by ray index; entries of other rays are meaningless.
+/// Up to 64 rays near the scene, by ray index; entries of all other rays are unspecified.
 pub struct RaySoa64 {
     /// Origin and direction in world coordinates; the direction is scaled by a power of two so that its largest
     /// component is in 1..2.
@@ -51,7 +51,7 @@ pub struct RaySoa64 {
 #[repr(u8)]
 #[derive(Clone, Copy, PartialEq)]
 pub enum OriginClass {
-    /// The ray misses by definition.
+    /// The ray is invalid, for example not finite, and therefore misses.
     Misses,
     /// The origin is near the scene.
     Near,

@@ -97,7 +97,7 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
         }
     }
 
-    /// Starts a ray; returns false if the ray misses by definition.
+    /// Starts a ray; returns false if the ray is invalid and therefore misses (see [`TravRay::setup`]).
     #[inline(always)]
     pub fn begin(&mut self, scene: &'a Scene, task: RayTask) -> bool {
         let RayTask { ray: world_ray, ray_id, start_node, instance } = task;
@@ -204,8 +204,8 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
         if limit < self.world_ray.t_max { limit } else { self.world_ray.t_max }
     }
 
-    /// Enters the instance of the current subtree, or pops the next entry if the ray misses the instance by definition.
-    /// Returns true if the ray is done.
+    /// Enters the instance of the current subtree, or pops the next entry if the transformed ray is invalid and
+    /// therefore misses the instance. Returns true if the ray is done.
     #[inline(never)]
     fn enter_instance(&mut self, scene: &'a Scene) -> bool {
         let t_max = self.t_max();

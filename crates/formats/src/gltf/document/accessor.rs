@@ -169,7 +169,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// glTF-Validator's code for numbers of the wrong format, by the key that refers to the accessor.
+/// glTF-Validator's code for an accessor of the wrong type, by the key that refers to the accessor.
 fn wrong_format(from: &str) -> &'static str {
     match from.rsplit('.').next() {
         Some("indices") => "MESH_PRIMITIVE_INDICES_ACCESSOR_INVALID_FORMAT",

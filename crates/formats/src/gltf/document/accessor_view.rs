@@ -63,7 +63,7 @@ pub(crate) struct AccessorView<'a> {
     pub(crate) document: &'a Document<'a>,
     /// Name in errors, such as `accessors[3]`.
     pub(crate) place: String,
-    /// glTF-Validator's code for an unexpected number format.
+    /// glTF-Validator's code for an accessor of the wrong type.
     pub(crate) wrong_format: &'static str,
     pub(crate) component: Component,
     pub(crate) arity: usize,

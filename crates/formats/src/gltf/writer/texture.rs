@@ -75,8 +75,8 @@ impl Writer<'_> {
         Ok(index)
     }
 
-    /// Encodes a PNG: in sRGB for colours, linear for data. Eight-bit values of the matching kind are unchanged; all
-    /// other values use sixteen bits.
+    /// Encodes a PNG: in sRGB for colours, linear for data. 8-bit texels that already have this encoding are written
+    /// with 8 bits per channel, all other texels with 16.
     fn encoded(&mut self, image: &Image, color_use: ColorUse) -> Result<Vec<u8>> {
         let texels = image.texels.in_memory()?;
         match (&*texels, color_use) {

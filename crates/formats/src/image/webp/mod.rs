@@ -33,8 +33,8 @@ pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image> {
     })
 }
 
-/// `Some` if the first image in these chunks is complete; for a lossy image, only the lengths of its parts are checked.
-/// Allocates nothing.
+/// `Some` if the first image in these chunks is complete; for a lossy image, only the lengths of its partitions are
+/// checked. Allocates nothing.
 fn check_complete(mut chunks: &[u8]) -> Option<()> {
     let mut alpha = None;
     while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
@@ -57,7 +57,7 @@ fn check_complete(mut chunks: &[u8]) -> Option<()> {
     None
 }
 
-/// Size of a lossy image whose parts are all present.
+/// Size of a lossy image whose partitions are all present.
 fn lossy_size(chunk: &[u8]) -> Option<[usize; 2]> {
     let (head, rest) = chunk.split_first_chunk::<10>()?;
     let two = |at: usize| usize::from(u16::from_le_bytes([head[at], head[at + 1]]));

@@ -64,7 +64,8 @@ pub fn read(name: &str, bytes: &[u8], color_use: ColorUse) -> Result<(Image, Vec
 }
 
 /// Tests truncated files of a format, and copies with a flipped bit whose header the decoder accepts. If the decoder
-/// reads a file, it must be read; otherwise, it must be refused with `message` before the decoder starts on the pixels.
+/// accepts a file, the reader must accept it too; otherwise, the reader must reject the file with `message` before the
+/// decoder starts to decode pixels.
 pub fn damage_is_found_before(
     extension: &str,
     message: &str,

@@ -294,7 +294,7 @@ fn invalid_mtl_values_are_clamped_or_ignored_with_one_notice_per_kind() {
     let glass = model("newmtl m 1\nillum 7\nNi 25\n").unwrap();
     let MaterialModel::Principled(principled) = &glass.materials[0].model else { panic!() };
     assert_eq!(principled.ior, 1.5);
-    // `-bm` reads the file name as its factor, so the file name is missing.
+    // `-s` reads the file name as its scale, so the file name is missing.
     assert!(notices("newmtl m 1\nmap_Kd -s wood.png\n").contains("map_Kd without a file name"));
 }
 
