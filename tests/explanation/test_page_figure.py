@@ -145,7 +145,7 @@ def test_page_figure_draws_light_path_and_shadow_rays_from_outside(name: str) ->
         "return { ends: [figure.C, figure.end].map((point) => view.see(point)), strokes: content.strokes,"
         " panels: linesPanels(figure, null).map(({ title }) => title) };",
     )
-    assert found["panels"] == ["From outside", "In the picture"]
+    assert found["panels"] == ["From outside", "In the image"]
     assert all(0 < x < 600 and 0 < y < 360 for x, y, _ in found["ends"])
     path = [stroke for stroke in found["strokes"] if not stroke.get("dash")]
     bounces = [figure["C"], *(mark["at"] for mark in figure["marks"])]

@@ -76,7 +76,7 @@ def test_interrupted_connection_restores_view_and_edits(tab: Tab, server: Server
     tab.wait(LOST)
     assert tab.evaluate(SHOWN) == before, "the last picture stays"
     tab.evaluate("document.getElementById('undo').click()")
-    assert text_of(tab, "message").startswith("The server is not connected, so this was not done.")
+    assert text_of(tab, "message").startswith("No connection to the server, so the command was not executed.")
     choose(tab, "exposure", "2")
 
     relay.cut(server.address)
@@ -123,7 +123,7 @@ def test_page_reconnects_to_a_restarted_server(
     relay.cut(second.address)
     try:
         tab.wait(
-            "document.getElementById('message').textContent.startsWith('The server is back with a new session')"
+            "document.getElementById('message').textContent.startsWith('The server was restarted: this new session')"
         )
         tab.wait(DONE)
         (session,) = second.sessions.values()

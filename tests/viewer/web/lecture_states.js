@@ -31,7 +31,7 @@ globalThis.requestAnimationFrame = (act) => act();
 globalThis.devicePixelRatio = 1;
 globalThis.IntersectionObserver = globalThis.ResizeObserver = class { observe() {} };
 
-/** Pictures that answer as the core would: `answers[key]` makes what the figure receives. */
+/** A replacement for `Pictures` without the core: `answers[key]` calls the receivers of the images that a figure requests with this key. */
 function picturesOf(answers) {
   const asked = {};
   return {
@@ -119,7 +119,7 @@ function handlesOf(name, button = "") {
   });
 }
 
-/** Drags the picture of a figure: in a mode, from a place to others, in CSS pixels; returns the world's numbers after each. `start` are first numbers. */
+/** Drags in a figure's image, in a mode, to each of `places` in turn (CSS pixels). Returns the world's numbers after each place; `start` contains the initial numbers. */
 function draggedNumbers(name, start, mode, places, button = "") {
   const shared = new Shared();
   Object.assign(shared.numbers, structuredClone(start));
@@ -139,7 +139,7 @@ function draggedNumbers(name, start, mode, places, button = "") {
   });
 }
 
-/** The world's numbers after each key in the picture of a figure. */
+/** The world's numbers after each key press in a figure's image. */
 function numbersAfterKeys(name, start, keys) {
   const shared = new Shared();
   Object.assign(shared.numbers, structuredClone(start));

@@ -46,7 +46,7 @@ export class Client {
     this.takesNext = false;
     /** @type {Plane | null} the second frame, B, that was received together with A */
     this.frameB = null;
-    /** @type {{ plane: Plane | null, layer: HTMLCanvasElement } | null} an image that the user made B */
+    /** @type {{ plane: Plane | null, layer: HTMLCanvasElement } | null} an image that the user kept as B */
     this.taken = null;
     this.mode = "off";
     this.blinking = 0;
@@ -125,7 +125,7 @@ export class Client {
 
   /** @param {string} name */
   setChannel(name) {
-    if (!this.channels.includes(name)) return this.say(`Channel ${name} is not available here.`, "notice");
+    if (!this.channels.includes(name)) return this.say(`Channel ${name} is not available in this view.`, "notice");
     if (name !== this.channel && this.wantsPlanes && !this.taken) this.transport.send({ type: "planes", wanted: (this.wantsPlanes = false) });
     this.channel = name;
     byId("channel", HTMLSelectElement).value = name;
@@ -217,7 +217,7 @@ export class Client {
   }
 
   nextMode() {
-    if (!this.frameB && !this.taken) return this.say("Nothing to compare with: press B to keep this image as B.", "notice");
+    if (!this.frameB && !this.taken) return this.say("No image to compare with; press B to keep this image as B.", "notice");
     const enabled = [...byId("compare-mode", HTMLSelectElement).options].filter((option) => !option.disabled);
     const at = enabled.findIndex((option) => option.value === this.mode);
     this.setMode(enabled[(at + 1) % enabled.length].value);
@@ -346,7 +346,7 @@ export class Client {
 
   /** @param {Pixel | null} pixel */
   explain(pixel = this.held) {
-    if (!pixel) return this.say("Hold a pixel first: click the image.", "notice");
+    if (!pixel) return this.say("No pixel is held; click the image to hold a pixel.", "notice");
     if (pixel !== this.held) this.hold(pixel);
     showExplaining(this.transport.live);
     this.transport.send({ type: "explain", id: ++this.probes, u: pixel.column, v: pixel.row });
@@ -388,7 +388,7 @@ export class Client {
     this.picture.canvas.setAttribute("aria-label", `${text} Arrow keys move the held pixel, P holds a pixel, question mark lists the keys.`);
   }
 
-  /** Shows a message. @param {string} text @param {string} type "notice" or "error" @param {boolean} joins if it joins the previous one */
+  /** Shows a message. @param {string} text @param {string} type "notice" or "error" @param {boolean} joins true to add it to the previous message */
   say(text, type, joins = false) {
     this.notices.say(text, type, joins);
   }

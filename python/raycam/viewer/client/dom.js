@@ -28,7 +28,7 @@ export function element(tag, text = "", attributes = {}) {
 }
 
 /**
- * A new SVG element. Its name space is that of the SVG element that each page has.
+ * A new SVG element. Its namespace is copied from the SVG element that each page contains.
  * @param {string} tag
  * @param {Record<string, string | number>} [attributes]
  * @param {string} [text]
@@ -71,7 +71,7 @@ export function numbersOf(inputs, wrong) {
   for (const { value, min, max, validity, labels } of inputs) {
     if (value && Number.isFinite(Number(value)) && !validity.rangeUnderflow && !validity.rangeOverflow) continue;
     const name = labels?.[0]?.textContent?.trim() || "the field";
-    wrong(`${name}: expected a number from ${Number(min)} to ${Number(max)}${value ? `, not ${value}` : ""}.`);
+    wrong(`${name}: expected a number from ${Number(min)} to ${Number(max)}${value ? `, got ${value}` : ""}.`);
     return null;
   }
   return inputs.map(({ value }) => Number(value));
@@ -90,5 +90,5 @@ export function saveFile(name, type, bytes) {
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
-  return `Saved ${name} as a download of the browser.`;
+  return `Saved ${name} as a browser download.`;
 }

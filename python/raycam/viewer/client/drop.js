@@ -54,7 +54,7 @@ async function sendFiles(client, files, types, dropped) {
   const more = othersOf(world, worlds, dropped);
   const unused = worlds.filter(({ name }) => name !== world.name && !more.includes(name) && depth(world) === name.split("/").length);
   if (unused.length && !/\.toml$/i.test(world.name)) {
-    client.say(`Shows ${world.name}; drop ${listOf(unused)} alone to show another world.`, "notice", true);
+    client.say(`Showing ${world.name}; to show another world, drop only one of these files: ${listOf(unused)}.`, "notice", true);
   }
   client.transport.send({ type: "open", name: world.name, others: more });
 }

@@ -58,7 +58,7 @@ export class Gizmo {
 
   /**
    * @param {Point} at
-   * @returns {number[]} the place in pixels of the image
+   * @returns {number[]} the position in pixels of the image
    */
   place({ x, y }) {
     const { picture } = this.client;

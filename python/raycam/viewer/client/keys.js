@@ -69,13 +69,13 @@ export const KEYS = [
   { keys: ["Escape"], command: "leave", does: "release the held pixel, close a message or a dialog" },
 ];
 
-/** Names of keys by their place on the keyboard, which does not depend on the layout. */
+/** Names of keys by their position on the keyboard, which does not depend on the layout. */
 const KEY_PLACES = /** @type {Record<string, string>} */ ({
   BracketLeft: "[", BracketRight: "]", Minus: "-", Equal: "=", Comma: ",", Period: ".", Numpad0: "Num0", Numpad1: "Num1", Numpad3: "Num3", Numpad7: "Num7", NumpadAdd: "+", NumpadSubtract: "-",
 });
 
 /**
- * The name of a pressed key in the table: the name of the key's place on the keyboard, so that keys work on any layout. With
+ * The name of a pressed key in the table: the name of the key's position on the keyboard, so that keys work on any layout. With
  * Ctrl, a Latin letter counts instead: Ctrl+Z is undo wherever the letter Z is.
  * @param {KeyboardEvent} event
  * @returns {string}
@@ -104,7 +104,7 @@ export function keyLabel(name, layout) {
 }
 
 /**
- * The command of a pressed key, or null. Keys typed into a field stay there.
+ * The command of a pressed key, or null. Keys that are typed into a field trigger no command.
  * @param {KeyboardEvent} event
  * @param {boolean} live
  * @returns {string | null}

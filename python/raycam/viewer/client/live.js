@@ -199,7 +199,7 @@ export class LiveView {
     byId("status-world", HTMLElement).textContent = count;
   }
 
-  /** @param {Record<string, any>} progress of the film; 0 of 0 is its end */
+  /** @param {Record<string, any>} progress of the video; 0 of 0 at its end */
   showFilming({ done, total }) {
     const stop = byId("film-stop", HTMLButtonElement);
     stop.hidden = !total;
@@ -255,7 +255,7 @@ export class LiveView {
     this.client.transport.send({ type: "side", seq: ++this.navigator.seq, name: /** @type {any} */ (name) });
   }
 
-  /** Looks through a camera alone. @param {string} name */
+  /** Looks through a camera, and shows only its image. @param {string} name */
   lookThrough(name) {
     if (this.panes.panes.length) this.panes.show([]);
     this.camera.value = name;
@@ -271,7 +271,7 @@ export class LiveView {
 
   /** @param {number} step */
   stepCamera(step) {
-    if (!this.cameras.length) return this.client.say("This world has no cameras of its own.", "notice");
+    if (!this.cameras.length) return this.client.say("This world has no cameras.", "notice");
     const at = this.cameras.indexOf(this.camera.value);
     this.lookThrough(this.cameras[(Math.max(at, step < 0 ? 0 : -1) + step + this.cameras.length) % this.cameras.length]);
   }

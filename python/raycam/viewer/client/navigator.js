@@ -21,9 +21,9 @@ export class Navigator {
     this.questions = 0;
     /** @type {Map<number, (answer: any) => void>} */
     this.waiting = new Map();
-    /** The point that the wheel zooms to, while the pointer stays. @type {{ u: number, v: number, notches: number, point: number[] | null } | null} */
+    /** The point that the wheel zooms to, while the pointer does not move. @type {{ u: number, v: number, notches: number, point: number[] | null } | null} */
     this.target = null;
-    /** Steps of a walk that wait for the ground. @type {number[] | null} */
+    /** Walking steps that wait for the server's answer about the ground. @type {number[] | null} */
     this.steps = null;
     /** Called when the camera moved. */
     this.onMove = () => {};

@@ -1,7 +1,7 @@
 // The height above the ground, for walking in pages that render without a server.
 
 /**
- * The height of a place above the highest ground within `foot` metres; null if there is no ground below.
+ * The height of a point above the highest ground within `foot` metres; null if there is no ground below.
  * @param {ArrayLike<number>} corners nine numbers for each triangle
  * @param {number[]} up one of the world's axes
  * @param {number[]} place

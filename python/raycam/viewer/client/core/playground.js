@@ -52,7 +52,7 @@ export class Playground {
 
   build() {
     const buttons = element("div", "", { class: "buttons" });
-    const choose = /** @type {HTMLInputElement} */ (element("input", "", { type: "file", multiple: "", "aria-label": "Open files of your own" }));
+    const choose = /** @type {HTMLInputElement} */ (element("input", "", { type: "file", multiple: "", "aria-label": "Open your own files" }));
     choose.addEventListener("change", () => this.take([...(choose.files || [])]));
     buttons.append(this.choice);
     const actions = /** @type {[string, string, () => void][]} */ ([
@@ -67,7 +67,7 @@ export class Playground {
     }
     const lines = element("div", "", { id: "world-editor" });
     lines.append(this.gutter, this.text);
-    const note = element("p", "Drop a .glb, .obj or .ply here, or open one: it is read in this page and sent nowhere.");
+    const note = element("p", "Drop a .glb, .obj or .ply here, or open one: the file stays on your computer and is not uploaded.");
     const pane = element("section", "", { id: "playground", "aria-label": "World" });
     pane.append(buttons, lines, this.problem, note, choose);
     document.querySelector("main")?.prepend(pane);
@@ -195,8 +195,8 @@ export class Playground {
   async share() {
     const packed = await linkOfText(this.text.value);
     if (packed.length > LONGEST_LINK) {
-      const limit = `a link has at most ${LONGEST_LINK}`;
-      return this.fail({ text: `The world needs ${packed.length} characters, but ${limit}: send it as a file.` });
+      const limit = `the limit is ${LONGEST_LINK}`;
+      return this.fail({ text: `The world is too large for a link: ${packed.length} characters, ${limit}; send it as a file.` });
     }
     history.replaceState(null, "", `#w=${packed}`);
     await this.copy(location.href);

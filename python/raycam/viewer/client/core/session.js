@@ -376,7 +376,7 @@ export class Session {
 
   /** @param {string} format */
   snapshot(format) {
-    if (format !== "png") return this.say({ type: "notice", text: "This page saves PNG; raycam itself writes pages and NPZ." });
+    if (format !== "png") return this.say({ type: "notice", text: "This page can save only PNG images; use raycam view to save pages and NPZ files." });
     const frame = this.world.render(this.camera, JSON.stringify({ channels: ["color"], integrator: this.integrator, samples: Math.max(this.samples, 1) }));
     const bytes = frame.png(this.exposure, this.view);
     frame.free();

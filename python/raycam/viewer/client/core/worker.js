@@ -67,7 +67,7 @@ export function serve(scope) {
     const { code, ...told } = parsed(text);
     const broken = error instanceof WebAssembly.RuntimeError || error instanceof RangeError || code === "internal";
     if (told.text) say({ type: broken ? "broken" : "failed", ...told });
-    else say({ type: broken ? "broken" : "failed", text: broken ? `The page has too little memory for this, or raycam failed: ${text}` : text });
+    else say({ type: broken ? "broken" : "failed", text: broken ? `Rendering failed, because the page has too little memory or raycam has a bug: ${text}` : text });
   }
 
   scope.onmessage = async (/** @type {MessageEvent} */ { data }) => {

@@ -9,7 +9,7 @@ import { drawArrow, drawDot, drawLine, drawRing } from "./shapes.js";
  * Draws the crossings of the first `step` edges.
  * @param {import("./board.js").Pen} pen
  * @param {Pick<Candidate, "corners" | "edges" | "f" | "g" | "alongEdge" | "crossed" | "inside">} found
- * @param {(point: number[]) => number[]} place the place of a point of the plane in the figure
+ * @param {(point: number[]) => number[]} place maps a point of the plane to its position in the figure
  * @param {number} [step]
  */
 export function drawCrossings(pen, { corners, edges, f, g, alongEdge, crossed, inside }, place, step = 3) {
@@ -53,7 +53,7 @@ export function planeCoordinates({ corners, edges, n }) {
   return (/** @type {number[]} */ point) => [dot(x, minus(point, corners[0])), dot(y, minus(point, corners[0]))];
 }
 
-/** The function that maps points of the plane to places in a figure, so that `points` fill the figure. @param {number[][]} points @param {{ width: number, height: number }} size @param {number} [margin] */
+/** The function that maps points of the plane to positions in a figure, so that `points` fill the figure. @param {number[][]} points @param {{ width: number, height: number }} size @param {number} [margin] */
 export function fitted(points, { width, height }, margin = 34) {
   const [low, high] = [Math.min, Math.max].map((pick) => [0, 1].map((i) => pick(...points.map((point) => point[i]))));
   const scale = Math.min((width - 2 * margin) / (high[0] - low[0] || 1), (height - 2 * margin) / (high[1] - low[1] || 1));

@@ -75,6 +75,6 @@ export function linesPanels(figure, picture) {
   const { view, content } = outsideOfLines(figure, picture);
   return [
     outsidePanel("From outside", "The camera and the lines in the world.", view, content),
-    { title: "In the picture", ratio: region[3] / region[2], label: "The picture with the same lines.", draw: (pen) => drawOverPicture(pen, figure, picture) },
+    { title: "In the image", ratio: region[3] / region[2], label: "The image with the same lines.", draw: (pen) => drawOverPicture(pen, figure, picture) },
   ];
 }

@@ -209,7 +209,7 @@ export class OutsideView {
   }
 }
 
-/** Fills the shadows that lie on the floor, each place once. @param {Pen} pen @param {number[][][]} floor @param {number[][][]} shadows */
+/** Fills the shadows on the floor; where shadows overlap, they are not darker. @param {Pen} pen @param {number[][][]} floor @param {number[][][]} shadows */
 function fillShadows({ ctx, color }, floor, shadows) {
   const trace = (/** @type {number[][][]} */ triangles) => {
     ctx.beginPath();

@@ -82,7 +82,7 @@ export function outsideOf(figure, picture) {
 /** The figures of a pixel. @param {PixelFigure} figure @param {CanvasImageSource | null} picture @returns {import("./panels.js").Panel[]} */
 export function pixelPanels(figure, picture) {
   const { view, share, content } = outsideOf(figure, picture);
-  const panels = [outsidePanel(`From outside${share < 1 ? "; the ray is drawn shorter, directions are true" : ""}`, "The camera, the ray and the triangle.", view, content)];
+  const panels = [outsidePanel(`From outside${share < 1 ? "; the ray is drawn shorter, in its exact direction" : ""}`, "The camera, the ray and the triangle.", view, content)];
   const found = stepsOfFigure(figure);
   if (found && Number.isFinite(found.t)) {
     const flat = planeCoordinates(found);

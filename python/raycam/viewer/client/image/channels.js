@@ -76,15 +76,15 @@ export function howToRead({ kind, unit }, components) {
   const sentences = {
     light: "Linear Rec. 709 radiance, shown as sRGB.",
     scalar: `${components > 1 ? `The first of ${components} values` : `Values${inUnit}`} by the colour map below; pixels without a value are hatched.`,
-    share: "A share: 0 is black, 1 is white.",
-    ids: "One colour for each number; pixels without a number (-1) are hatched.",
+    share: "A fraction: 0 is black, 1 is white.",
+    ids: "One colour for each id; pixels without an id (-1) are hatched.",
     direction: "Unit vectors: red is x, green is y, blue is z; from -1 (dark) to 1 (bright).",
     weights:
       components === 2
         ? "Red is u, green is v; both start again at black at each whole number."
         : "Weights of the three corners: red, green, blue.",
     place: `Red is x, green is y, blue is z${inUnit}; each from its lowest (dark) to its highest value.`,
-    flow: `Motion${inUnit}: the hue is its direction, and a stronger colour means a longer motion; white does not move.`,
+    flow: `Motion${inUnit}: the hue is its direction, and a stronger colour means a longer motion; white means no motion.`,
   };
   return sentences[kind];
 }

@@ -62,7 +62,7 @@ function opponentOf(rgba) {
   return out;
 }
 
-/** The image as the eye resolves it, in YCxCz. @param {Channels} image @param {number} width @returns {Channels} */
+/** The image filtered by the eye's contrast sensitivity, in YCxCz. @param {Channels} image @param {number} width @returns {Channels} */
 function filtered(image, width) {
   const widest = Math.max(...SENSITIVITY.flatMap(([, b1, , b2]) => [b1, b2]));
   const radius = Math.ceil(3 * Math.sqrt(widest / (2 * Math.PI ** 2)) * PIXELS_PER_DEGREE);

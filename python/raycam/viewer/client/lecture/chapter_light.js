@@ -46,7 +46,7 @@ export function irradianceOf(f, n, numbers) {
   return { sunCosine: sun, sun: SUN[0] * sun, distance, bulbCosine: bulb, bulb: (BULB[0] * bulb) / distance ** 2 };
 }
 
-/** True if a triangle blocks the way from a point to another. @param {ArrayLike<number>} corners @param {number[]} from @param {number[]} to @param {number} own the triangle on which the way begins */
+/** The first triangle that occludes a point from another point; -1 if none does. @param {ArrayLike<number>} corners @param {number[]} from @param {number[]} to @param {number} own the triangle on which `from` lies */
 export function blockerOf(corners, from, to, own) {
   const ray = { C: from, r: minus(to, from), forward: [0, 0, 1] };
   for (let i = 0; i < corners.length / 9; i++) {

@@ -76,7 +76,7 @@ export function buildCalibration(fig) {
   });
 }
 
-/** The different corners of the box and the free triangles. @param {number[]} corners */
+/** The distinct corners of the box and the free triangles. @param {number[]} corners */
 export function cornerPoints(corners) {
   /** @type {number[][]} */
   const points = [];
@@ -117,7 +117,7 @@ function singleHit([a, b, c], C, r) {
   return u >= 0 && v >= 0 && f(u + v) <= 1;
 }
 
-/** Leaks of float32 along an edge. @param {Figure} fig */
+/** Rays that pass between two triangles along their shared edge, in float32. @param {Figure} fig */
 export function buildExact(fig) {
   let turn = 62;
   const COUNT = 400;

@@ -88,7 +88,7 @@ export function serveLecture(scope) {
     try {
       text = JSON.parse(text).text;
     } catch {
-      // The text needs no conversion.
+      // The text is not JSON, and is reported unchanged.
     }
     scope.postMessage({ type: "failed", key, id, text });
   }

@@ -4,7 +4,7 @@ import { byId, element, svgElement } from "../dom.js";
 
 const LENGTH = 28;
 const NAMES = ["x", "y", "z"];
-/** Sides by axis and sign (positive first), for worlds whose up axis is z, and y. */
+/** For each up axis: the names of the sides on the positive and the negative end of the x, y and z axes. */
 const SIDES_OF_UP = /** @type {Record<string, [string, string][]>} */ ({
   z: [["right", "left"], ["back", "front"], ["top", "bottom"]],
   y: [["right", "left"], ["top", "bottom"], ["front", "back"]],

@@ -77,5 +77,5 @@ function similarities([a, b]) {
   if (!a || !b || a.width !== b.width || a.height !== b.height) return [];
   const [x, y] = [a, b].map((each) => /** @type {CanvasRenderingContext2D} */ (each.getContext("2d")).getImageData(0, 0, each.width, each.height).data);
   const [psnr, ssim] = [psnrOf(x, y), ssimOf(x, y, a.width)];
-  return [["PSNR of the display", Number.isFinite(psnr) ? `${psnr.toFixed(2)} dB` : "equal"], ["SSIM of the display", Number.isNaN(ssim) ? "too small" : ssim.toFixed(5)]];
+  return [["PSNR, as displayed", Number.isFinite(psnr) ? `${psnr.toFixed(2)} dB` : "equal"], ["SSIM, as displayed", Number.isNaN(ssim) ? "too small" : ssim.toFixed(5)]];
 }

@@ -7,7 +7,7 @@ import { byId } from "../dom.js";
 
 const ROLE_TEXTS = {
   attached: "You follow the leader.",
-  free: "You look around by yourself.",
+  free: "You look around independently of the leader.",
   blocked: "You follow the leader: press Look around to move freely.",
   world: "Only the leader can do this.",
 };

@@ -21,7 +21,7 @@ export function fillLegend(box, plane, display, names) {
   const style = styleOf(plane);
   box.replaceChildren(element("p", howToRead(style, plane.components)));
   if (style.kind === "scalar" || style.kind === "share") box.append(...barOf(plane, display, style.kind === "share"));
-  if (style.kind === "flow") box.append(element("p", `Full colour from ${sixDigits(longest(plane), "float64")}${style.unit ? ` ${style.unit}` : ""}.`));
+  if (style.kind === "flow") box.append(element("p", `The full colour means at least ${sixDigits(longest(plane), "float64")}${style.unit ? ` ${style.unit}` : ""}.`));
   if (style.kind === "ids") box.append(listOfIds(plane, names));
 }
 
@@ -86,7 +86,7 @@ function listOfIds(plane, names) {
     list.append(item);
   }
   const rest = commonest.length - IDS_SHOWN;
-  const sentence = `${rest > 0 ? `${grouped(rest)} more numbers; ` : ""}${grouped(misses)} pixels without one.`;
+  const sentence = `${rest > 0 ? `${grouped(rest)} more ids; ` : ""}${grouped(misses)} pixels without an id.`;
   list.append(element("li", sentence, { class: "rest" }));
   return list;
 }

@@ -76,7 +76,7 @@ export class Panes {
     const figure = element("figure");
     const canvas = document.createElement("canvas");
     const title = name || "free camera";
-    const button = element("button", "", { type: "button", title: "Show this camera alone", "aria-label": `Show ${title} alone` });
+    const button = element("button", "", { type: "button", title: "Show only this camera", "aria-label": `Show only ${title}` });
     const select = /** @type {HTMLSelectElement} */ (element("select", "", { "aria-label": `Camera in place of ${title}` }));
     const progress = element("span", "", { class: "samples" });
     const pane = { name, canvas, select, progress, newest: null };

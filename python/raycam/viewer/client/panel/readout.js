@@ -9,7 +9,7 @@ import { shortest, sixDigits } from "../image/numbers.js";
 /** @typedef {Record<string, ChannelValue>} PixelValues */
 
 /**
- * Fills the table of values, with those of B where they differ. Hovering over a number shows all of its digits.
+ * Fills the table of values, with the values of B where they differ. Hovering over a number shows all of its digits.
  * @param {HTMLTableSectionElement} body
  * @param {PixelValues} values
  * @param {string} shown the channel of the image

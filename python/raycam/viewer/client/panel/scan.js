@@ -82,7 +82,7 @@ export class ScanControls {
   }
 
   /**
-   * Shows the fields of the point that is nearest to a place on the canvas.
+   * Shows the fields of the point that is nearest to a point on the canvas.
    * @param {number} x
    * @param {number} y
    */

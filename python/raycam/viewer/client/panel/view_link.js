@@ -19,7 +19,7 @@ export class ViewLink {
     const { client, timeline, navigator: { camera }, looked, integrator } = this.live;
     const { transport, controls: { display }, held, picture } = client;
     const { lens } = this;
-    if (!("addressOf" in transport) || !camera || !lens) return client.say("Links are for views that a server shows.", "notice");
+    if (!("addressOf" in transport) || !camera || !lens) return client.say("A link requires a view that is connected to a server.", "notice");
     const { fx, fy, cx, cy, distortion, size } = lens;
     const text = linkText({
       camera: looked, free: !this.live.camera.value, R: [...camera.R], C: [...camera.C], focal: camera.K[0], pivot: [...camera.pivot],
@@ -39,7 +39,7 @@ export class ViewLink {
     if (!given) return;
     /** @type {any} */ (transport).link = null;
     const seen = seenOf(/** @type {string} */ (given));
-    if (!seen) return client.say("The link is damaged, so the page shows its first view.", "error");
+    if (!seen) return client.say("The link is damaged; the page shows its initial view.", "error");
     if (seen.variant !== timeline.variant.value) transport.send({ type: "variant", name: seen.variant });
     if (timeline.seconds) transport.send({ type: "time", t: seen.time, animation: seen.animation });
     if (cameras.includes(seen.camera)) live.lookThrough(seen.camera);

@@ -15,7 +15,7 @@ export class PageTransport {
     this.planes = new Map();
     /** @type {Map<string, Plane>} */
     this.unpacked = new Map();
-    /** @type {Map<string, number>} factors of lights by channel, in place of 1 */
+    /** @type {Map<string, number>} factors of lights by channel; the default is 1 */
     this.factors = new Map();
   }
 
@@ -34,7 +34,7 @@ export class PageTransport {
     this.unpackAll();
   }
 
-  /** Unpacks the channels one after the other, after the one that is shown. */
+  /** Unpacks the channels one after the other, after the channel that is shown. */
   async unpackAll() {
     await new Promise((resolve) => setTimeout(resolve, 50));
     for (const { key, name } of this.document.planes) await this.plane(key).catch((error) => this.sayDamaged(name, error));
@@ -146,7 +146,7 @@ export class PageTransport {
     else {
       const text = this.document.explanations.length
         ? "This page explains only the marked pixels."
-        : "This page explains no pixel: save it with world=... and explain=[(column, row)].";
+        : "This page contains no explanations; save it with world=... and explain=[(column, row)].";
       this.say?.({ type: "notice", text });
     }
   }

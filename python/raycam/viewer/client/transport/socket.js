@@ -11,11 +11,11 @@ const TOO_MANY = 1013;
 const MISBEHAVED = 1008;
 /** Types of messages that may be dropped while the socket is closed: they are sent again after a welcome or when needed. */
 const DROPPABLE = ["hello", "ack", "probe", "size", "visible", "display", "channel", "panes"];
-const NOT_SAID = "The server is not connected, so this was not done. The page reconnects by itself when the server is back.";
+const NOT_SAID = "No connection to the server, so the command was not executed. The page reconnects automatically.";
 const OTHER_TOKEN =
-  "A live view answers at this address, but it was restarted and refuses this page. Open the address that it printed. The last " +
-  "picture and its values stay.";
-const NEW_SESSION = "The server is back with a new session, which starts with the first world, camera and exposure. Saved files stay.";
+  "The live view at this address was restarted and no longer accepts this page; open the address that it printed. The last " +
+  "image and its values are still shown.";
+const NEW_SESSION = "The server was restarted: this new session begins with the initial world, camera and exposure. Saved files are kept.";
 
 export class SocketTransport {
   /** @param {() => { width: number, height: number, ratio: number }} size of the space for the image */
@@ -48,7 +48,7 @@ export class SocketTransport {
     else say({ type: "error", text: "The token is missing in this address: open the complete address that raycam printed." });
   }
 
-  /** @param {string} text of a link @returns {string} the address that shows the same in another browser */
+  /** @param {string} text of a link @returns {string} the address that shows the same view in another browser */
   addressOf(text) {
     return `${location.origin}${location.pathname}#t=${this.token}&v=${text}`;
   }
