@@ -9,9 +9,9 @@ __all__ = ["DictSerializable"]
 
 
 class DictSerializable:
-    """Base class for objects that are compared, hashed and pickled by description and `up`.
+    """Base class for objects that are compared, hashed and pickled by their dict and up axis.
 
-    Subclasses define `to_dict()`, and `from_dict`, which restores an equal object from this dict and `up`.
+    Subclasses define `to_dict()` and `from_dict(description, up=up)`, which restores an equal object.
     """
 
     __slots__ = ()

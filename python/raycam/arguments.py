@@ -52,8 +52,8 @@ def floats(
 ) -> Floats:
     """Returns `value` as a C-contiguous float64 array of one of `shapes`.
 
-    A string in a shape stands for any length. Accepts lists and arrays of any width, byte order and strides,
-    and copies only if necessary. Raises `error` with the name, the given and the expected shape.
+    A string in a shape means any length. Accepts lists and arrays of integers or floats of any size, byte order and
+    strides, and copies only if necessary. Raises `error` with the name, the given and the expected shape.
     """
     wanted = " or ".join("[" + ", ".join(map(str, shape)) + "]" for shape in shapes)
     refuse_mask(name, value, error)
@@ -286,7 +286,7 @@ def whole(
 def several(name: str, values: object, what: str, *, error: type[Error] = SettingsError) -> list[Any]:
     """Returns a sequence's items as a list.
 
-    For a number or string, raises `error` with the name and `what`, the items' kind.
+    For a number or string, raises `error` with the name and `what`, which describes the items, such as "cameras".
     """
     try:
         if isinstance(values, str | bytes):

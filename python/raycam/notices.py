@@ -37,7 +37,10 @@ def strict() -> Iterator[None]:
 
 @contextmanager
 def collected() -> Iterator[list[Notice]]:
-    """Context that collects different notices in the list that it yields, instead of issuing warnings."""
+    """Context that yields a list and collects notices in it, instead of issuing warnings.
+
+    Equal notices are collected once.
+    """
     found: list[Notice] = []
     token = _COLLECTED.set(found)
     try:

@@ -1,4 +1,4 @@
-"""The sRGB transfer function (IEC 61966-2-1), its inverse, and the luminance of linear colours."""
+"""The sRGB transfer function (IEC 61966-2-1), its inverse, and the luminance of colours."""
 
 from __future__ import annotations
 

@@ -54,9 +54,10 @@ def keypoints(
 
     `world` and `camera` may be paths and names, as in `raycam.render`.
 
-    `points` are in the world. With `objects`, one object id for each, they are in the coordinates of the objects'
-    meshes and move with the objects. With `triangles`, one for each, they are barycentric weights of the triangles'
-    corners (as in the channels `instance`, `triangle` and `barycentric`), and also follow meshes that deform.
+    `points` are world coordinates in metres. With `objects`, one object id for each point, they are in the coordinates
+    of the objects' meshes and move with the objects. With `triangles`, one triangle id for each point, `points` are
+    barycentric weights of the triangles' corners (as in the channels `instance`, `triangle` and `barycentric`); such
+    points also follow meshes that deform. `threads` is the number of threads (default: all).
 
     A point is occluded by the first object that the camera's ray to it hits, if the hit is nearer by more than
     `tolerance` times the distance. With a rolling shutter, the time of each point and its occluder is the middle of the

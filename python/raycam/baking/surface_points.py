@@ -51,8 +51,8 @@ def transfer(
 ) -> SurfacePoints:
     """Returns the nearest points of `source` along the shading normals.
 
-    These points are at most `cage` metres outwards or inwards. Only surfaces that face outwards count: not
-    the other side of a thin wall. `materials` are the names of material maps to look up.
+    These points are at most `cage` metres outwards or inwards. Surfaces that face inwards, such as the other side of a
+    thin wall, are ignored. `materials` are the names of material maps to look up.
     """
     normal, skip = points.shading_normal, OVERLAP * cage
     fields = (
@@ -91,7 +91,7 @@ def transfer(
 
 
 def material_numbers(points: SurfacePoints, threads: int | None) -> npt.NDArray[np.int32]:
-    """The numbers of the materials [n] at points of an object, as in the channel `material`.
+    """Returns the material numbers [n] at points of an object, as in the channel `material`.
 
     Short rays against the normals hit the triangles on which the points are. The rays start just outside the surface
     and end just inside, at a distance of the points' rounding error.

@@ -47,8 +47,8 @@ def tangent_space_normals(normals: Floats, shading: Floats, tangents: Floats, si
     """Returns `normals` [n, 3] as unit normals [n, 3] in tangent space.
 
     The x axis is along `tangents` [n, 3], the z axis along `shading` [n, 3], and `signs` [n] are the signs of the y
-    axis. Tangents need not be perpendicular to the normals: the sum of the axes, scaled by the result, has the
-    direction of `normals`, as renderers compute it.
+    axis. Tangents need not be perpendicular to the normals: the sum of the axes, each multiplied by its
+    component of the result, has the direction of `normals`, as in renderers.
     """
     tangent = tangents / np.maximum(np.sqrt((tangents**2).sum(axis=1, keepdims=True)), 1e-300)
     bitangent = np.cross(shading, tangent) * signs[:, None]

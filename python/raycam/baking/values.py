@@ -64,7 +64,7 @@ class BakedObject:
     def values(self, at: FacePoints) -> tuple[dict[str, npt.NDArray[Any]], Bools]:
         """Returns the points' values by map, and True [n] for points that missed the source.
 
-        Maps of light have the standard error of their luminance as NAME_error in addition.
+        For each map of light, NAME_error contains the standard error of the luminance.
         """
         settings = self.settings
         own = self._own_points(at)

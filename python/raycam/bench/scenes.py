@@ -38,9 +38,10 @@ class BenchScene(NamedTuple):
 
 
 def generate(name: str, triangles: int, seed: int = 1) -> BenchScene:
-    """Generates a scene of about `triangles` triangles (a rock: the nearest 20 * 4^n).
+    """Generates a scene of about `triangles` triangles.
 
-    Raises `SettingsError` with the most similar name for a name that is not in `SCENES`.
+    The number of a rock's triangles is 20 * 4^n, the nearest such number to `triangles`. Raises `SettingsError` with
+    the most similar name for a name that is not in `SCENES`.
     """
     if name not in SCENES:
         raise SettingsError(nearest("scene", name, list(SCENES)), code="unknown_name")

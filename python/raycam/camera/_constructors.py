@@ -52,11 +52,11 @@ class Constructors(CameraGeometry):
     def from_matrix(
         cls, P: npt.ArrayLike, size: Size, *, pixel_center: PixelCenter = "integer", up: Up = "z"
     ) -> Self:
-        """Returns a camera from its 3x4 matrix, of any scale and sign, by RQ decomposition.
+        """Returns a camera from its matrix `P` [3, 4], of any scale and sign, by RQ decomposition.
 
-        The centre is the null vector of P. The third row of the left 3x3 part, times the sign of its determinant,
-        points forward. The camera has no lens: `p.replace(distortion=...)` adds a lens to a camera `p`. Raises
-        `CameraError` for a rank below 3.
+        `size` (width, height), `pixel_center` and `up` are as in `Camera`. The centre is the null vector of P. The
+        third row of the left 3x3 part, times the sign of its determinant, points forward. The camera has no lens:
+        `p.replace(distortion=...)` adds a lens to a camera `p`. Raises `CameraError` for a rank below 3.
 
         If the left 3x3 part is singular, the centre is at infinity (`center` is its direction). The rays are then
         parallel lines without a starting point, so nothing is behind the camera. Of the two possible directions, the
@@ -85,8 +85,8 @@ class Constructors(CameraGeometry):
         all angles 0, the camera looks along +x of a z-up world (along -z if `up` is "y"). Positive yaw turns the
         camera left, positive pitch turns it down. The intrinsics are exactly one of `focal` (one number or (fx, fy),
         pixels), `fov` (vertical, degrees) and `K`. `skew` and `principal_point` (default: the image centre) may be
-        added to `focal` or `fov`. `distortion` and `model` are the lens, as in `Camera`. Raises `CameraError` for
-        invalid values.
+        added to `focal` or `fov`. `distortion` and `model` are the lens, and `size` (default: 640 x 480) and
+        `pixel_center` are as in `Camera`. Raises `CameraError` for invalid values.
         """
         k, size, lens, pixel_center = read_view(view)
         angles = [number(name, v) for name, v in (("roll", roll), ("pitch", pitch), ("yaw", yaw))]
@@ -104,8 +104,8 @@ class Constructors(CameraGeometry):
         """Returns a camera at `eye` [3] whose principal point shows `target` [3].
 
         `up` is the world direction that points upwards in the image: "z", "y", or a vector [3] not parallel to the
-        viewing direction. Intrinsics and lens are as in `from_pose`; the default vertical field of view is 45
-        degrees. Raises `CameraError` for invalid values.
+        viewing direction. The other keywords, such as `fov` and `size`, are as in `from_pose`; the default vertical
+        field of view is 45 degrees. Raises `CameraError` for invalid values.
         """
         if all(view.get(name) is None for name in ("focal", "fov", "K")):
             view = {**view, "fov": 45.0}
@@ -134,9 +134,11 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """Returns a camera from the results of `cv2.calibrateCamera` and `cv2.solvePnP`.
 
-        `rvec` is the rotation camera_from_world as a Rodrigues vector [3], [3, 1] or [1, 3] (axis times angle in
-        radians) or as a matrix [3, 3]; `tvec` [3], [3, 1] or [1, 3] is t = -R C. `distortion` are the coefficients
-        of `cv2.calibrateCamera`, or with `model="fisheye"` of `cv2.fisheye.calibrate`: [n], [n, 1] or [1, n].
+        `K` are the intrinsics [3, 3] in pixels. `rvec` is the rotation camera_from_world as a Rodrigues vector [3],
+        [3, 1] or [1, 3] (axis times angle in radians) or as a matrix [3, 3]; `tvec` [3], [3, 1] or [1, 3] is t = -R C.
+        `distortion` are the coefficients of `cv2.calibrateCamera`, or with `model="fisheye"` of
+        `cv2.fisheye.calibrate`: [n], [n, 1] or [1, n]. `size`, `pixel_center` and `up` are as in `Camera`. Raises the
+        errors of `Camera`.
         """
         k = matrix("K", K).tolist()
         shapes: tuple[tuple[int | str, ...], ...] = ((3,), (3, 1), (1, 3))
@@ -161,9 +163,10 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """Returns a camera from the pose matrix [4, 4] of OpenGL, Blender, pyrender and NeRF.
 
-        The camera axes are x right, y up, z backward, and the matrix maps camera to world coordinates. `K` is in
-        pixels; the lens is as in `Camera`. Only the axes follow OpenGL: `pixel_center` is "integer" by default. If
-        `K` has cx = width / 2 for the image centre, pass `pixel_center="half"`.
+        The camera axes are x right, y up, z backward, and `world_from_camera` maps camera to world coordinates. `K`
+        [3, 3] is in pixels; `size`, `up` and the lens are as in `Camera`. Raises `CameraError` for invalid values. Only
+        the axes follow OpenGL: `pixel_center` is "integer" by default. If `K` has cx = width / 2 for the image centre,
+        pass `pixel_center="half"`.
         """
         pose = floats("world_from_camera", world_from_camera, (4, 4), error=CameraError).tolist()
         coefficients, pixel_center = read_lens(lens)
@@ -185,10 +188,10 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """Returns a camera from its pose as a matrix [4, 4] or [3, 4].
 
-        The matrix is world_from_camera or camera_from_world. `axes` are the camera axes of the matrix:
-        "opencv" (x right, y down, z forward), "opengl" (x right, y up, z backward: Blender, NeRF) or
-        "x_forward" (x forward, y left, z up: ROS bodies, Waymo). The positional arguments may be K, pose,
-        size, as in `from_opengl`, or K, size, pose.
+        The matrix is given as `world_from_camera` or as `camera_from_world`. `K` [3, 3] is in pixels; `size`, `up` and
+        the lens are as in `Camera`. `axes` are the camera axes of the matrix: "opencv" (x right, y down, z forward),
+        "opengl" (x right, y up, z backward: Blender, NeRF) or "x_forward" (x forward, y left, z up: ROS bodies, Waymo).
+        The positional arguments may be K, pose, size, as in `from_opengl`, or K, size, pose.
 
         Raises `CameraError` if the size is missing, or if not exactly one matrix is given. Also raises `CameraError`
         if the last row is not 0 0 0 1 (with a hint if the matrix is transposed), or the 3x3 part is not a rotation.
@@ -220,9 +223,9 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """Returns a camera from the pose of a body with x forward, y left, z up.
 
-        These are the axes of ROS bodies and of Waymo's cameras. The pose is a matrix [4, 4] or [3, 4] that
-        maps points in these axes to the world. With the identity, the camera looks along +x of the world, as
-        in `from_pose`. Raises the errors of `from_transform`.
+        These are the axes of ROS bodies and of Waymo's cameras. `world_from_camera` is a matrix [4, 4] or [3, 4] that
+        maps points in these axes to the world. `K`, `size`, `up` and the lens are as in `from_transform`. With the
+        identity, the camera looks along +x of the world, as in `from_pose`. Raises the errors of `from_transform`.
         """
         return cls.from_transform(K, world_from_camera, size, axes="x_forward", up=up, **lens)
 
@@ -242,11 +245,11 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """Returns a camera from a unit quaternion [4] and a translation [3].
 
-        `order` is the position of the real part: "wxyz" (COLMAP, Eigen's constructor, nuScenes) or "xyzw" (ROS, TUM,
-        SciPy). `direction` is the transform that quaternion and translation describe: "world_from_camera" (the
-        translation is then the centre) or "camera_from_world" (COLMAP). Neither argument has a default, because a wrong
-        guess would go unnoticed. `axes` are as in `from_transform`. Raises `CameraError` for a length that differs from
-        1 by more than 1e-3.
+        `K` [3, 3] is in pixels; `size`, `up` and the lens are as in `Camera`. `order` is the position of the real part
+        of `quaternion`: "wxyz" (COLMAP, Eigen's constructor, nuScenes) or "xyzw" (ROS, TUM, SciPy). `direction` is the
+        transform that `quaternion` and `translation` describe: "world_from_camera" (the translation is then the centre)
+        or "camera_from_world" (COLMAP). Neither argument has a default, because a wrong guess would go unnoticed.
+        `axes` are as in `from_transform`. Raises `CameraError` for a length that differs from 1 by more than 1e-3.
         """
         one_of("order", order, ("wxyz", "xyzw"), error=CameraError)
         one_of("direction", direction, ("world_from_camera", "camera_from_world"), error=CameraError)
@@ -304,12 +307,12 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """Returns a camera from a COLMAP camera model and an image's pose.
 
-        The models are SIMPLE_PINHOLE to EQUIRECTANGULAR. `params` are COLMAP's, with the centre of the first
-        pixel at (0.5, 0.5); `pixel_center="integer"` shifts the principal point accordingly. `R` [3, 3] and
-        `t` [3] are COLMAP's `cam_from_world`. SIMPLE_PINHOLE and PINHOLE become pinholes; SIMPLE_RADIAL,
-        RADIAL, OPENCV and FULL_OPENCV become the lens model "opencv", the FISHEYE models "fisheye", and the
-        others lens models of the same name. The property `colmap` returns COLMAP's model and parameters.
-        Raises `CameraError` for unknown names and a wrong number of parameters.
+        `model` is one of COLMAP's names, from SIMPLE_PINHOLE to EQUIRECTANGULAR; `size` and `up` are as in `Camera`.
+        `params` are COLMAP's, with the centre of the first pixel at (0.5, 0.5); `pixel_center="integer"` shifts the
+        principal point accordingly. `R` [3, 3] and `t` [3] are COLMAP's `cam_from_world`. SIMPLE_PINHOLE and PINHOLE
+        become pinholes; SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV become the lens model "opencv", the FISHEYE
+        models "fisheye", and the others lens models of the same name. The property `colmap` returns COLMAP's model and
+        parameters. Raises `CameraError` for unknown names and a wrong number of parameters.
 
         Source: COLMAP, `sensor/models.h`.
         """
@@ -334,10 +337,10 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """Returns a camera with parallel rays, whose image is `height` world units high.
 
-        The pixels are square. The orientation is as in `from_pose`, or towards `target` [3]. `location` [3]
-        is the centre of the image plane. Rays start on this plane, so surfaces behind it are not visible, and
-        depth is measured from it. The last row of `P` is 0 0 0 1. `K` is in pixels per world unit. Raises
-        `CameraError` for invalid values.
+        The pixels are square. `roll`, `pitch` and `yaw` are as in `from_pose`; with `target` [3], the camera looks at
+        this point instead. `size`, `pixel_center` and `up` are as in `Camera`. `location` [3] is the centre of the
+        image plane. Rays start on this plane, so surfaces behind it are not visible, and depth is measured from it. The
+        last row of `P` is 0 0 0 1. `K` is in pixels per world unit. Raises `CameraError` for invalid values.
         """
         pose: dict[str, Any] = {"location": vector("location", location)}
         if target is None:
@@ -361,12 +364,12 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """Returns a panorama camera at `location` [3].
 
-        The panorama covers 360 degrees horizontally and 180 degrees vertically. Columns are evenly spaced
-        longitudes, rows evenly spaced latitudes. The image centre has the orientation of `from_pose`; the
-        left and right edges show what is behind the camera. In camera axes, longitude is atan2(x, z) and
-        latitude, positive downwards, is atan2(y, hypot(x, z)). Depth is z along the axis, negative behind the
-        camera; the channel `distance` contains the ray length. For a part of a panorama, create a `Camera`
-        with `model="equirectangular"` and a `K` in pixels per radian.
+        The panorama covers 360 degrees horizontally and 180 degrees vertically. Columns are evenly spaced longitudes,
+        rows evenly spaced latitudes. The image centre has the orientation of `from_pose` for `roll`, `pitch` and `yaw`;
+        `size`, `pixel_center` and `up` are as in `Camera`. The left and right edges show what is behind the camera. In
+        camera axes, longitude is atan2(x, z) and latitude, positive downwards, is atan2(y, hypot(x, z)). Depth is z
+        along the axis, negative behind the camera; the channel `distance` contains the ray length. For a part of a
+        panorama, create a `Camera` with `model="equirectangular"` and a `K` in pixels per radian.
         """
         return cls._panorama("equirectangular", location, (roll, pitch, yaw), size, pixel_center, up)
 
@@ -384,7 +387,8 @@ class Constructors(CameraGeometry):
     ) -> Self:
         """Returns a panorama camera at `location` [3] that covers 360 degrees on a cylinder.
 
-        The axis of the cylinder is the camera's y axis. Columns are longitudes as in `equirectangular`; rows are
+        `roll`, `pitch` and `yaw` are as in `from_pose`; `size`, `pixel_center` and `up` are as in `Camera`. The axis of
+        the cylinder is the camera's y axis. Columns are longitudes as in `equirectangular`; rows are
         heights y / hypot(x, z) on the cylinder. Pixels are square at the horizon, which is in the middle of the image.
         Vertical lines are straight in the image.
         """

@@ -49,10 +49,10 @@ class Copies(Optics):
     ) -> Self:
         """Returns a copy with new values for the given arguments of `Camera`.
 
-        `distortion` without `model` keeps the lens model ("opencv" for a pinhole); `pinhole` removes the lens.
-        `pixel_center` alone changes the pixel coordinates' origin: K moves by half a pixel. `size` alone keeps K;
-        `resized` and `cropped` change both. Raises the errors of `Camera`, and `CameraError` for `K` of a camera that
-        was created from a matrix with its centre at infinity.
+        `R` [3, 3] and `C` [3] move the camera. `distortion` without `model` keeps the lens model ("opencv" for a
+        pinhole); `pinhole` removes the lens. `pixel_center` alone changes the pixel coordinates' origin: K moves by
+        half a pixel. `size` alone keeps K; `resized` and `cropped` change both. Raises the errors of `Camera`, and
+        `CameraError` for `K` of a camera that was created from a matrix with its centre at infinity.
         """
         posed = self
         if R is not None or C is not None:
@@ -110,7 +110,7 @@ class Copies(Optics):
         return self._with_intrinsics(product(shift, self.K), new)
 
     def resized(self, size: Size) -> Self:
-        """Returns the camera with the same view and another image size (width, height).
+        """Returns the camera with the same view and another image `size` (width, height).
 
         K is scaled, and the edges of the view stay the same.
         """
@@ -188,7 +188,7 @@ class Copies(Optics):
     def with_background(self, background: Background | str | os.PathLike[str] | None) -> Self:
         """Returns the same camera with a background.
 
-        The background is the path of a photo that the camera took, or a `Background`. None removes the
+        `background` is the path of a photo that the camera took, or a `Background`. None removes the
         background. Raises `CameraError` for an array, and for a `Background` with an `orientation` other than
         "auto"; pass these to `raycam.render(..., background=background)` instead.
         """

@@ -41,8 +41,8 @@ class CameraGeometry(DictSerializable):
     def from_dict(cls, description: dict[str, Any], *, up: Up = "z") -> Self:
         """Returns the camera that a `[camera]` table of a world file describes.
 
-        The table is given as a dict (see `to_dict`). Raises `WorldError` or `CameraError` with the name of
-        the invalid key.
+        `description` is the table as a dict (see `to_dict`), and `up` is the world's up axis. Raises `WorldError` or
+        `CameraError` with the name of the invalid key.
         """
         return cls._of(_core.Camera.from_dict(description, checked_up(up)), up)
 
@@ -179,7 +179,7 @@ class CameraGeometry(DictSerializable):
         return _fixed(angles, "raycam.Camera.from_pose(location, roll, pitch, yaw, ...)")
 
     def project(self, points: npt.ArrayLike) -> tuple[Floats, Bools]:
-        """Returns the pixels [n, 2] of world points [n, 3], and whether each point is in front.
+        """Returns the pixels [n, 2] of world `points` [n, 3], and whether each point is in front.
 
         The second array [n] is True for points in front of the camera. A single point [3] returns a pixel [2]
         and a bool. For a point behind the camera (depth < 0), the pixel is the intersection of the image

@@ -145,9 +145,9 @@ class Optics(CameraGeometry):
     def exposing(self, exposure: float, *, readout: float = 0.0, direction: Readout = "down") -> Self:
         """Returns the camera at rest with an open shutter.
 
-        Moving objects are blurred, or skewed by the `readout`. Times and lines are as in `moving`. The world
-        moves during the exposure: the time of `World.at` is the middle, (readout + exposure) / 2.
-        `World.camera_at` adds the camera's motion in the video.
+        Moving objects are blurred, or skewed by the `readout`. `exposure`, `readout` (seconds) and `direction` are as
+        in `moving`. The world moves during the exposure: the time of `World.at` is the middle, (readout + exposure)
+        / 2. `World.camera_at` adds the camera's motion in the video.
         """
         shutter = {"exposure": number("exposure", exposure), "readout": number("readout", readout)}
         return self.still()._changed(shutter={**shutter, "direction": direction})

@@ -98,11 +98,10 @@ class Camera(Constructors, Copies):
     def sample(
         self, world: World, *, frame: int = 0, threads: int | None = None, **options: Any
     ) -> dict[str, npt.NDArray[Any]]:
-        """Renders the world and returns the channels' arrays by name.
+        """Renders `world` and returns the channels' arrays by name.
 
-        This method implements `raycam.Sensor`.
-
-        `options` are those of `raycam.render`, which returns a `Frame` with the same arrays.
+        This method implements `raycam.Sensor`. `frame`, `threads` and `options` are those of `raycam.render`, which
+        returns a `Frame` with the same arrays.
         """
         from ..render import render
 
@@ -117,9 +116,10 @@ class Camera(Constructors, Copies):
     ) -> MountedCamera:
         """Returns the camera mounted on a robot's link; its pose follows the robot's joints.
 
-        `R` [3, 3] is the rotation camera_from_link and `C` [3] the camera's centre in the link's frame, as a hand-eye
-        calibration returns them (default: `R` and `C` of this camera). Raises `WorldError` with the nearest name for an
-        unknown link, and `CameraError` if R is not a rotation.
+        `robot` is a robot of `World.robots`, and `link` the name of the link. `R` [3, 3] is the rotation
+        camera_from_link and `C` [3] the camera's centre in the link's frame, as a hand-eye calibration returns them
+        (default: `R` and `C` of this camera). Raises `WorldError` with the nearest name for an unknown link, and
+        `CameraError` if R is not a rotation.
         """
         from ..robots.mounted import MountedCamera
 

@@ -214,12 +214,15 @@ def rows(
 
 
 def _compact(value: Any) -> str:
-    """Returns JSON without spaces, because the JSON of small images is a large part of a data set."""
+    """Returns JSON without spaces.
+
+    For small images, the JSON is a large part of the data set.
+    """
     return json.dumps(value, separators=(",", ":"))
 
 
 def turned_pose(row: Record, turns: int) -> Record:
-    """Returns a row of scene_gt for a model that has been rotated by this number of quarter turns."""
+    """Returns a row of scene_gt for a model that has been rotated by `turns` quarter turns."""
     rotation = np.reshape(row["cam_R_m2c"], (3, 3))
     for _ in range(turns):
         rotation = product(rotation, QUARTER_TURN.T)

@@ -60,7 +60,7 @@ def image_name(plan: Plan, number: int) -> str:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Creates an image, and the image's part of the points.
+    """Creates an image, and its share of the model's points.
 
     The points are random pixels that show a surface, with their base colours.
     """

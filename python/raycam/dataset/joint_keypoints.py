@@ -21,9 +21,9 @@ def joint_keypoints(
 ) -> tuple[dict[str, Any], list[Notice]]:
     """Returns the value of the option `keypoints` for the robots of a world, and notices.
 
-    For "coco", the value contains an entry for each robot, by category; for "yolo", these entries are the value of its
-    key "robots". The names are the names of all joints that are not fixed. The skeleton connects each joint with the
-    next joint towards the root. Raises `SettingsError` for other formats, and if no robot was added with
+    For "coco", the value contains an entry for each robot, by category; for "yolo", these entries are in a dict under
+    the key "robots". The names are the names of all joints that are not fixed. The skeleton connects each joint with
+    the next joint towards the root. Raises `SettingsError` for other formats, and if no robot was added with
     `category="robot"`.
     """
     if format not in ("coco", "yolo"):

@@ -69,9 +69,9 @@ def lost(
 
 
 def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> list[Notice]:
-    """Returns one notice for each kind of value.
+    """Returns one notice for each kind of value that the format cannot represent.
 
-    A notice contains the fraction of pixels and the number of images.
+    A notice contains the fraction of pixels with such values, and the number of images.
     """
     totals: dict[tuple[str, str], list[int]] = {}
     for record in records:

@@ -89,12 +89,12 @@ def check_whole_panorama(camera: Camera, number: int) -> None:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Renders the colour and depth image (in steps of `depth_scale`), and creates a row of `transforms.json`.
+    """Renders the colour and the depth image, and creates a row of `transforms.json`.
 
-    Depth is along the optical axis for pinhole cameras with or without lens coefficients, and the distance from the
-    camera for fisheye lenses and panoramas: nerfstudio multiplies depth by the length of the ray's direction, which is
-    1 for these lenses. Source: nerfstudio, cameras/cameras.py (`directions_norm`), model_components/losses.py
-    (`depth_loss`).
+    Depth is in steps of `depth_scale`. It is along the optical axis for pinhole cameras with or without lens
+    coefficients, and the distance from the camera for fisheye lenses and panoramas: nerfstudio multiplies depth by the
+    length of the ray's direction, which is 1 for these lenses. Source: nerfstudio, cameras/cameras.py
+    (`directions_norm`), model_components/losses.py (`depth_loss`).
     """
     shot = plan.shot(number)
     channel = "distance" if shot.camera.model in ("fisheye", "equirectangular") else "depth"

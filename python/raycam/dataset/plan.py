@@ -216,7 +216,7 @@ class Plan:
 
     @cached_property
     def categories(self) -> dict[int, str]:
-        """The categories by id; without any, every object has category 1, "object".
+        """The categories by id; if the world has none, every object has category 1, "object".
 
         For a recipe, these are all categories that its worlds may have.
         """
@@ -338,9 +338,9 @@ class Shot:
 
 
 def resolve_options(options: Mapping[str, Any], known: Mapping[str, Any], what: str) -> dict[str, Any]:
-    """Returns the given options with Python's numbers, completed with the defaults in `known`.
+    """Returns the given options, completed with the defaults in `known`.
 
-    Raises `SettingsError` for unknown options.
+    Numbers of NumPy and other libraries become Python numbers. Raises `SettingsError` for unknown options.
     """
     for name in options:
         if name not in known:

@@ -88,9 +88,9 @@ def index_tum(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
 
 
 def make_scannet(plan: Plan, number: int) -> Made:
-    """Creates the files of an image: colour, depth, pose (camera to world), instances and labels.
+    """Creates the files of an image: colour, depth, pose, instances and labels.
 
-    Depth is in steps of `depth_scale`.
+    Depth is in steps of `depth_scale`; the pose is camera to world.
     """
     shot = plan.shot(number)
     frame = shot.render(["color", "depth", "instance", "category"])

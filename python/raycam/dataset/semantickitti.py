@@ -143,9 +143,10 @@ def world_from_camera(camera: Camera) -> Floats:
 
 
 def nominal_camera(lidar: Lidar) -> Camera:
-    """Returns camera 0 of a rig without cameras: at the lidar, looking along its x axis, with P = [I 0].
+    """Returns camera 0 of a rig without cameras.
 
-    KITTI's poses and calibration require this camera's axes.
+    The camera is at the lidar, looks along the lidar's x axis, and has P = [I 0]. KITTI's poses and calibration require
+    this camera's axes.
     """
     pose = pose_of(lidar)
     turn = product(np.array(CAMERA_FROM_LIDAR), pose[:3, :3].T)

@@ -250,7 +250,7 @@ def _corner_labels(A: Floats, B: Floats, C: Floats, middle: Floats) -> list[Labe
 def to_page_points(to_page: Callable[[Floats], Floats], c: Candidate) -> tuple[Floats, Floats]:
     """Returns the points on the page at which u meets the lines through the edges.
 
-    The points are the crossings [n, 2], and nearby intersections that do not count.
+    The points are the crossings [n, 2], and nearby intersections [m, 2] that are not crossings.
     """
 
     def places(chosen: Bools) -> Floats:

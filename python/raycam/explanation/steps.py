@@ -16,7 +16,7 @@ __all__ = ["Candidate", "PixelSteps"]
 
 @dataclass(frozen=True)
 class PlaneHit:
-    """One triangle's plane and the ray: step 3.
+    """The intersection of the ray with a triangle's plane, which is step 3 of the procedure.
 
     Points and vectors are [3], in the explanation's units.
     """
@@ -44,7 +44,7 @@ class PlaneHit:
 
 @dataclass(frozen=True)
 class Candidate(PlaneHit):
-    """One triangle and the ray: step 3, and the inside test of step 4."""
+    """A triangle that the ray may hit: the intersection of step 3 and the inside test of step 4."""
 
     v1: Floats
     """The edge b - a."""

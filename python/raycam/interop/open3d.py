@@ -21,9 +21,9 @@ __all__ = ["from_open3d"]
 def from_open3d(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
     """Creates a world from one or several Open3D meshes.
 
-    A mesh is a `TriangleMesh` (legacy or tensor) or a `TriangleMeshModel`. Triangles, vertex colours (sRGB,
-    as Open3D shows them), texture coordinates with one image for each material index, and the materials of
-    models and tensor meshes are imported. `smooth` shades with the mesh's vertex normals. Positions are
+    A mesh is a `TriangleMesh` (legacy or tensor) or a `TriangleMeshModel`. Triangles, vertex colours (sRGB, as Open3D
+    shows them), texture coordinates with one image for each material index, and the materials of models and tensor
+    meshes are imported. `smooth` shades with the mesh's vertex normals. `up` is the world's up axis. Positions are
     rounded to 2^-24 of the mesh's size, unless they are float32 values.
 
     Raises the errors of `from_trimesh`.

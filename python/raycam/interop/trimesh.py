@@ -20,10 +20,10 @@ __all__ = ["from_trimesh"]
 def from_trimesh(geometry: Any, *, up: Up = "z", smooth: bool = False) -> World:
     """Creates a world from a `trimesh.Trimesh` or `trimesh.Scene`.
 
-    Triangles, colours of faces or vertices (sRGB), texture coordinates with materials (simple and PBR) and images,
-    the scene graph (as objects that share meshes), and the scene's own camera are imported. `smooth` shades with
-    trimesh's vertex normals; otherwise faces are flat. Positions are rounded to 2^-24 of the mesh's size, unless they
-    are float32 values. Paths and point clouds have no surface and are omitted, with a notice.
+    Triangles, colours of faces or vertices (sRGB), texture coordinates with materials (simple and PBR) and images, the
+    scene graph (as objects that share meshes), and the scene's own camera are imported. `smooth` shades with trimesh's
+    vertex normals; otherwise faces are flat. `up` is the world's up axis. Positions are rounded to 2^-24 of the mesh's
+    size, unless they are float32 values. Paths and point clouds have no surface and are omitted, with a notice.
 
     Raises `WorldError` for geometry without triangles, vertices that are not finite and indices out of range.
     """

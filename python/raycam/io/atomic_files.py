@@ -326,7 +326,10 @@ def _check_destination(target: str, size: int = 0) -> _Destination:
 
 
 def _free_bytes(folder: str) -> int | None:
-    """Free space in bytes; None for file systems that do not report their size, as some network shares."""
+    """Returns the free space in bytes.
+
+    The result is None for file systems that do not report their size, such as some network shares.
+    """
     from shutil import disk_usage  # imported here, so that `import raycam` is fast
 
     try:

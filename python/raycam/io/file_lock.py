@@ -26,8 +26,8 @@ class LocksUnsupportedError(OSError):
 def hold_lock(path: Path, folder: Path, patience: float = 0.2) -> Iterator[None]:
     """Holds the lock file `path` of `folder` while the block lasts.
 
-    The lock of a dead process is free. The function waits up to `patience` seconds for the lock, because
-    `lock_holder` holds the lock briefly. A file system without locks gives a notice.
+    If the process that held the lock has ended, the lock is free. The function waits up to `patience` seconds for the
+    lock, because `lock_holder` holds the lock briefly. A file system without locks gives a notice.
 
     Raises `JobError` with the name of the process that holds the lock.
     """

@@ -28,7 +28,7 @@ def available_bytes(share: float = 1.0) -> int:
 
     The result is the number of bytes until `share` of a limit is used. The result is negative if more is
     already used. The limits are the machine's memory and those of the process's control groups and their
-    parents (Linux, versions 1 and 2, as set by containers and batch systems). The lowest limit counts. Used
+    parents (Linux, versions 1 and 2, as set by containers and batch systems). The lowest limit applies. Used
     memory includes all processes under the same limit, but not file caches, which the kernel can drop.
     """
     return min(int(share * limit) - used for limit, used in limits())

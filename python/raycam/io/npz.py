@@ -15,10 +15,10 @@ __all__ = ["npz_bytes"]
 
 
 def npz_bytes(arrays: Mapping[str, Any], *, compressed: bool = False) -> bytes:
-    """The bytes of a .npz file with these arrays, in their order, which `numpy.load` reads.
+    """Returns the bytes of a .npz file with the arrays, in their order, for `numpy.load`.
 
-    Uncompressed files are equal on every system and Python version, because they contain no times, systems or file
-    attributes. Compressed files also depend on the zlib library.
+    Uncompressed files are equal on every system and Python version, because their times, system and file attributes
+    are constant. Compressed files also depend on the zlib library.
     """
     import zipfile  # imported here, so that `import raycam` is fast
 

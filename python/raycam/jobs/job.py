@@ -159,7 +159,7 @@ class Job:
         return bool(self._offsets[frame] != NOT_DONE)
 
     def read(self, frame: int) -> dict[str, bytes]:
-        """The files of a finished frame, by name.
+        """Returns the files of a finished frame, by name.
 
         Raises `JobError` if a file differs from its journal entry, and `KeyError` if the frame is not finished.
         """

@@ -271,7 +271,10 @@ HALF_PIXEL = (
 
 
 def _matrices() -> list[tuple[Camera, Floats]]:
-    """Cameras, each with a matrix P of positive or negative scale; the first is the notebook's camera."""
+    """Returns cameras, each with a matrix P of positive or negative scale.
+
+    The first camera is the notebook's camera.
+    """
     camera = Camera.look_at([1.5, -4, 1.6], [0.4, 0, 0], size=(48, 36), fov=30)
     turned = Camera.from_pose(size=(48, 36), fov=50, location=[-3, 2, 5], yaw=130, pitch=-25, roll=40)
     return [(camera, camera.P), (turned, turned.P), (turned, -2 * turned.P)]

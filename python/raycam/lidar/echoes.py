@@ -28,7 +28,7 @@ class Echoes:
     energy: Floats
     """Sum of the energies of the echo's contributions."""
     main: npt.NDArray[np.int64]
-    """For the surface that contributes the most energy: row of its largest contribution."""
+    """Row of the largest contribution of the surface that contributes the most energy."""
     purity: npt.NDArray[np.float32]
     """The share of the echo's energy that comes from the surface of `main`; an object counts as a separate surface
     for each number of bounces."""

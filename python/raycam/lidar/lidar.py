@@ -120,12 +120,13 @@ class Lidar:
         name: str = "pattern",
         **settings: Any,
     ) -> Self:
-        """A lidar with any pattern: `directions` [n, 3] in sensor axes, of any length.
+        """Returns a lidar with any pattern: `directions` [n, 3] in sensor axes, of any length.
 
-        `times` [n] are seconds from the frame's start (default: 0), in ascending order; `rings` [n] are integers
-        (default: 0); `origins` [n, 3] are the starting points of the beams (default: the sensor's origin). Raises
-        `LidarError`, with the row, for a number that is not finite, a zero direction, or a time that is less
-        than the previous one. Raises `MemoryError` for more than 67,108,864 directions.
+        `rate` is in frames per second, `name` is the lidar's name, and `settings` are those of `Lidar`. `times` [n] are
+        seconds from the frame's start (default: 0), in ascending order; `rings` [n] are integers (default: 0);
+        `origins` [n, 3] are the starting points of the beams (default: the sensor's origin). Raises `LidarError`, with
+        the row, for a number that is not finite, a zero direction, or a time that is less than the previous one. Raises
+        `MemoryError` for more than 67,108,864 directions.
         """
         if isinstance(directions, Sized):
             check_count(len(directions))  # before a copy is allocated
@@ -179,7 +180,9 @@ class Lidar:
     def with_mirror(
         cls, kind: str, *, rate: float | None = None, name: str | None = None, **numbers: Any
     ) -> Self:
-        """A scanner with a moving mirror; the middle of the scan is the sensor's x axis.
+        """Returns a scanner with a moving mirror; the middle of the scan is the sensor's x axis.
+
+        `kind` is the kind of mirror, with these `numbers`:
 
         ============== ===========================================================================================
         polygon        `facets`, `line_rate` (lines per second), `field_of_view` (degrees): lines from right to left

@@ -37,9 +37,9 @@ class OusterUnit:
 
 
 def ouster_pattern(unit: OusterUnit, columns: int, rate: float) -> Pattern:
-    """Returns one turn in sensor axes.
+    """Returns the pulses of one turn in sensor axes.
 
-    The device adds its constant n to distances, which count from the axis.
+    The device adds the distance between the lidar's origin and the beam's origin to distances from the beam's origin.
     """
     rows = len(unit.beam_altitude_angles)
     check_count(rows * columns)

@@ -35,7 +35,7 @@ RAYS_PER_BLOCK = 1 << 15
 
 
 class PulseTracer:
-    """Traces the pulses of a frame of a lidar in a world, a block of consecutive pulses at a time."""
+    """Traces the pulses of a lidar's frame in a world, a block of consecutive pulses at a time."""
 
     def __init__(self, world: World, lidar: Lidar, pattern: Pattern, frame: int, threads: int | None) -> None:
         self.world, self.lidar, self.pattern, self.threads = world, lidar, pattern, threads

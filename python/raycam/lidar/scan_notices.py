@@ -61,6 +61,9 @@ def warn_of_assumed_reflectance(wavelength: float, colored: bool) -> None:
 
 
 def warn_of_empty_scan(lidar: Lidar, counts: npt.NDArray[np.int64]) -> None:
-    """Warns about a scan without points; `counts` is the number of pulses for each value of `lost`."""
+    """Warns about a scan without points.
+
+    `counts` contains the number of pulses for each value of the field `lost`.
+    """
     reasons = ", ".join(f"{reason}: {count}" for reason, count in zip(LOST, counts, strict=True) if count)
     warn(Notice(f"{lidar.name}: the scan has no points; pulses lost: {reasons}", "empty_scan"))

@@ -132,7 +132,10 @@ def _scan(
 
 
 def _scan_block(tracer: PulseTracer, block: range, keep_lost: bool) -> tuple[Columns, npt.NDArray[np.int8]]:
-    """Returns the fields of a block of pulses, and the reason why each pulse has no point (0: it has one)."""
+    """Returns the fields of a block of pulses, and the reason why each pulse has no point.
+
+    The reason is 0 for a pulse with a point.
+    """
     lidar, pattern, threads = tracer.lidar, tracer.pattern, tracer.threads
     found = tracer.trace(block)
     echoes, lost, signal = detect_echoes(tracer, found, block)
@@ -234,9 +237,9 @@ def _nearest_on_axis(found: Contributions, pulse: npt.NDArray[np.int64], length:
 def detect_echoes(
     tracer: PulseTracer, found: Contributions, block: range
 ) -> tuple[Echoes, npt.NDArray[np.int8], Floats]:
-    """Returns the echoes of a block, the reasons why they are lost (0: kept), and signal-to-noise ratios.
+    """Returns the echoes of a block, the reasons why echoes are lost, and signal-to-noise ratios.
 
-    The ratios are infinite without the setting `range_10`.
+    The reason is 0 for an echo that is kept. The ratios are infinite without the setting `range_10`.
     """
     pattern, settings = tracer.pattern, tracer.lidar.settings
     echoes = find_echoes(found, tracer.lidar.pulse_extent, tracer.threads)
@@ -264,7 +267,10 @@ def _normals(
     pulse: npt.NDArray[np.int64],
     rank: npt.NDArray[np.int64],
 ) -> Floats:
-    """Returns the standard normal number of each echo, given by its pulse and its number within the pulse."""
+    """Returns the standard normal random number of each echo.
+
+    An echo is given by its `pulse`, and by its number within the pulse, `rank`.
+    """
     z = np.zeros(len(pulse))
     for echo in range(int(rank.max(initial=-1)) + 1):
         own = np.flatnonzero(rank == echo)
@@ -368,7 +374,10 @@ def _columns(
 
 
 def _noisy(distance: Floats, signal: Floats, z: Floats, settings: dict[str, Any]) -> Floats:
-    """Returns the distances with noise of the standard normal numbers `z`, rounded to the device's step."""
+    """Returns the distances with noise, rounded to the device's step.
+
+    `z` are the standard normal random numbers of the noise.
+    """
     with np.errstate(divide="ignore"):
         weak = np.where(np.isfinite(signal), LIGHT_SPEED * settings["rise_time"] / (2.0 * signal), 0.0)
     sigma = np.sqrt(settings["range_noise"] ** 2 + weak**2)

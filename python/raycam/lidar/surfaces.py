@@ -98,7 +98,8 @@ class SurfaceTable:
     ) -> None:
         """Records whether the base colours [n, 3] from which reflectances derive are grey.
 
-        `reflectance` [n] are the values of textures, NaN without one; None if no surface has such a texture.
+        `reflectance` [n] are the values of reflectance textures, NaN for surfaces without such a texture. It is None if
+        no surface has such a texture.
         """
         if not self.is_colored:
             red, green, blue = albedo.T
@@ -157,7 +158,10 @@ class SurfaceTable:
 
     @property
     def is_opaque_and_rough(self) -> bool:
-        """True if all surfaces that were read scatter light and none is translucent, so that no path continues."""
+        """True if all surfaces that were read scatter light and none is translucent.
+
+        Paths of light then end at the first surface.
+        """
         return all(surface.kind == "solid" and surface.opacity == 1.0 for surface in self._known)
 
     def energy_terms(self) -> list[dict[str, Any]]:

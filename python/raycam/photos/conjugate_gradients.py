@@ -35,9 +35,9 @@ class SparseSymmetric:
 
     @classmethod
     def sum_of(cls, size: int, row: Ints, column: Ints, values: Floats) -> SparseSymmetric:
-        """The matrix with `values` [m] at the places `row` and `column` [m].
+        """Returns the matrix [size, size] with the entries `values` [m] at `row` [m] and `column` [m].
 
-        Values at the same place are added. Each row must have a value on the diagonal.
+        Entries with the same row and column are added. Each row must have a value on the diagonal.
         """
         key = row * size + column
         order = np.argsort(key, kind="stable")
@@ -73,10 +73,10 @@ class SparseSymmetric:
 def conjugate_gradients(
     matrix: Callable[[Floats], Floats], right: Floats, precondition: Callable[[Floats], Floats]
 ) -> Floats:
-    """The solution of a symmetric positive system for each column of `right` [n, k].
+    """Returns the solution of a symmetric positive definite system for each column of `right` [n, k].
 
-    `precondition` multiplies residuals by a symmetric positive matrix that is close to the inverse. Source: Shewchuk,
-    An introduction to the conjugate gradient method without the agonizing pain, 1994.
+    `precondition` multiplies residuals by a symmetric positive definite matrix that is close to the inverse. Source:
+    Shewchuk, An introduction to the conjugate gradient method without the agonizing pain, 1994.
     """
     x = np.zeros_like(right)
     residual = right.copy()

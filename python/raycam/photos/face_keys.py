@@ -9,6 +9,9 @@ __all__ = ["face_keys"]
 
 
 def face_keys(ids: npt.NDArray[np.int32]) -> npt.NDArray[np.int64]:
-    """Returns a number [n] for each (instance, triangle) [n, 2]; the numbers have the same order as the ids."""
+    """Returns a number [n] for each (instance, triangle) [n, 2].
+
+    The numbers have the same order as the ids.
+    """
     keys: npt.NDArray[np.int64] = (ids[:, 0].astype(np.int64) << 32) + ids[:, 1]
     return keys

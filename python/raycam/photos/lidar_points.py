@@ -66,8 +66,8 @@ class FacePoints:
     ) -> npt.NDArray[np.int64]:
         """Returns the samples, ascending, that are nearest to a point among the samples of its face.
 
-        `corners` [k, 3, 3] are the corners of `faces` [k]. Face i has the samples `first[i]` to before `first[i] +
-        numbers[i]`, whose weights of the corners are the first rows of `pattern` [m, 3].
+        `corners` [k, 3, 3] are the corners of `faces` [k]. Face i has `numbers[i]` samples, counted from `first[i]` on;
+        their weights of the corners are the first rows of `pattern` [m, 3].
         """
         counts = self.counts(faces)
         point, face = _ranges(self.offsets[faces], counts), np.repeat(np.arange(len(faces)), counts)

@@ -47,7 +47,7 @@ class PhotoSet:
     def view(
         self, number: int, photo: ViewedPhotograph, part: SurfacePart, weighted: bool = True
     ) -> PartView:
-        """The points of a part that the photograph shows, with colours divided by its gain.
+        """Returns the points of `part` that the photograph shows, with colours divided by its gain.
 
         Without `weighted`, weights do not fall towards jumps of depth, which takes less time.
         """

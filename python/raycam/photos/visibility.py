@@ -30,7 +30,7 @@ __all__ = ["FacePairs", "SurfaceVisibility", "surface_visibility"]
 CHUNK_FACES = 1 << 17
 """Number of faces processed at a time; their samples take at most 32 MB."""
 INSIDE_OUT_SHARE = 0.9
-"""Fraction of rays that hit back sides first from which both sides of faces count."""
+"""Both sides of faces are used if at least this fraction of the rays hits back sides first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +203,10 @@ class _Totals:
         facing: Facing,
         threads: int | None,
     ) -> None:
-        """Adds faces [k] with their corners [k, 3, 3]; each has `count` samples, or as many as its size requires."""
+        """Adds the faces [k] with their corners [k, 3, 3].
+
+        A face has `count` samples; if `count` is None, its number of samples depends on its size.
+        """
         numbers = np.full(len(faces), MIN_SAMPLES if count is None else count)
         if count is None:
             for points in self.lidars.values():
@@ -246,9 +249,10 @@ class _Totals:
         corners: Floats,
         samples: tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], Floats],
     ) -> npt.NDArray[np.int64]:
-        """Adds the faces [k] on which a lidar has points; returns the samples [m] nearest to these points.
+        """Adds the faces [k] on which a lidar has points.
 
-        `samples` are the index of each face's first sample [k], the number of its samples [k], and the pattern.
+        Returns the samples [m] nearest to these points. `samples` are the index of each face's first sample [k], the
+        number of its samples [k], and the pattern.
         """
         first, total, pattern = samples
         counts = points.counts(faces)

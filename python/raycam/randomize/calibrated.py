@@ -28,7 +28,7 @@ POSE = ("R", "C", "t", "location", "target", "up", "roll", "pitch", "yaw")
 
 
 def calibrated(row: Mapping[str, Any], path: Path, up: str, what: str) -> dict[str, Any]:
-    """Returns a [[camera]] table with the keys of its calibration instead of `calibration`.
+    """Returns a [[camera]] table in which the key `calibration` is replaced by the file's keys.
 
     A pose in the table replaces the pose in the calibration file. For a file with several cameras, the table's `name`
     selects one camera. `lens` specifies the lens model if the file does not. Raises `WorldError` for keys that the

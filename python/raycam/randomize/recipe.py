@@ -496,8 +496,9 @@ def sample(
 ) -> World:
     """Returns world `number` of a recipe; for many worlds, `Recipe` is faster.
 
-    The same recipe, seed and number produce the same world on every machine, except for the last bits of sine and
-    cosine. Raises the errors of `Recipe` and `Recipe.world`.
+    `recipe` and `folder` are as in `Recipe`; `seed` replaces the recipe's seed. The same recipe, seed and number
+    produce the same world on every machine, except for the last bits of sine and cosine. Raises the errors of `Recipe`
+    and `Recipe.world`.
     """
     if isinstance(recipe, Recipe):
         return recipe.world(number)
@@ -538,7 +539,10 @@ def _read(path: Path) -> tuple[dict[str, Any], Path]:
 
 
 def _cache_key(description: Any) -> str:
-    """Returns a text that is equal for equal descriptions; arrays are represented by their hashes."""
+    """Returns a text that is equal for equal descriptions.
+
+    The text contains hashes of arrays.
+    """
 
     def stamp(value: Any) -> Any:
         if not hasattr(value, "__array__"):

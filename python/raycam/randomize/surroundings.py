@@ -63,7 +63,10 @@ class Surroundings:
         self._grounds: dict[str | None, Ground] = {}
 
     def near(self, low: Floats, high: Floats) -> Floats:
-        """Returns the triangles [m, 3, 3] whose bounding boxes intersect the box from `low` [3] to `high` [3]."""
+        """Returns the triangles [m, 3, 3] whose bounding boxes intersect a box.
+
+        The box extends from `low` [3] to `high` [3].
+        """
         lows, highs = self._boxes
         found: Floats = self.corners[((lows < high) & (highs > low)).all(axis=1)]
         return found

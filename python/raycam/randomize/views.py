@@ -30,12 +30,13 @@ def place_camera(
     """Samples a pose of `camera` that fulfils `wanted`; returns the camera at this pose.
 
     The pose depends only on the world, `wanted` and `draw`. `wanted` has the following keys. `object` is a name or a
-    category, one of whose objects is chosen (default: any object with a category, or any object). `distance` [low,
-    high] is in metres to the centre of the object's box (default: 2 to 6 times the radius of the box). `elevation` (5
-    to 85) and `azimuth` (0 to 360) are the direction from the object to the camera in degrees, `roll` (0) rotates the
-    image. `off_center` (0.2) is the largest offset of the object's centre from the image's, as a fraction of half the
-    image's sides. `coverage` [low, high] is the fraction of the image that shows the object (default: 0.001 to 1).
-    `visible` (0.5) is the minimum fraction of the object that is neither occluded nor outside the image.
+    category, one of whose objects is chosen (default: any object with a category, or any object). `distance`
+    [low, high] is in metres to the centre of the object's box (default: 2 to 6 times the radius of the box).
+    `elevation` (5 to 85) and `azimuth` (0 to 360) are the direction from the object to the camera in degrees, `roll`
+    (0) rotates the image. `off_center` (0.2) is the largest offset of the object's centre from the image centre, as a
+    fraction of half the image's sides. `coverage` [low, high] is the fraction of the image that shows the object
+    (default: 0.001 to 1). `visible` (0.5) is the minimum fraction of the object that is neither occluded nor outside
+    the image.
 
     Raises `WorldError` if no such view is found.
     """

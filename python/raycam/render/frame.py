@@ -262,7 +262,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def show(self, **options: Any) -> Any:
         """Shows all channels with their values: in a notebook's cell, or else in the browser.
 
-        The options are also those of `save` to an .html file. `world` provides the names of objects and categories.
+        `save` accepts the same options for an .html file. `world` provides the names of objects and categories.
         `explain` is a list of pixels (column, row) whose explanations are included. `compare` is a second frame.
         `arrays` are additional images by name, [h, w] or [h, w, 1 to 4], such as {"flow": flow}. `half=True` rounds
         colours to float16. `exposure`, `view` and `channel` are the initial settings, and `title` is the page's title.

@@ -120,7 +120,7 @@ def complete_options(world: World | None, options: Mapping[str, Any]) -> dict[st
 
 
 def check_option(name: str, value: Any) -> Any:
-    """Returns the value of an option as the core reads it.
+    """Returns the value of an option in the type that the core expects.
 
     Raises `SettingsError` for an invalid value.
     """

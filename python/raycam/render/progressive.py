@@ -112,7 +112,7 @@ class Progressive:
         return self._core.samples(None)
 
     def add(self, samples: int = 1, *, region: Region | None = None, cancel: Cancel | None = None) -> int:
-        """Adds samples to all pixels, or to the tiles that touch `region` (x, y, width, height).
+        """Adds `samples` to all pixels, or to the tiles that touch `region` (x, y, width, height).
 
         Tiles that already have more samples get fewer new samples. Returns the smallest number of samples of a pixel in
         the region. Raises `Cancelled` when `cancel` is cancelled; the samples added so far are kept.
@@ -179,7 +179,7 @@ def progressive(
 
     The frames have 1, 2, 4, 8, ... samples per pixel, up to `samples` (default 16384); with `every`, a frame is
     yielded about every `every` seconds. Each frame is bit-identical to `render` with the same number of samples.
-    `options` are those of `Progressive`. Cancelling `cancel` ends the loop.
+    `world`, `camera` and `options` are those of `Progressive`. Cancelling `cancel` ends the loop.
     """
     from ..errors import Cancelled
 

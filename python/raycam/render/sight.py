@@ -22,11 +22,11 @@ __all__ = ["LIT_INTEGRATORS", "blank_notices"]
 MIN_WHITE_SHARE = 0.98
 """A notice is given if at least this fraction of the objects' pixels is brighter than white."""
 WHITE_LEVEL = 254
-"""The 8-bit value of red, green and blue from which a compressing view displays white."""
+"""With a view that compresses bright values, a pixel counts as white if all three 8-bit values are at least this."""
 MIN_PIXELS = 16
 """Minimum number of the objects' pixels for the notice about one or two displayed colours."""
 MIN_CONTRAST = 1.25
-"""The ratio of the brightest to the darkest lit pixel from which shading should be visible."""
+"""Shading should be visible if the brightest lit pixel is at least this many times as bright as the darkest."""
 PIXEL_STEP = 16
 """One of this many pixels is tested first."""
 PROBES_PER_SIDE = 24

@@ -1,4 +1,4 @@
-"""The studio for models without lights or surroundings: when it is used, and with which options."""
+"""The studio for models without lights or surroundings: its use and its options."""
 
 from __future__ import annotations
 
@@ -62,9 +62,10 @@ def is_unlit(world: World, camera: Camera, options: Mapping[str, Any]) -> bool:
 
 
 def lacks_surroundings(world: World, options: Mapping[str, Any]) -> bool:
-    """True if the integrator shows light, and the world has suns or lamps but no light from all directions.
+    """Returns True if the integrator shows light, but no light comes from all directions.
 
-    Metals and glass then reflect nothing, and the background is black.
+    The world's lights are then only suns or lamps; a world without lights returns False. Metals and glass then reflect
+    nothing, and the background is black.
     """
     kinds = {light["type"] for light in world.lights}
     return (
@@ -75,9 +76,10 @@ def lacks_surroundings(world: World, options: Mapping[str, Any]) -> bool:
 
 
 def exposure_of_lights(world: World, camera: Camera) -> float:
-    """Returns the exposure in stops, at most 0, at which the world's lights do not overexpose it or a floor below it.
+    """Returns the exposure in stops, at most 0, at which the world is not overexposed.
 
-    It is measured in a small image. Files specify lights in physical units, of which some are as strong as sunlight.
+    The exposure is measured in a small image of the world and a floor below it, lit by the world's own lights. Files
+    specify lights in physical units, and some lights are as strong as sunlight.
     """
     world = world.copy()
     world.add_ground()

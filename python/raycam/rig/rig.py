@@ -100,8 +100,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> Self:
         """Returns a rig of cameras in world coordinates, on a body at `R` and `C`.
 
-        By default, `R` and `C` are the first camera's pose. Raises `CameraError` for a camera with its centre at
-        infinity.
+        `R` [3, 3] is the rotation body_from_world, and `C` [3] the body's position in the world; by default, they are
+        the first camera's pose. `cameras` are cameras by name, and `name` is the rig's name in a world. Raises
+        `CameraError` for a camera with its centre at infinity.
         """
         if not cameras:
             raise CameraError("a rig requires at least one camera", code="missing_value")
@@ -131,7 +132,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         """Returns a rectified pair of cameras, "left" and "right".
 
         `camera` is the left camera; the right camera is a copy, `baseline` metres to its right. The body is the left
-        camera. Raises `CameraError` for a baseline that is not greater than 0.
+        camera. `name` is the rig's name in a world. Raises `CameraError` for a baseline that is not greater than 0.
         """
         length = number("baseline", baseline)
         if not 0.0 < length < np.inf:
@@ -146,8 +147,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     def from_dict(cls, description: Mapping[str, Any], *, up: Up = "z") -> Self:
         """Returns the rig that a `[rig]` table of a world file describes.
 
-        The table is given as a dict (see `to_dict`). Raises `WorldError` or `CameraError` with the name of the invalid
-        key.
+        `description` is the table as a dict (see `to_dict`), and `up` is the world's up axis. Raises `WorldError` or
+        `CameraError` with the name of the invalid key.
         """
         table = dict(description)
         core = _core.Rig.from_dict(table, checked_up(up))
@@ -257,8 +258,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     def baseline(self, first: str | None = None, second: str | None = None) -> Floats:
         """Returns the vector [3] from one camera's centre to another's, in metres.
 
-        The vector is in the first camera's axes. Cameras are given by name; the default is the first and the second
-        camera of the rig.
+        The vector is in the axes of the first camera. `first` and `second` are names of cameras (default: the first two
+        cameras of the rig). Raises the errors of `pair`.
         """
         left, right = (self[name] for name in self.pair(first, second))
         return product(left.R, right.C - left.C)
@@ -266,7 +267,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     def pair(self, first: str | None = None, second: str | None = None) -> tuple[str, str]:
         """Returns the names of two cameras (default: the first two).
 
-        Raises `CameraError` if they do not exist.
+        If only `second` is missing, it is the first of the other cameras. Raises `CameraError` for an unknown name, and
+        if the rig has fewer than two cameras.
         """
         names = list(self)
         if len(names) < 2:
@@ -280,7 +282,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     # Poses ------------------------------------------------------------------------------------------------
 
     def at_pose(self, R: npt.ArrayLike, C: npt.ArrayLike) -> Self:
-        """Returns the rig at another pose: body_from_world [3, 3] and position [3].
+        """Returns the rig at another pose: `R`, body_from_world [3, 3], and the position `C` [3].
 
         The motion of the body is transformed in the same way.
         """
@@ -291,7 +293,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> Self:
         """Returns the rig with its body at `location` [3], rotated by angles in degrees.
 
-        The angles are as in `Camera.from_pose`.
+        `roll`, `pitch` and `yaw` are as in `Camera.from_pose`.
         """
         ahead = Camera.from_pose(location, roll, pitch, yaw, focal=1.0, size=(1, 1), up=self._up)
         return self.at_pose(product(CAMERA_FROM_BODY.T, ahead.R), ahead.C)
@@ -340,7 +342,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         pair: tuple[str, str] | None = None,
         **options: Any,
     ) -> dict[str, Frame]:
-        """Renders a frame with each camera; returns the frames by camera name.
+        """Renders a frame of `world` with each camera; returns the frames by camera name.
 
         `options` are those of `raycam.render`.
 
@@ -367,10 +369,11 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> Rig:
         """Returns a rectified pair, whose image rows correspond, for two cameras.
 
-        The pair consists of the pinholes "left" and "right". Both pinholes have the same `K` and the same rotation:
-        halfway between the two cameras, and turned by the smallest angle that makes x parallel to the baseline. By
-        default, `K` has the mean of the two cameras' focal lengths along y, and a principal point that keeps both image
-        centres in the centre on average. The default `size` is the left camera's. The body is the left camera.
+        `left` and `right` are names of cameras (default: the first two). The pair consists of the pinholes "left" and
+        "right". Both pinholes have the same `K` and the same rotation: halfway between the two cameras, and turned by
+        the smallest angle that makes x parallel to the baseline. By default, `K` has the mean of the two cameras' focal
+        lengths along y, and a principal point that keeps both image centres in the centre on average. The default
+        `size` is the left camera's. The body is the left camera.
 
         Raises `CameraError` if the second camera is above, below or to the left of the first, and for parallel rays.
 

@@ -100,7 +100,10 @@ class Kinematics:
         return poses
 
     def pose(self, values: Floats, link: str) -> Floats:
-        """Returns root_from_link [n, 4, 4] of one link, like `poses`, but computes only the chain to it."""
+        """Returns root_from_link [n, 4, 4] of one link for joint vectors [n, size].
+
+        Only the joints between the root and the link are evaluated.
+        """
         joints = {joint.child: joint for joint in self.order}
         chain = []
         while link != self.root:

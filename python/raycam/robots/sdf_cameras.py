@@ -45,7 +45,7 @@ def read_sensor(
     """Returns the camera of a `<sensor>`; None for a sensor of another type.
 
     K comes from `<lens><intrinsics>`, or else from the horizontal field of view with square pixels; the coefficients
-    k1, k2, k3, p1, p2 of `<distortion>` are those of OpenCV. Raises `FormatError`.
+    k1, k2, k3, p1, p2 of `<distortion>` are those of OpenCV. Raises `FormatError` for invalid values.
     """
     element = sensor.find("camera")
     if sensor.attributes.get("type", "").strip() not in TYPES or element is None:

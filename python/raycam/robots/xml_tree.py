@@ -71,9 +71,10 @@ def check_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> None:
 
 
 def root_tag(data: bytes) -> str | None:
-    """Returns the root element's tag without its namespace prefix, or None if there is no start tag.
+    """Returns the root element's tag without its namespace prefix.
 
-    `data` is the beginning of a document; faults after the start tag are ignored.
+    `data` is the beginning of a document. The result is None if `data` contains no start tag. Faults after the start
+    tag are ignored.
     """
     tags: list[str] = []
     parser = expat.ParserCreate()

@@ -73,9 +73,10 @@ def level_values(pixels: Texels) -> npt.NDArray[np.float32]:
 
 
 def look_up(pixels: Texels, channels: Sequence[int], values: npt.NDArray[np.float32]) -> Texels:
-    """Returns the values [levels, channels] in 0..1 of an image's channels, [height, width, channels].
+    """Returns an image's channels [height, width, channels], with each level replaced by its value.
 
-    The result has 8 bits if these represent the values of all pixels exactly, and 16 bits otherwise.
+    `values` [levels, channels] are from 0 to 1. The result has 8 bits if these represent the values of all pixels
+    exactly, and 16 bits otherwise.
     """
     small = np.round(values * 255)
     is_exact = np.abs(values * 255 - small) < 1e-3

@@ -52,7 +52,10 @@ def _composition_errors(stage: Usd.Stage, folder: Path) -> Iterator[StageNotice]
 
 
 def _missing_classes(stage: Usd.Stage) -> Iterator[StageNotice]:
-    """Classes that prims inherit from or specialize but that no layer contains, which OpenUSD does not report."""
+    """Yields notices about classes that prims use, but that no layer contains.
+
+    Prims inherit from these classes or specialize them. OpenUSD does not report them.
+    """
     layers = stage.GetUsedLayers()
     known: dict[Sdf.Path, bool] = {}
     for prim in _each_once(stage):
@@ -85,7 +88,10 @@ def _each_once(stage: Usd.Stage) -> Iterator[Usd.Prim]:
 
 
 def _has_only(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
-    """True if a prim inherits from and specializes only classes that exist and were found before."""
+    """Returns True if a prim uses only classes that exist and were found before.
+
+    A prim uses the classes that it inherits from or specializes.
+    """
     arcs = ((prim.HasAuthoredInherits(), "inheritPaths"), (prim.HasAuthoredSpecializes(), "specializes"))
     listed = [prim.GetMetadata(key) for has_arc, key in arcs if has_arc]
     return all(

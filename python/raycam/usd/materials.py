@@ -66,8 +66,8 @@ class Coordinates:
     matrix: Any = None
     """The matrix that transforms the coordinates; None for the identity."""
     constant: Any = None
-    """The coordinates [2] for meshes without the primvar, or if no primvar is read; None for a material without images.
-    """
+    """The coordinates [2] for meshes without the primvar, or if no primvar is read; None for a material without
+    images."""
     low: Any = (0.0, 0.0)
     """The smallest coordinates of all meshes."""
     high: Any = (1.0, 1.0)

@@ -1,4 +1,4 @@
-"""Callbacks of scripts: functions, and coroutine functions that run in the script's event loop."""
+"""Callbacks of scripts: functions, and coroutine functions in the script's event loop."""
 
 from __future__ import annotations
 
@@ -34,7 +34,10 @@ def callback(function: Callable[..., object]) -> Callable[..., object]:
 
 
 def _without_coroutine(result: object) -> object:
-    """Returns a function's result; raises `SettingsError` for a coroutine, which nobody would await."""
+    """Returns a function's result.
+
+    Raises `SettingsError` for a coroutine, which would never be awaited.
+    """
     if inspect.iscoroutine(result):
         result.close()
         raise SettingsError(

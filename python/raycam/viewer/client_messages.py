@@ -121,8 +121,8 @@ class Message:
     UNDO: ClassVar[Literal["no", "step", "group"]] = "no"
     """Whether a change of the view can be undone; "group": changes with short pauses are one step."""
     CHANGES: ClassVar[Literal["nothing", "view", "world"]] = "nothing"
-    """The message's effect: "nothing" that other clients receive, the client's "view", or the "world" and other state
-    that all clients share.
+    """The state that the message changes: "nothing" if other clients are not affected, the client's "view", or the
+    "world" and other state that all clients share.
 
     With `follow=True`, followers cannot change the world, and cannot change the view while they show the leader's.
     """

@@ -265,7 +265,10 @@ class Controls(Folder):
         return [each.line() for each in list(self._all.values()) if each.kind in DRAWN_KINDS]
 
     def set_from_client(self, number: int, value: Value) -> Control:
-        """Sets the value of a control that a client changed. Raises `SettingsError`."""
+        """Sets the value of a control that a client changed.
+
+        Raises `SettingsError` for a removed control, a text that cannot be edited, and an invalid value.
+        """
         control = self._all.get(number)
         if control is None or "value" not in control.describe():
             raise SettingsError("control not found: the script has removed it", code="unknown_name")
@@ -276,7 +279,10 @@ class Controls(Folder):
 
     @staticmethod
     def describe(kind: str, **properties: Any) -> dict[str, Any]:
-        """The properties of an image, a plot, a label or lines. Raises `SettingsError`."""
+        """Returns the properties of an image, a plot, a label or lines.
+
+        Raises `SettingsError` for invalid values.
+        """
         if kind == "image" and set(properties) == {"image"}:
             image = np.asarray(properties["image"])
             if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8 or not image.size:
@@ -315,7 +321,7 @@ class Controls(Folder):
 
 
 def _color(text: str) -> str:
-    """A colour #rrggbb. Raises `SettingsError`."""
+    """Returns a colour #rrggbb; raises `SettingsError` for other values."""
     if not isinstance(text, str) or not COLOR.fullmatch(text):
         raise SettingsError(f"color: expected #rrggbb, got {text!r}", code="invalid_value")
     return text

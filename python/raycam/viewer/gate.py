@@ -1,8 +1,8 @@
 """Access control of the server, based only on a request's path and headers.
 
 The control protects the images and this machine's disk and CPU from other pages in the same browser and from other
-users of the machine. A page of another origin has neither the token nor this Origin. A name that a foreign DNS server
-binds to 127.0.0.1 (DNS rebinding) is not an allowed Host.
+users of the machine. A page of another origin does not have the token, and its Origin header differs. A name that a
+foreign DNS server binds to 127.0.0.1 (DNS rebinding) is not allowed in the Host header.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ CHECKS = {
 
 
 def parse_message(data: str | bytes) -> Message:
-    """Parses the message in a WebSocket frame. Raises `BadMessage`."""
+    """Parses the message in a WebSocket frame; raises `BadMessage` if it is malformed."""
     if not isinstance(data, str):
         raise BadMessage("expected a text message, got bytes")
     try:

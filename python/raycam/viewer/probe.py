@@ -97,7 +97,10 @@ def ground_below(world: World, camera: Camera, place: Floats, foot: float) -> fl
 
 
 def explained(world: World, camera: Camera, u: int, v: int) -> tuple[dict[str, Any], list[Line]]:
-    """The message `explained` of a pixel, and the explained rays. Raises `CameraError`."""
+    """Returns the message `explained` of a pixel, and the explained rays.
+
+    Raises `CameraError` for a pixel without a ray.
+    """
     explanation = explain(world, camera, (u, v))
     parts, lines = explanation_parts(explanation)
     return {"column": u, "row": v, **parts}, lines

@@ -213,9 +213,10 @@ class Scheduler(threading.Thread):
     def _send_early(
         self, session: Session, view: View, version: int, frame: Frame, refinement: Refinement
     ) -> None:
-        """Sends an image with fewer samples than the first still image, blended with the moving image.
+        """Sends an early image, blended with the moving image.
 
-        The blended image is less noisy than its samples, and its light approaches the still image's.
+        The early image has fewer samples than the first still image. The blended image is less noisy than its samples,
+        and its light approaches the still image's.
         """
         if view.channel != "color":
             session.connection.broadcast(_progress(session, view, refinement))

@@ -75,7 +75,7 @@ class Refinement:
     def step(self, cancel: Cancel) -> Frame | None:
         """Executes a step and measures its time and change; returns a frame or None.
 
-        Raises `Cancelled`.
+        Raises `Cancelled` when `cancel` is cancelled.
         """
         began = time.perf_counter()
         try:
@@ -111,7 +111,7 @@ class Refinement:
     def refine(self, cancel: Cancel) -> Frame | None:
         """Executes a step; returns a frame if one should be shown.
 
-        Raises `Cancelled`; no samples are lost.
+        Raises `Cancelled` when `cancel` is cancelled; no samples are lost.
         """
         raise NotImplementedError
 

@@ -256,14 +256,15 @@ class WorldBuilding(WorldContents):
     def add_camera(self, camera: Camera, name: str = "camera") -> None:
         """Adds a camera; the first camera is the default camera.
 
-        A number is appended to a name that already exists.
+        A number is appended to a `name` that already exists. Raises `SettingsError` if `camera` is not a
+        `raycam.Camera`, and `WorldError` if `name` is not a string.
         """
         hint = ": add_camera(camera, name)" if isinstance(camera, str) else ""
         camera = check_camera(camera, hint)
         self._core.add_camera(_camera_name(name), camera._core)
 
     def add_rig(self, rig: Rig) -> None:
-        """Adds a rig under its name.
+        """Adds `rig` under its name.
 
         Its cameras and other sensors are added with names such as rig/camera.
 
@@ -273,9 +274,9 @@ class WorldBuilding(WorldContents):
         _core.world_add_rig(self._core, rig._core.with_sensors(described))
 
     def add_sensor(self, sensor: Sensor, name: str = "sensor") -> None:
-        """Adds a sensor that is not a camera, such as a lidar.
+        """Adds a `sensor` that is not a camera, such as a lidar.
 
-        A number is appended to a name that already exists. Raises `SettingsError` for an object that is not a sensor,
+        A number is appended to a `name` that already exists. Raises `SettingsError` for an object that is not a sensor,
         and for a class that cannot be imported or has no `from_dict`.
         """
         _core.world_add_sensor(
@@ -337,7 +338,7 @@ class WorldBuilding(WorldContents):
     def set_light(
         self, number: int, description: Mapping[str, Any] | str | None = None, /, **keys: Unpack[LightKeys]
     ) -> None:
-        """Changes a light, by its index in `lights`, with any key of `add_light`.
+        """Changes light `number`, its index in `lights`, with any key of `add_light`.
 
         `set_light(0, irradiance=2)`. Properties without a key keep their values, but a new `type` replaces the whole
         light. Raises `WorldError` for an unknown index, and the errors of `add_light`; after an error, the world is
@@ -350,14 +351,14 @@ class WorldBuilding(WorldContents):
             _core.world_set_light(self._core, number, plain(aim_light(self, changed)), keeps_file, None)
 
     def remove_light(self, number: int) -> None:
-        """Removes a light by its index in `lights`; later indices decrease.
+        """Removes light `number`, its index in `lights`; later indices decrease.
 
         Raises `WorldError` for a wrong index.
         """
         _core.world_remove_light(self._core, whole("light", number, 0, (1 << 62), error=WorldError))
 
     def set_camera(self, name: str, camera: Camera) -> None:
-        """Replaces the camera of this name.
+        """Replaces the camera with this `name` by `camera`.
 
         Raises `WorldError` for an unknown name, with the nearest name, and for a rig's camera, which moves with its
         rig.

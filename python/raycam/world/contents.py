@@ -173,11 +173,11 @@ class WorldContents:
 
     @property
     def counts(self) -> dict[str, int]:
-        """The numbers of objects, meshes, triangles, vertices, materials and other contents. The
-        names also include mesh_triangles and zero_area_triangles.
+        """The numbers of objects, meshes, triangles, vertices, materials and other contents.
 
-        In `triangles`, a mesh that several objects share counts once per object; in `mesh_triangles`, it counts once.
-        Triangles of zero area stay in the mesh, but no ray hits them.
+        The names also include mesh_triangles and zero_area_triangles. In `triangles`, a mesh that several objects share
+        counts once per object; in `mesh_triangles`, it counts once. Triangles of zero area stay in the mesh, but no ray
+        hits them.
         """
         return ReadOnlyDict(
             self._core.counts, "counts are read-only; world.add_object and remove_object change the world"
@@ -255,7 +255,7 @@ class WorldContents:
     def with_cameras(self, cameras: Mapping[str, Camera]) -> Self:
         """Returns a copy with more cameras, which shares the acceleration structures.
 
-        A number is appended to names that are already used.
+        `cameras` maps names to cameras. A number is appended to names that are already used.
         """
         more = [(name, camera._core) for name, camera in cameras.items()]
         return self._derived(_core.world_with_cameras(self._core, more))
@@ -316,7 +316,7 @@ class WorldContents:
         return self._core.variants or list(self._stage_variants)
 
     def with_variant(self, name: str) -> Self:
-        """Returns the world with another glTF material variant.
+        """Returns the world with the glTF material variant `name`.
 
         Raises `WorldError` for an unknown name, with the nearest name. USD variants also change the geometry; select
         them with `load(path, variant=...)`.
@@ -331,7 +331,7 @@ class WorldContents:
         )
 
     def camera_at(self, camera: Camera, time: float) -> Camera:
-        """Returns `camera` as the video moves it, at a time in seconds.
+        """Returns `camera` as the video moves it, at `time` in seconds.
 
         Raises `WorldError` without a video.
 
@@ -348,7 +348,7 @@ class WorldContents:
         )
 
     def rig_at(self, rig: Rig, time: float) -> Rig:
-        """Returns `rig` as the video moves it, at a time in seconds.
+        """Returns `rig` as the video moves it, at `time` in seconds.
 
         The keyframes with the rig's name move the rig. Without such keyframes, it moves like the camera.
         """
@@ -383,7 +383,7 @@ class WorldContents:
     def prepare(self, *, threads: int | None = None) -> Self:
         """Builds the acceleration structures now; returns the same world.
 
-        Otherwise, they are built for the first image.
+        Otherwise, they are built for the first image. `threads` is the number of threads (default: all).
         """
         with no_fork():
             self._core.prepare(thread_count(threads))

@@ -19,12 +19,13 @@ MAX_KEYFRAMES = 2_000_000
 
 
 def curve_times(robot: Robot, motion: JointMotion, link: str, on_link: Floats, reach: float) -> Floats:
-    """Returns the times [m] of keyframes for a body on a link, which include all times of the motion.
+    """Returns the times [m] of keyframes for a body on a link.
 
-    The body's origin is at `on_link` [3] in the link's coordinates, and its points are within `reach` metres of this
-    origin. If the origin moves along straight lines between the times, and the rotation follows the shorter arc, no
-    point deviates by more than `MAX_DEVIATION` from the path of the joints. The deviation is measured in the middle
-    between two times; it decreases with the square of their distance. Raises `WorldError` for too many keyframes.
+    The times include all times of the motion. The body's origin is at `on_link` [3] in the link's coordinates, and its
+    points are within `reach` metres of this origin. If the origin moves along straight lines between the times, and the
+    rotation follows the shorter arc, no point deviates by more than `MAX_DEVIATION` from the path of the joints. The
+    deviation is measured in the middle between two times; it decreases with the square of their distance. Raises
+    `WorldError` for too many keyframes.
     """
     times = motion.times
     while True:
@@ -35,9 +36,10 @@ def curve_times(robot: Robot, motion: JointMotion, link: str, on_link: Floats, r
 
 
 def limit_turns(robot: Robot, motion: JointMotion) -> JointMotion:
-    """Returns the motion with added times, so that joints change by at most `MAX_TURN` between two times.
+    """Returns the motion with additional times, where joints change too much between two times.
 
-    Rotations by half a turn and more between two times would be ambiguous. Raises `WorldError` for too many times.
+    Between two times of the result, joints change by at most `MAX_TURN`. Rotations by half a turn and more between two
+    times would be ambiguous. Raises `WorldError` for too many times.
     """
     turns = np.abs(np.diff(motion.vectors, axis=0)).sum(axis=1)
     times = _split(robot, motion.times, np.ceil(turns / MAX_TURN))
@@ -45,7 +47,10 @@ def limit_turns(robot: Robot, motion: JointMotion) -> JointMotion:
 
 
 def _split(robot: Robot, times: Floats, counts: Floats) -> Floats:
-    """Times [m] that divide each interval of `times` [n] into a number of equal parts [n - 1], at least one."""
+    """Returns times [m] that divide each interval between `times` [n] into equal parts.
+
+    `counts` [n - 1] are the numbers of parts; at least one part is used.
+    """
     parts = np.maximum(counts, 1).astype(np.int64)
     if parts.sum() > MAX_KEYFRAMES:
         raise WorldError(

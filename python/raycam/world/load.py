@@ -267,7 +267,10 @@ def _add_mujoco_lights(world: World, compiled: CompiledModel) -> None:
 
 
 def _check_up(up: str, path: str | os.PathLike[str]) -> None:
-    """Raises `SettingsError` for an unknown axis, and for a world file, which specifies its own axis."""
+    """Raises `SettingsError` for an unknown axis, and for a world file.
+
+    A world file specifies its own axis.
+    """
     if up not in ("z", "y"):
         raise SettingsError(f"up is {up!r}; expected 'z' or 'y'", code="invalid_value")
     if Path(path).suffix.lower() == ".toml":
@@ -278,7 +281,10 @@ def _check_up(up: str, path: str | os.PathLike[str]) -> None:
 
 
 def with_up_axis(world: World, up: str) -> World:
-    """Returns a copy of the world with another up axis, "z" or "y"; its vertices are not rotated."""
+    """Returns a copy of the world with another up axis, "z" or "y".
+
+    Its vertices are not rotated.
+    """
     head, old, rest = world.to_bytes().partition(b"\xa2up\xa1")
     turned = World._of(_core.world_from_bytes(head + old + up.encode() + rest[1:], world.texture_memory, ""))
     turned._folder, turned._stage_variants = world._folder, world._stage_variants

@@ -54,7 +54,7 @@ class Object:
         )
 
     def __delattr__(self, name: str) -> None:
-        """Raises `WorldError`."""
+        """Raises `WorldError`, because objects are read-only."""
         raise WorldError(
             f"objects are read-only; world.remove_object({self.name!r}) removes the object", code="read_only"
         )

@@ -114,8 +114,8 @@ class PointQueries:
         in an empty world, and for points that are not finite. Triangles without area are included, as segments or
         points. Among equal distances, for example at an edge, the triangle that faces the point most directly is
         returned, and among these, the smallest (instance, triangle). Errors are below 4 units in the last place of the
-        largest coordinate. Raises `SettingsError` for a wrong shape and limits that are negative or
-        NaN, and `WorldError` for unknown objects.
+        largest coordinate. Raises `SettingsError` for a wrong shape and limits that are negative or NaN, and
+        `WorldError` for unknown objects.
         """
         query, shape = self._points(points, max_distance, objects, threads)
         found = _core.world_closest_points(self._core, query)

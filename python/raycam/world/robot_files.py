@@ -89,9 +89,10 @@ def place_robot(
 
 
 def _pose(world: WorldContents, keys: Mapping[str, Any]) -> Floats:
-    """world_from_root [4, 4] by the keys of an object's placement.
+    """Returns world_from_root [4, 4] for the keys of an object's placement.
 
-    Robots are z up: in a y-up world they are turned upright, except with `matrix`. Raises `WorldError`.
+    Robots are z up: in a y-up world they are turned upright, except with `matrix`. Raises `WorldError` for invalid
+    keys, and for a placement that is not a rotation and a translation.
     """
     given = {key: value for key, value in keys.items() if value is not None}
     probe = _core.World(world.up, "", None)

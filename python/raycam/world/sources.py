@@ -65,9 +65,10 @@ def kind_suffix(kind: str | None, data: bytes) -> str:
 
 
 def assumed_up_axis(path: str | os.PathLike[str]) -> Literal["y"] | None:
-    """Returns the up axis of a file whose format does not specify it, for the command line and views.
+    """Returns the up axis that the command line and views assume for a file.
 
-    The axis is "y" for OBJ, as in Blender and F3D, and None for the axis that `load` uses.
+    The file's format does not specify its up axis. The result is "y" for OBJ, as in Blender and F3D, and None for the
+    axis that `load` uses.
     """
     return "y" if Path(path).suffix.lower() == ".obj" else None
 
@@ -98,9 +99,9 @@ def _content_suffix(head: bytes) -> str:
 
 
 def scale_factor(scale: float | None, units: str | None) -> float | None:
-    """The factor for a mesh file's coordinates; None if neither argument is given.
+    """Returns the factor for a mesh file's coordinates; None if neither argument is given.
 
-    Raises `SettingsError`.
+    Raises `SettingsError` if both arguments are given, for an unknown unit, and for a scale that is not positive.
     """
     if scale is not None and units is not None:
         raise SettingsError(

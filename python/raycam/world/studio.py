@@ -119,7 +119,7 @@ def add_sun(world: WorldBuilding, azimuth: float, elevation: float, *, sky: bool
 
 
 def lacks_materials(world: WorldContents) -> bool:
-    """True if all objects have the material of meshes without a material, such as those of most STL files."""
+    """Returns True if no object has a material of its own, as in most STL files."""
     core = world._core
     return core.object_count > 0 and all(
         core.material(number, 0) == _default_material() for number in range(core.object_count)
@@ -169,7 +169,10 @@ def add_studio(
 
 
 def _sun_on_floor(world: WorldBuilding, upward: Floats) -> float:
-    """The irradiance of the world's suns on a level floor, in W/m², the mean of red, green and blue."""
+    """Returns the irradiance of the world's suns on a level floor, in W/m².
+
+    The result is the mean of red, green and blue.
+    """
     found = 0.0
     for light in world.lights:
         if light["type"] == "sun":

@@ -138,8 +138,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         The file contains meshes, materials (with their `KHR_materials_*` extensions), textures, variants, cameras,
         sun, point and spot lights, the node tree and its animations. A robot becomes a tree of its links, and its joint
         keyframes an animation. Positions become float32. A z-up world gets a root node that rotates it to glTF's y-up
-        axes. Raises `FormatError` if the file would exceed 4 GiB, and
-        `OSError`.
+        axes. Raises `FormatError` if the file would exceed 4 GiB, and `OSError` if it cannot be written.
         """
         data, notices = gltf_bytes(self)
         write(path, data)

@@ -67,9 +67,9 @@ def has_copies(options: argparse.Namespace) -> bool:
 
 
 def derive_cameras(cameras: Found, options: argparse.Namespace) -> Found:
-    """Returns the cameras that the options derive.
+    """Returns the cropped, undistorted or rectified copies of cameras that the options request.
 
-    For a file with a single rig, returns the derived rig.
+    Without such options, returns the cameras unchanged. For a file with a single rig, returns the rig of the copies.
     """
     from ...rig import Rig
 

@@ -57,9 +57,10 @@ def _is_file(text: str) -> bool:
 
 
 def mount_lidars(rig: Rig | None, texts: Sequence[str]) -> Rig:
-    """Returns the rig with the lidars of `--lidar NAME=DEVICE@X,Y,Z`; without a rig, a rig of these lidars only.
+    """Returns the rig with the lidars of `--lidar NAME=DEVICE@X,Y,Z`.
 
-    Raises `SettingsError` for malformed texts.
+    Without a rig, returns a rig of these lidars only. Raises `SettingsError` for malformed texts, and for names that
+    the rig already contains.
     """
     import numpy as np
 

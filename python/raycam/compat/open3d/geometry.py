@@ -41,7 +41,10 @@ class TriangleMesh(Hints):
         self.vertex_colors = Vector3dVector()
 
     def __add__(self, other: TriangleMesh) -> TriangleMesh:
-        """Returns a mesh of both meshes' triangles; normals and colours are kept if both meshes have them."""
+        """Returns a mesh with the triangles of both meshes.
+
+        Normals and colours are kept if both meshes have them.
+        """
         if not isinstance(other, TriangleMesh):
             return NotImplemented
         both = TriangleMesh(

@@ -12,8 +12,9 @@ __all__ = ["Material", "MetallicRoughnessMaterial", "SpecularGlossinessMaterial"
 
 
 class Material:
-    """The values that every kind of material has. `alphaCutoff` and `smooth` are stored without
-    effect, as in pyrender.
+    """The values that every kind of material has.
+
+    `alphaCutoff` and `smooth` are stored, but have no effect, as in pyrender.
     """
 
     name = Converted(text)

@@ -19,7 +19,10 @@ Floats = npt.NDArray[Any]
 
 
 def _kept(what: str, kind: type) -> Converted:
-    """An attribute that accepts objects of one class or None, and raises `TypeError` for other values."""
+    """Returns an attribute that accepts None and objects of the class `kind`.
+
+    Assigning another value raises `TypeError`.
+    """
 
     def convert(value: Any) -> Any:
         if value is not None and not isinstance(value, kind):
@@ -159,7 +162,10 @@ class Node:
 
 
 def _quaternion(columns: Floats) -> Floats:
-    """The unit quaternion x, y, z, w of the rotation next to a matrix [3, 3], which may be singular."""
+    """Returns the unit quaternion x, y, z, w of the rotation nearest to a matrix [3, 3].
+
+    The matrix may be singular.
+    """
     left, _, right = np.linalg.svd(columns)
     left[:, 2] *= np.sign(np.linalg.det(left @ right))
     turn = left @ right

@@ -129,13 +129,13 @@ class Viewer:
     close_external = on_close = close
 
     def save_gif(self, filename: Any = None) -> None:
-        """Raises `NotImplementedError`."""
+        """Raises `NotImplementedError`, because GIFs are not supported."""
         raise NotImplementedError(
             "save_gif is not supported; raycam.video.write_video writes videos of a world"
         )
 
     def __getattr__(self, name: str) -> Any:
-        """Raises `AttributeError`.
+        """Raises `AttributeError` for an unknown attribute.
 
         For the handlers of pyrender's window, the error contains an alternative.
         """

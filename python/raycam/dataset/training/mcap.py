@@ -195,7 +195,10 @@ def stamp_of(plan: Plan, number: int) -> int:
 
 
 def make(plan: Plan, number: int) -> Made:
-    """Creates an image as PNG; the record contains the messages of the image and of the lidars for the bag."""
+    """Creates an image as PNG, and its record.
+
+    The record contains the bag's messages about the image and about the lidars.
+    """
     stamp, view = stamp_of(plan, number), plan.shots[number]
     files, messages = image_messages(plan, number, stamp) if view.has_camera else ({}, [])
     messages += transforms(plan, number, stamp)

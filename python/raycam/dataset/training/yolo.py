@@ -154,8 +154,8 @@ def rectangle(points: Points, size: Points) -> Points:
     """Returns the corners [4, 2], in order, of the rectangle of minimum area around points.
 
     One of its sides is on the points' hull, or the rectangle is upright. Because loaders reject labels that extend
-    beyond the image, the corners are clipped to the image. A rectangle is not used if a point is then more than one
-    pixel outside.
+    beyond the image, the corners are clipped to the image. If a point is then more than one pixel outside the
+    rectangle, another rectangle is used.
     """
     hull = _hull(points)
     edges = np.concatenate([np.roll(hull, -1, axis=0) - hull, [[1.0, 0.0]]])

@@ -69,7 +69,8 @@ class Atmosphere:
     ) -> None:
         """Blends haze over the colours [n, 3] of rays [n, 3] that end at distances [n].
 
-        Fog colours the haze, too; `fog_along` [n] is then the depth per distance of each ray.
+        If `fog_along` [n] is given, fog is also blended over the haze; it contains depth divided by distance for each
+        ray.
 
         The haze is a cone around the camera, which is `height` above a plane with the normal `up`. The cone rises
         outwards from a circle in the plane to the edge of the sky at the camera's height. The haze is opaque at one

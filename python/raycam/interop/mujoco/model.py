@@ -54,7 +54,7 @@ ARRAYS = (
     "geom_type", "mesh_vert", "mesh_facetexcoord", "light_type", "light_attenuation", "cam_resolution",
     "cam_sensorsize", "cam_intrinsic", "tex_data", "tex_colorspace", "flex_vertadr", "skin_vert", "names",
 )  # fmt: skip
-"""Arrays that models of older versions lack in part."""
+"""Arrays that are read; models of older versions do not have all of them."""
 
 
 def check_model(model: Any) -> None:

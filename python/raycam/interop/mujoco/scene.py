@@ -129,10 +129,10 @@ class MujocoScene:
 
         The image resembles the image of `mujoco.Renderer`: headlight, Blinn-Phong materials, shadows, one reflecting
         plane or box, blended transparent geoms, the skybox and haze. `flags` switch these parts and fog on and off.
-        Shadows are
-        exact, and light is computed at every pixel instead of every vertex. With `samples=4` (default), edges are
-        antialiased; with 1, only the centre of each pixel is sampled. `raycam.render(scene.world, camera)` computes
-        physically based light instead. Raises `SettingsError` for the flags of wireframes and additive blending.
+        Shadows are exact, and light is computed at every pixel instead of every vertex. With `samples=4` (default),
+        edges are antialiased; with 1, only the centre of each pixel is sampled. `raycam.render(scene.world, camera)`
+        computes physically based light instead. Raises `SettingsError` for the flags of wireframes and additive
+        blending.
         """
         return self._look.image(camera, self._light_states, samples=samples, flags=self.flags)
 

@@ -32,7 +32,8 @@ __all__ = ["Shape", "covered_geoms", "element_shape", "with_texture"]
 INFINITE_PLANE = 100.0
 """Half the side length, in metres, of planes of size 0, which MuJoCo extends to the horizon."""
 CREASE = 0.8
-"""The cosine between a normal and the triangle's below which MuJoCo shades the corner flat (`mjr_uploadMesh`)."""
+"""MuJoCo shades a corner flat if the cosine between its normal and the triangle's normal is lower
+(`mjr_uploadMesh`)."""
 KEPT_IN_METRES = (PLANE, HFIELD, MESH, SDF)
 """Geoms whose vertices MuJoCo keeps in metres; the vertices of other geoms are in units of the geom's size."""
 

@@ -118,13 +118,19 @@ def _report_product(path: Path, line: object) -> None:
 
 
 def _kind(keys: dict[str, Any]) -> str | None:
-    """Returns the kind of device, such as "os1", for a product line such as "OS-1-128"; None for other lines."""
+    """Returns the kind of device, such as "os1", for a product line such as "OS-1-128".
+
+    The result is None for other product lines.
+    """
     line = str(keys.get("prod_line", "")).upper()
     return next((kind for prefix, kind in PREFIXES.items() if line.startswith(prefix)), None)
 
 
 def _mode_of_format(keys: dict[str, Any]) -> str | None:
-    """Returns the mode of a file without `lidar_mode`, from the columns and frames per second of its data format."""
+    """Returns the mode of a file without `lidar_mode`.
+
+    The mode follows from the columns and the frames per second of the file's data format.
+    """
     columns, rate = keys.get("columns_per_frame"), keys.get("fps", 10)
     return None if columns is None else f"{columns}x{rate}"
 

@@ -24,7 +24,10 @@ def read_text(path: Path) -> str:
 
 
 def finite(text: object, where: str, limit: float = math.inf) -> float:
-    """Returns a finite number within +-`limit`; raises `LidarError` with `where` (file, line and key)."""
+    """Returns `text` as a number from -`limit` to `limit`.
+
+    Raises `LidarError`, with `where` (file, line and key), for other texts.
+    """
     try:
         value = float(text)  # type: ignore[arg-type]
     except (TypeError, ValueError):

@@ -103,7 +103,7 @@ class Uploads:
         return world, all(map(is_model_file, names))
 
     def image(self, name: str) -> str:
-        """The path of an image that was received completely. Raises `SettingsError`."""
+        """Returns the path of an image; raises `SettingsError` unless it was received completely."""
         name = check_name(name)
         if not is_image(name) or name not in self._sizes or self._received[name] != self._sizes[name]:
             raise SettingsError(

@@ -76,13 +76,16 @@ class Edits:
         self._listeners.discard(listener)
 
     def edit(self, kind: str, number: int, key: str, value: Any) -> None:
-        """Changes an object or a light. Raises `WorldError`; the world is then unchanged."""
+        """Changes an object or a light.
+
+        Raises `WorldError` for a change that is not possible; the world is then unchanged.
+        """
         self._show_edited(lambda world: edited(world, kind, number, key, value))
 
     def place_object(self, number: int, matrix: Floats, stroke: object) -> None:
         """Sets an object's matrix; the changes of one drag are one undo step.
 
-        Raises `WorldError`.
+        Raises `WorldError` if an animation moves the object, and for an invalid matrix.
         """
 
         def place(world: World) -> None:
@@ -95,14 +98,14 @@ class Edits:
     def place_light(self, number: int, position: Floats, stroke: object) -> None:
         """Sets a light's position; the changes of one drag are one undo step.
 
-        Raises `WorldError`.
+        Raises `WorldError` for an unknown light and for a light without a position.
         """
         self._show_edited(lambda world: edit_light(world, number, "position", position.tolist()), stroke)
 
     def turn_light(self, number: int, direction: Floats, stroke: object) -> None:
         """Sets a light's direction; the changes of one drag are one undo step.
 
-        Raises `WorldError`.
+        Raises `WorldError` for an unknown light and for a light without a direction.
         """
         self._show_edited(lambda world: edit_light(world, number, "direction", direction.tolist()), stroke)
 
@@ -119,7 +122,10 @@ class Edits:
         return own
 
     def remove_camera(self, name: str) -> None:
-        """Removes a camera of the world, as an edit that can be undone. Raises `WorldError`."""
+        """Removes a camera of the world, as an edit that can be undone.
+
+        Raises `WorldError` for an unknown camera.
+        """
         self.change(lambda world: world.remove_camera(name))
 
     def change(self, function: Callable[[World], object], stroke: object = None) -> None:

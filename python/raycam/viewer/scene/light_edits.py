@@ -117,7 +117,7 @@ def _tinted(light: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
 
 
 def _linear(value: Any) -> Floats:
-    """The linear values [3] of a colour #rrggbb. Raises `SettingsError`."""
+    """Returns the linear values [3] of a colour #rrggbb; raises `SettingsError` for other texts."""
     try:
         text = value.removeprefix("#")
         encoded = np.array([int(text[i : i + 2], 16) for i in (0, 2, 4)]) / 255
@@ -138,7 +138,10 @@ def _stronger(light: dict[str, Any], factor: float) -> dict[str, Any]:
 
 
 def _vector(key: str, value: Any, before: Sequence[float]) -> list[float]:
-    """Three numbers, or an axis from 0 to 2 and its new value. Raises `SettingsError`."""
+    """Returns a vector [3], given as three numbers, or as an axis (0 to 2) and its new value.
+
+    Raises `SettingsError` for other values.
+    """
     if isinstance(value, list) and len(value) == 2 and value[0] in (0, 1, 2):
         value = [value[1] if axis == value[0] else before[axis] for axis in range(3)]
     if not isinstance(value, list) or len(value) != 3 or not np.isfinite(value).all():

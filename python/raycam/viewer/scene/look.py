@@ -255,7 +255,7 @@ def _image_path(image: str | os.PathLike[str]) -> str:
 
 
 def _sun(value: Any) -> tuple[float, float]:
-    """Azimuth and elevation in degrees. Raises `SettingsError`."""
+    """Returns azimuth and elevation in degrees; raises `SettingsError` unless both are finite."""
     angles = np.asarray(value, float).ravel() if not isinstance(value, bool) else DEFAULT_SUN
     if len(angles) != 2 or not all(map(math.isfinite, angles)):
         raise SettingsError(
@@ -265,7 +265,7 @@ def _sun(value: Any) -> tuple[float, float]:
 
 
 def _background(value: Any) -> str | None:
-    """A colour, or the absolute path of an image. Raises `SettingsError`."""
+    """Returns a colour or the absolute path of an image; raises `SettingsError` for "transparent"."""
     if value is None:
         return None
     if value == "transparent":

@@ -19,9 +19,9 @@ SHEAR_LIMIT = 1e-6
 
 
 def matrix_of_placement(values: Any, up: str) -> Floats:
-    """The matrix [4, 4] of a placement, with the angles of `World.add_object`.
+    """Returns the matrix [4, 4] of a placement, with the angles of `World.add_object`.
 
-    Raises `SettingsError`.
+    Raises `SettingsError` unless `values` are `LENGTH` finite numbers with scales other than 0.
     """
     if not isinstance(values, list) or len(values) != LENGTH or not np.isfinite(values).all():
         raise SettingsError(f"place: expected {LENGTH} numbers", code="wrong_shape")

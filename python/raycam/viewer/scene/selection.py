@@ -127,7 +127,10 @@ class Selection:
         return [{"name": "", "color": OUTLINE_COLOR, "thin": True, "lines": lines}] if lines else []
 
     def drag(self, camera: Camera, message: Gizmo, session: str) -> None:
-        """Moves, turns or scales the object by a drag of a handle. Raises `WorldError`."""
+        """Moves, turns or scales the object by a drag of a handle.
+
+        Raises the errors of `Edits.place_object`.
+        """
         stroke = (session, message.stroke)
         if self.light is not None:
             self._drag_light(camera, message, stroke, self.light)
@@ -143,7 +146,10 @@ class Selection:
             self._edits.place_object(self.number, after, stroke)
 
     def _drag_light(self, camera: Camera, message: Gizmo, stroke: object, number: int) -> None:
-        """Moves a light or turns a sun by a drag of a handle. Raises `WorldError`."""
+        """Moves a light or turns a sun by a drag of a handle.
+
+        Raises the errors of `Edits.place_light` and `Edits.turn_light`.
+        """
         if _direction_of_sun(self.world, number) is not None:
             self._drag_sun(camera, message, stroke, number)
             return
@@ -162,7 +168,7 @@ class Selection:
             self._edits.place_light(number, after, stroke)
 
     def _drag_sun(self, camera: Camera, message: Gizmo, stroke: object, number: int) -> None:
-        """Turns a sun by a drag of a circle. Raises `WorldError`."""
+        """Turns a sun by a drag of a circle; raises the errors of `Edits.turn_light`."""
         if message.handle not in ("x", "y", "z"):
             return
         if stroke != self._stroke[0]:

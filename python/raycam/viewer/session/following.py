@@ -37,7 +37,7 @@ class Following:
     """
 
     def __init__(self, leader: Session, token: str = "") -> None:
-        """`token` is the followers' token, which clients that may lead pass on in an address."""
+        """`token` is the followers' token; clients that may lead pass it on in an address."""
         self.leader = leader
         """The session that leads, even while no client is connected to it."""
         self._token = token

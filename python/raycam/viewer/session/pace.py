@@ -41,9 +41,10 @@ class Pace:
     def settling_size(
         self, still: tuple[int, int], shown: tuple[int, int], *, reaches_full: bool
     ) -> tuple[int, int] | None:
-        """Returns the size of the next image between a moving image of the size `shown` and the still image.
+        """Returns the size of the next image after a moving image and before the still image.
 
-        If an image of full size is slow, half the size is next. Full size is last, if `reaches_full`. None: no image.
+        `shown` is the size of the moving image. If an image of full size is slow, half the size is next. The last of
+        these images has full size if `reaches_full` is True. The result is None if no image is due.
         """
         full, half, _ = _sizes(still)
         is_slow = full[0] * full[1] * (self._seconds_per_pixel or 0.0) > SLOW_S

@@ -422,7 +422,10 @@ class View:
         return view.with_camera(camera.at_pose(R, C))
 
     def with_lens(self, fx: float, fy: float, cx: float, cy: float, distortion: list[float]) -> View:
-        """The view with other intrinsics, in pixels of the camera's own size. Raises `CameraError`."""
+        """Returns the view with other intrinsics, in pixels of the camera's own size.
+
+        Raises `CameraError` for invalid intrinsics or lens coefficients.
+        """
         K = self.camera.K.copy()
         K[0, 0], K[1, 1], K[0, 2], K[1, 2] = fx, fy, cx, cy
         return self.with_camera(self.camera.replace(K=K, distortion=distortion or None))

@@ -36,7 +36,7 @@ def live_page(
 ) -> str:
     """Returns the HTML text of a page that shows `world` with the camera of `frame`.
 
-    Raises `SettingsError`.
+    Raises `SettingsError` without a world or a camera, and for options that a live page does not support.
     """
     from ...arguments import one_of
     from ...render.frame import CHANNELS, PASSES, VIEWS

@@ -145,19 +145,19 @@ class Renderer(OffscreenRenderer):
     """In pyrender the class behind `OffscreenRenderer`; here the same class."""
 
     def render_text(self, *_arguments: Any, **_options: Any) -> None:
-        """Raises `NotImplementedError`."""
+        """Raises `NotImplementedError`, because text is not rendered."""
         raise NotImplementedError(
             "render_text is not supported; draw text on the image, for example with PIL.ImageDraw"
         )
 
     def read_color_buf(self) -> Any:
-        """Raises `NotImplementedError`."""
+        """Raises `NotImplementedError`, because there is no window."""
         raise NotImplementedError(
             "read_color_buf is not supported without a window; render(scene) returns the image"
         )
 
     def read_depth_buf(self) -> Any:
-        """Raises `NotImplementedError`."""
+        """Raises `NotImplementedError`, because there is no window."""
         raise NotImplementedError(
             "read_depth_buf is not supported without a window; render(scene) returns the depth"
         )

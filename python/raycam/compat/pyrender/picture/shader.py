@@ -102,9 +102,9 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def turn_normals(normals: Floats, turn: Floats) -> Floats:
-    """Returns unit normals [n, 3] after a transform of the vertices by `turn`, [3, 3] or [n, 3, 3].
+    """Returns the unit normals [n, 3] after the vertices are transformed by `turn`.
 
-    The transform may be singular: the normals are multiplied by its cofactors.
+    `turn` is [3, 3] or [n, 3, 3], and may be singular: the normals are multiplied by its cofactors.
     """
     cofactors = np.stack(
         [np.cross(turn[..., (i + 1) % 3, :], turn[..., (i + 2) % 3, :]) for i in range(3)], axis=-2
