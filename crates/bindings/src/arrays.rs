@@ -30,7 +30,7 @@ pub(crate) fn array<'py, T: Element>(py: Python<'py>, data: Vec<T>, shape: &[usi
     data.into_pyarray(py).reshape(shape)
 }
 
-/// Returns the rows of an array [..., N], in C order.
+/// Returns the rows of a C-contiguous array [..., N]; an error for an array of another shape or order.
 pub(crate) fn rows<'a, T: Element, const N: usize>(
     array: &'a PyReadonlyArrayDyn<'_, T>,
     name: &str,

@@ -96,7 +96,7 @@ impl PyCameraRecord {
     }
 }
 
-/// Returns the records of a file, and notices.
+/// Reads a calibration file; returns its camera records, and notices.
 #[pyfunction]
 #[pyo3(signature = (path, format, size, intrinsics, lens=None, convention=None))]
 pub(crate) fn read_cameras(

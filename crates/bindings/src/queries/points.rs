@@ -64,7 +64,7 @@ pub(crate) fn world_closest_points<'py>(world: &Bound<'py, World>, query: PointA
     Ok(dict)
 }
 
-/// Returns the distance of each point to the nearest selected object.
+/// Returns the distance of each point to the nearest selected object, in metres; +inf beyond the maximum distance.
 #[pyfunction]
 pub(crate) fn world_distance<'py>(world: &Bound<'py, World>, query: PointArguments<'py>) -> ArrayResult<'py, f64> {
     let (arrays, threads) = (query.arrays()?, query.threads);
@@ -73,7 +73,8 @@ pub(crate) fn world_distance<'py>(world: &Bound<'py, World>, query: PointArgumen
     })
 }
 
-/// Returns the distance of each point to the nearest selected object; negative inside the object.
+/// Returns the distance of each point to the nearest selected object, in metres; negative inside the object, and +inf
+/// beyond the maximum distance.
 #[pyfunction]
 pub(crate) fn world_signed_distance<'py>(
     world: &Bound<'py, World>,

@@ -124,7 +124,7 @@ fn columns_to_dict(py: Python<'_>, columns: Columns) -> DictResult<'_> {
     Ok(dict)
 }
 
-/// Returns fields of the first hit of each ray, by name.
+/// Returns the requested fields (`names`) of the first hit of each ray, as arrays by name.
 #[pyfunction]
 pub(crate) fn world_cast_rays<'py>(
     world: &Bound<'py, World>,
@@ -165,7 +165,8 @@ pub(crate) fn world_occluded<'py>(world: &Bound<'py, World>, query: RayArguments
     array(py, found, &[count])
 }
 
-/// Returns the crossings of each ray: `offsets`, `ray`, and fields by name.
+/// Returns the crossings of each ray, at most `max_hits` per ray, as arrays by name: `offsets` [n + 1] (the crossings
+/// of ray i are `offsets[i]..offsets[i + 1]`), `ray` and the requested fields.
 #[pyfunction]
 pub(crate) fn world_intersections<'py>(
     world: &Bound<'py, World>,

@@ -15,7 +15,7 @@ use crate::arrays::NewArray;
 use crate::error::{check_memory, world_error};
 use crate::world::shared_files::SharedFiles;
 
-/// Prefix of an array's number in its name; no file has such a name.
+/// Prefix of the names that replace arrays; the array's number follows. No file has such a name.
 const MARK: &str = "\0array ";
 /// File name of a light's image that was given as an array.
 pub(crate) const NAME: &str = "array";

@@ -74,11 +74,11 @@ pub enum TextureSlotKind {
 /// Part of a texture's transform (`KHR_texture_transform`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum UvProperty {
-    /// Two numbers.
+    /// Translation of the coordinates: two numbers.
     Offset,
     /// Rotation in radians, counter-clockwise in the image.
     Rotation,
-    /// Two numbers.
+    /// Scale of the coordinates along u and v: two numbers.
     Scale,
 }
 
@@ -107,7 +107,7 @@ impl UvTransform {
 pub struct AnimatedMaterial {
     /// Index into the world's materials.
     pub material: usize,
-    /// Complete material.
+    /// The material without animation, with all its properties.
     pub base: Material,
     /// Emitted colour, and the strength by which it is multiplied.
     pub emission: ([f32; 3], f32),

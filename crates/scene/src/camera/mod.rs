@@ -83,7 +83,7 @@ pub struct Background {
 }
 
 impl Camera {
-    /// Background image.
+    /// Background image, if the camera has one.
     pub fn background(&self) -> Option<&Background> {
         self.background.as_deref()
     }

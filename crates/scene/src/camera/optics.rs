@@ -142,7 +142,7 @@ impl Camera {
         self.ray_start_depth
     }
 
-    /// Lens.
+    /// Lens model, which acts between R and K.
     pub fn lens(&self) -> &Lens {
         &self.lens
     }
@@ -152,12 +152,12 @@ impl Camera {
         self.aperture.as_ref()
     }
 
-    /// Vignetting.
+    /// Vignetting; `None` if the image does not darken away from its centre.
     pub fn vignetting(&self) -> Option<&Vignetting> {
         self.vignetting.as_ref()
     }
 
-    /// Motion while the shutter is open.
+    /// Shutter, and motion while it is open; `None` for a camera without a shutter.
     pub fn motion(&self) -> Option<&ShutterMotion> {
         self.motion.as_ref()
     }

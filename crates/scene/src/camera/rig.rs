@@ -29,7 +29,7 @@ pub struct Rig {
     motion: Option<ShutterMotion>,
     /// Cameras, with their R and C in the axes of the body.
     mounts: Vec<NamedCamera>,
-    /// The other sensors, with their poses in the axes of the body.
+    /// The sensors that are not cameras, with their poses in the axes of the body.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     sensors: Vec<NamedSensor>,
 }

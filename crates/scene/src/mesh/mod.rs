@@ -101,7 +101,8 @@ impl Mesh {
         self.triangles.iter().filter(|triangle| flat(triangle)).count()
     }
 
-    /// Smallest and largest corner of the vertices that triangles use; `None` without triangles.
+    /// Axis-aligned bounds of the vertices that triangles use: the smallest and the largest coordinates. `None`
+    /// without triangles.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         self.bounds_in(DAffine3::IDENTITY)
     }

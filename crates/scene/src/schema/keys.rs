@@ -32,18 +32,18 @@ impl<const N: usize> Keys<N> {
         self.0.iter().filter(|(_, given)| *given).count()
     }
 
-    /// Rejects those of `keys` that are present, because they cannot be combined with another key; `reason` completes
-    /// the message.
+    /// Rejects the keys among `keys` that are present, because they cannot be combined with another key; `reason`
+    /// completes the message.
     pub fn refuse(&self, keys: &[&str], reason: &str) -> Result<()> {
         self.refuse_as(ErrorCode::ConflictingValues, keys, reason)
     }
 
-    /// Rejects those of `keys` that are present, because they require the key `required`, which is missing.
+    /// Rejects the keys among `keys` that are present, because they require the key `required`, which is missing.
     pub fn refuse_without(&self, required: &str, keys: &[&str]) -> Result<()> {
         self.refuse_as(ErrorCode::MissingValue, keys, &format!("requires {required}, which is missing"))
     }
 
-    /// Rejects those of `keys` that are present with an error of the kind `code`.
+    /// Rejects the keys among `keys` that are present, with an error of the kind `code`.
     pub fn refuse_as(&self, code: ErrorCode, keys: &[&str], reason: &str) -> Result<()> {
         match self.given(keys).first() {
             Some(key) => Err(SceneError::schema(code, *key, reason)),

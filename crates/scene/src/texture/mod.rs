@@ -95,7 +95,7 @@ pub struct TextureSlot {
 }
 
 impl TextureSlot {
-    /// The texture with the mesh's first texture coordinates.
+    /// Returns a slot for a texture that uses the mesh's first texture coordinates unchanged.
     pub fn plain(texture: usize) -> Self {
         Self { texture, uv_set: 0, image_from_mesh: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] }
     }
@@ -108,7 +108,7 @@ impl TextureSlot {
 }
 
 impl Texture {
-    /// An opaque sRGB image.
+    /// Creates a texture from an opaque image in 8-bit sRGB.
     pub fn from_srgb8(
         name: impl Into<String>,
         size: [u32; 2],

@@ -6,8 +6,8 @@ use crate::mesh::oriented_box::OrientedBox;
 use crate::world::World;
 
 impl World {
-    /// Smallest and largest corner of all visible objects, computed from their vertices; `None` without visible
-    /// objects.
+    /// Axis-aligned bounds of all visible objects, computed from their vertices: the smallest and the largest
+    /// coordinates. `None` without visible objects.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         self.objects
             .iter()

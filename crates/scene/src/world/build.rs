@@ -25,7 +25,7 @@ impl World {
         self.meshes.len() - 1
     }
 
-    /// Adds an image, which materials can use, and returns its index.
+    /// Adds a texture, which materials can use, and returns its index.
     pub fn add_texture(&mut self, texture: Texture) -> usize {
         self.textures.push(Arc::new(texture));
         self.textures.len() - 1

@@ -129,7 +129,7 @@ pub struct World {
     pub up: Up,
     /// Shared geometry.
     pub meshes: Vec<Arc<Mesh>>,
-    /// Shared images.
+    /// Shared textures.
     #[serde(with = "crate::texture::serde_shared")]
     pub textures: Vec<Arc<Texture>>,
     /// Cache that limits the memory of images, if the memory is limited; the cache is not part of the world's data.

@@ -20,7 +20,7 @@ pub struct WorldStats {
     pub vertices: usize,
     /// Materials.
     pub materials: usize,
-    /// Images.
+    /// Textures.
     pub textures: usize,
     /// Lights.
     pub lights: usize,
