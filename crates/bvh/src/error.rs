@@ -21,7 +21,7 @@ pub enum BuildError {
     TooLarge {
         /// The items: `triangles` or `instances`.
         what: &'static str,
-        /// The given number.
+        /// The given number of items.
         given: usize,
         /// The largest supported number.
         limit: usize,

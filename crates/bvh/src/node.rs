@@ -34,7 +34,7 @@ impl NodeRef {
         self.0 & Self::LEAF_FLAG != 0
     }
 
-    /// The index of the block.
+    /// The index of the block, without the leaf flag.
     #[inline(always)]
     pub fn index(self) -> usize {
         (self.0 & !Self::LEAF_FLAG) as usize
@@ -75,7 +75,7 @@ impl WideNode {
         _pad: [0; 7],
     };
 
-    /// Adds a child.
+    /// Adds a child in the first unused slot.
     pub fn push_child(&mut self, bounds: Aabb, child: NodeRef) {
         let lane = self.child_count as usize;
         self.set_child_bounds(lane, bounds);
@@ -83,7 +83,7 @@ impl WideNode {
         self.child_count += 1;
     }
 
-    /// Sets the bounds of a child.
+    /// Sets the bounds of the child in slot `lane`.
     pub fn set_child_bounds(&mut self, lane: usize, Aabb { lower, upper }: Aabb) {
         for axis in 0..3 {
             self.bounds[2 * axis][lane] = lower[axis];
@@ -91,7 +91,7 @@ impl WideNode {
         }
     }
 
-    /// The bounds of a child.
+    /// The bounds of the child in slot `lane`.
     pub fn child_bounds(&self, lane: usize) -> Aabb {
         let corner = |side: usize| std::array::from_fn(|axis| self.bounds[2 * axis + side][lane]);
         Aabb { lower: corner(0), upper: corner(1) }

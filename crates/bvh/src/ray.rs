@@ -12,9 +12,9 @@ pub const INVALID_ID: u32 = u32::MAX;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Origin, scene-local.
+    /// Origin in scene-local coordinates.
     pub origin: [f32; 3],
-    /// Direction, any length but zero.
+    /// Direction of any length except 0, in the same coordinate frame.
     pub direction: [f32; 3],
     /// The largest valid `t`; infinity for no limit.
     pub t_max: f32,
@@ -63,9 +63,9 @@ impl Hit {
 /// A float64 ray in world coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactRay {
-    /// Origin, in the world.
+    /// Origin in world coordinates.
     pub origin: [f64; 3],
-    /// Direction, any length but zero.
+    /// Direction of any length except 0, in the same coordinate frame.
     pub direction: [f64; 3],
     /// Minimum valid `t`, possibly negative; minus infinity for the whole line.
     pub t_min: f64,
@@ -108,7 +108,7 @@ pub enum HitDetail {
 /// A ray that hits several instances at the same distance, up to rounding to float32.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tie {
-    /// The ray's index.
+    /// The ray's index in the batch.
     pub ray: u32,
     /// True if two of the surfaces are coplanar and the ray does not hit them at their edges. False if the surfaces
     /// only touch at the hit, for example if the ray hits the bottom edge of a box that stands on a floor.

@@ -8,7 +8,7 @@ use raycam_scene::{ErrorCode, Lens, LensModel, PixelCenter};
 use crate::CameraRecord;
 use raycam_formats::{FormatError, Result};
 
-/// Returns K without skew.
+/// Returns K from the focal lengths and the principal point, without skew.
 pub(crate) fn pinhole_matrix([fx, fy, cx, cy]: [f64; 4]) -> DMat3 {
     DMat3::from_cols(DVec3::new(fx, 0.0, 0.0), DVec3::new(0.0, fy, 0.0), DVec3::new(cx, cy, 1.0))
 }

@@ -8,10 +8,10 @@ use raycam_scene::camera::nearest_rotation;
 /// Text of the notice about a quaternion that was scaled.
 pub(crate) const SCALED_QUATERNION: &str = "the quaternion does not have length 1; it was scaled";
 
-/// Rotation of a pose.
+/// Rotation of a pose, as stored in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rotation {
-    /// A matrix.
+    /// A matrix, which may differ from a rotation by rounding.
     Matrix(DMat3),
     /// A quaternion of any length except 0: w, x, y, z.
     Quaternion([f64; 4]),

@@ -13,11 +13,11 @@ use raycam_formats::{FormatError, Result};
 pub struct CameraRecord {
     /// Name, unique in a file.
     pub name: String,
-    /// Number of columns and rows.
+    /// Image size in pixels: columns, rows.
     pub size: Option<[u32; 2]>,
-    /// Intrinsics in pixels.
+    /// Intrinsics K in pixels; `pixel_center` is their convention of pixel centres.
     pub k: Option<DMat3>,
-    /// The lens.
+    /// Lens model with its coefficients.
     pub lens: Lens,
     /// Convention of pixel centres.
     pub pixel_center: PixelCenter,
@@ -25,7 +25,7 @@ pub struct CameraRecord {
     pub pose: Option<Pose>,
     /// Camera matrix, if the file contains it instead of K and a pose.
     pub matrix: Option<[[f64; 4]; 3]>,
-    /// Time in seconds.
+    /// Time of the image in seconds.
     pub time: Option<f64>,
     /// Name of the camera's image in the file.
     pub image: Option<String>,

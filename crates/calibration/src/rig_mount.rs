@@ -11,8 +11,8 @@ pub struct RigMount {
     pub frame: String,
     /// Name of the camera on the rig.
     pub name: String,
-    /// camera_from_body.
+    /// Pose of the camera on the rig: camera_from_body.
     pub camera: Pose,
-    /// body_from_world.
+    /// Pose of the rig in the world: body_from_world.
     pub body: Pose,
 }

@@ -13,7 +13,7 @@ pub enum FormatError {
     /// The file cannot be read; `source.kind()` is the reason (`NotFound`, `IsADirectory`, `PermissionDenied`, ...).
     #[error("{}: {source}{}", path.display(), broken_link(path))]
     Io {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// The operating system's reason.
         source: io::Error,
@@ -21,7 +21,7 @@ pub enum FormatError {
     /// The file does not follow its format.
     #[error("{}{location}: {message}", path.display())]
     Syntax {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Position in the file.
         location: Location,
@@ -31,7 +31,7 @@ pub enum FormatError {
     /// A world file has a value that the schema does not allow.
     #[error("{}:{line}: {}{message}", path.display(), prefix(key))]
     Schema {
-        /// The world file.
+        /// Path of the world file.
         path: PathBuf,
         /// Line number, from 1.
         line: usize,
@@ -47,19 +47,19 @@ pub enum FormatError {
         path.display()
     )]
     Budget {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// The exhausted resource.
         what: &'static str,
         /// The amount that the file requires.
         amount: u64,
-        /// The amount that remains.
+        /// The amount that remains in the budget.
         left: u64,
     },
     /// The file is valid, but raycam does not support its format or one of its features.
     #[error("{}: {message}", path.display())]
     Unsupported {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// The format of the file, and the supported formats.
         message: Message,
@@ -135,7 +135,7 @@ impl FormatError {
         Self::Encode(message.into())
     }
 
-    /// Returns the code of the error.
+    /// Returns the error's code, by which programs distinguish errors.
     pub fn code(&self) -> ErrorCode {
         match self {
             Self::Io { source, .. } => match source.kind() {

@@ -13,7 +13,7 @@ use crate::io::memory_files::MemoryFiles;
 use crate::io::{AssetRoot, InputFile, file_kind, lexer, stand_in};
 use crate::{gltf, obj, off, ply, stl, world_file};
 
-/// File format.
+/// File format: its extension and its reader.
 struct FileFormat {
     /// Extension in lower case, without the dot.
     extension: &'static str,

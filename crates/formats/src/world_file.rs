@@ -24,7 +24,7 @@ pub fn parse(text: &str, folder: &Path, path: &Path, budget: &Budget) -> Result<
     Ok(world)
 }
 
-/// World in a file.
+/// Reads the world in a world file.
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> {
     let InputFile { path, bytes, .. } = source;
     let text = std::str::from_utf8(bytes).map_err(|error| {
@@ -126,7 +126,7 @@ fn parse_piece(text: &str, range: Range<usize>, path: &Path) -> Result<SpannedVa
 /// Part of a text that is converted to a tree.
 struct TextPiece<'a> {
     text: &'a str,
-    /// Offset in the text.
+    /// Offset of the piece in the whole text, in bytes.
     start: usize,
     path: &'a Path,
 }
@@ -180,7 +180,7 @@ impl TextPiece<'_> {
     }
 }
 
-/// Error of the schema, with its line.
+/// Adds the world file's path and the line to an error of the schema or of a file.
 fn with_line(error: FormatError, node: &SpannedValue, text: &str, file: &Path) -> FormatError {
     match error {
         FormatError::Scene { path: None, source: SceneError::Schema { path: key, message, span } } => {

@@ -41,7 +41,7 @@ struct KdStep {
     axis: u32,
     /// Index of the left child; the right child has the next index. A cell contains its own index.
     next: u32,
-    /// The index of the cell.
+    /// The index of the cell; 0 for an inner node.
     cell: u32,
 }
 

@@ -30,13 +30,13 @@ pub enum TreeletInput<'a> {
 /// A child of a planned wide node.
 #[derive(Clone, Copy)]
 enum Child {
-    /// Another planned node.
+    /// Index of another planned node.
     Node(usize),
-    /// The roots of a treelet.
+    /// Index of a treelet, whose roots become children of the node.
     Treelet(usize),
 }
 
-/// The plan of the top of the tree.
+/// The plan of the wide nodes above the treelets.
 pub struct TopPlan {
     binary: Vec<BinaryNode>,
     treelets: Vec<TreeletDesc>,

@@ -11,7 +11,7 @@ pub enum InstructionSet {
     Avx2,
     /// x86-64 with AVX-512 F, VL, DQ and BW.
     Avx512,
-    /// aarch64.
+    /// aarch64, of which NEON is a part.
     Neon,
     /// wasm32, compiled with SIMD128.
     Simd128,

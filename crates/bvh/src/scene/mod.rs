@@ -25,7 +25,7 @@ use crate::scene::rebraid::SubtreeRef;
 /// coordinates.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// The mesh.
+    /// The BLAS of the mesh.
     pub bvh: Arc<Bvh>,
     /// Any invertible affine transform: rotation, scale, shear, mirror, translation.
     pub world_from_mesh: [[f32; 4]; 3],
@@ -36,7 +36,8 @@ pub struct Instance {
 /// The mesh and transform given to [`Scene::build`] must be these values rounded to float32, because the padding of the
 /// search covers only that rounding.
 pub trait ExactTriangles {
-    /// The three corners of a triangle of an instance.
+    /// Returns the world coordinates of the three corners of a triangle, which is given by its index in the
+    /// mesh of an instance.
     fn corners(&self, instance: u32, triangle: u32) -> [[f64; 3]; 3];
 
     /// Prefetches the indices of a triangle's corners.

@@ -229,7 +229,7 @@ impl Scene {
     }
 }
 
-/// The squared distance from a point to a triangle.
+/// Returns the squared distance from a point to a triangle, both in the same coordinate frame.
 pub fn squared_distance_to_triangle(point: [f64; 3], corners: [[f64; 3]; 3]) -> f64 {
     closest_point(point, corners).squared_distance
 }

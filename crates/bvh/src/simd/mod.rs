@@ -86,7 +86,7 @@ pub trait Vector: Copy {
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
 }
 
-/// An instruction set.
+/// An instruction set with its vector types.
 pub trait Isa: Copy + 'static {
     /// True if an operation on sixteen floats takes only slightly longer than on one.
     const WIDE: bool = false;

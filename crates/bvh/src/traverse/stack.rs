@@ -1,4 +1,4 @@
-//! Traversal stacks.
+//! Traversal stacks of single rays and of packets.
 
 use std::mem::MaybeUninit;
 

@@ -166,7 +166,7 @@ impl RecordReader for BinaryReader<'_> {
     }
 }
 
-/// Bytes of a file being written.
+/// Writer of a binary file: the bytes written so far.
 pub(crate) struct BinaryWriter(Vec<u8>);
 
 impl RecordWriter for BinaryWriter {

@@ -13,7 +13,7 @@ use raycam_formats::{FormatError, Result};
 /// A pose: quaternion w x y z, then translation x y z.
 pub(crate) type RigidPose = [f64; 7];
 
-/// A row of `cameras`.
+/// A row of `cameras`: the intrinsics of one or several images.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ColmapCamera {
     pub(crate) id: u32,
@@ -22,7 +22,7 @@ pub(crate) struct ColmapCamera {
     pub(crate) params: Vec<f64>,
 }
 
-/// A row of `images`.
+/// A row of `images`: the pose of an image (camera from world), and its camera.
 pub(crate) struct ColmapImage {
     pub(crate) id: u32,
     pub(crate) pose: RigidPose,

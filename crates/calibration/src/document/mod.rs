@@ -19,7 +19,7 @@ use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, suggestion};
 
 use raycam_formats::{FormatError, Result};
 
-/// Maximum depth of a tree.
+/// Maximum nesting depth of a tree; deeper documents are rejected.
 pub(crate) const MAX_DEPTH: usize = 32;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -92,7 +92,7 @@ impl<'a> Cursor<'a> {
         Self { node, path: self.path, key: format!("{}{joint}{key}", self.key) }
     }
 
-    /// Entries of a map.
+    /// Entries of a map; an error for any other node.
     pub(crate) fn entries(&self) -> Result<Vec<(&'a str, Cursor<'a>)>> {
         match &self.node.value {
             Value::Map(entries) => {
@@ -114,7 +114,7 @@ impl<'a> Cursor<'a> {
         (!child.is_null()).then_some(child)
     }
 
-    /// True for an empty value.
+    /// True for an empty value, `null` and `~`.
     pub(crate) fn is_null(&self) -> bool {
         matches!(&self.node.value, Value::Scalar(word) if matches!(word.as_str(), "" | "null" | "~"))
     }
@@ -151,7 +151,7 @@ impl<'a> Cursor<'a> {
         self.get(key).map_or(Ok(otherwise), |at| at.number())
     }
 
-    /// Reads a number of pixels: a whole number.
+    /// Reads a whole number >= 0, such as a number of pixels.
     pub(crate) fn count(&self) -> Result<u32> {
         let number = self.number()?;
         if number.fract() != 0.0 || !(0.0..=4294967295.0).contains(&number) {
@@ -160,7 +160,7 @@ impl<'a> Cursor<'a> {
         Ok(number as u32)
     }
 
-    /// Elements of a list.
+    /// Elements of a list; an error for any other node.
     pub(crate) fn list(&self) -> Result<Vec<Cursor<'a>>> {
         let Value::List(items) = &self.node.value else {
             return Err(self.fail_as(ErrorCode::WrongType, "expected a list"));
@@ -218,7 +218,7 @@ impl<'a> Cursor<'a> {
         numbers.collect::<Option<Vec<f64>>>().filter(|numbers| numbers.len() > 1)
     }
 
-    /// The `N` numbers of the node.
+    /// The numbers of the node; an error unless there are exactly `N`.
     pub(crate) fn array<const N: usize>(&self) -> Result<[f64; N]> {
         let numbers = self.numbers()?;
         let count = numbers.len();

@@ -68,7 +68,7 @@ fn sides(at: &Cursor<'_>) -> Result<Vec<f64>> {
     }
 }
 
-/// Reads the numbers of columns and rows.
+/// Reads the image size (columns, rows); `None` if the map contains no size.
 pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
     let (pair, shape) = (view.find_value(&keys::SIZE)?, view.find_value(&keys::SHAPE)?);
     if let Some(at) = pair.as_ref().or(shape.as_ref()) {

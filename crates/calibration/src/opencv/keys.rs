@@ -33,7 +33,7 @@ pub(super) const K: [&str; 26] = [
     "kmat",
     "kmtx",
 ];
-/// Keys of the lens's coefficients.
+/// Keys of a list of lens coefficients.
 pub(super) const LENS: [&str; 37] = [
     "distortionvec",
     "distortioncoefficients",

@@ -12,7 +12,7 @@ use crate::budget::Budget;
 use crate::error::{FormatError, Result};
 use crate::io::catch_panic::catch_decoder_panic;
 
-/// Decoded mesh.
+/// Mesh decoded from a Draco stream.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecodedMesh {
     /// Triangles; each corner is an index into the elements of every attribute.
@@ -36,7 +36,7 @@ pub struct Attribute {
     pub bytes: Vec<u8>,
 }
 
-/// Type of a number.
+/// Component type, as in glTF's accessors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ComponentType {
     /// `BYTE`

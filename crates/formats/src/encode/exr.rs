@@ -43,7 +43,7 @@ impl LayerSamples<'_> {
         }
     }
 
-    /// One component of every pixel.
+    /// Returns one component of every pixel as the samples of an EXR channel.
     fn plane(&self, component: usize, components: usize) -> FlatSamples {
         fn every<T: Copy>(data: &[T], first: usize, step: usize) -> impl Iterator<Item = T> + '_ {
             data.iter().skip(first).step_by(step).copied()

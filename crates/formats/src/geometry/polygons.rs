@@ -95,7 +95,7 @@ impl Polygons {
         true
     }
 
-    /// Appends polygons.
+    /// Appends the polygons of a later piece of the file.
     pub(crate) fn append(&mut self, mut later: Self) {
         let start = self.positions.len();
         if self.ends.is_empty() {

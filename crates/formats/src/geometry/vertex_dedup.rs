@@ -44,7 +44,7 @@ impl VertexDeduper {
         Self { corner_of: Vec::new(), next: Vec::new(), first: vec![NO_INDEX; count], crowded: HashMap::new() }
     }
 
-    /// Starts another mesh.
+    /// Removes all vertices, so that the memory can be reused for another mesh.
     pub(crate) fn clear(&mut self) {
         for corner in self.corner_of.drain(..) {
             self.first[corner.position as usize] = NO_INDEX;

@@ -19,7 +19,7 @@ pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image> {
     })
 }
 
-/// Layout of the pixels.
+/// Layout of the pixels, as declared by the header.
 struct BmpHeader {
     start: usize,
     columns: usize,

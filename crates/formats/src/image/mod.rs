@@ -31,7 +31,7 @@ use crate::io::{AssetRoot, file_kind, stand_in};
 pub use crate::image::exr::{ExrChannel, read_exr};
 pub use raycam_scene::ColorUse;
 
-/// Image format.
+/// Image format: its signature and its decoder.
 struct ImageFormat {
     /// True if a file's first bytes belong to this format.
     magic: fn(&[u8]) -> bool,
@@ -39,7 +39,7 @@ struct ImageFormat {
     decode: fn(&mut Decoder<'_>) -> Result<Image>,
 }
 
-/// All formats.
+/// All formats, in the order in which their signatures are checked.
 const IMAGE_FORMATS: &[ImageFormat] = &[
     ImageFormat {
         magic: |b| b.starts_with(b"\x89PNG\r\n\x1a\n"),

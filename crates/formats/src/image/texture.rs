@@ -1,4 +1,4 @@
-//! Images as textures.
+//! Reading of image files as textures.
 
 use std::path::Path;
 use std::sync::Arc;

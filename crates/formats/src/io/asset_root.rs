@@ -36,7 +36,7 @@ pub struct AssetRoot {
     trusted: bool,
     /// Files in memory; if present, nothing is read from a disk.
     memory: Option<MemoryFiles>,
-    /// Limits the memory of images, if set.
+    /// Texture cache, which limits the memory of images; `None` without a limit.
     texture_memory: Option<Arc<TextureCache>>,
     /// True if the materials always define whether the alpha of an image is used.
     pub(crate) uses_alpha_as_written: bool,

@@ -54,7 +54,7 @@ impl<'a> ByteSource<'a> {
         }
     }
 
-    /// All bytes, in memory.
+    /// Returns all bytes in memory; bytes on disk are read.
     pub(crate) fn read(self) -> io::Result<Cow<'a, [u8]>> {
         match self {
             Self::Memory(bytes) => Ok(bytes),

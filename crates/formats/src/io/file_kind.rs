@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::error::{FormatError, Result};
 
-/// File format.
+/// File format that is recognised by its first bytes.
 struct FileKind {
     /// Offset of the format's signature in the file.
     at: usize,

@@ -13,7 +13,7 @@ use crate::io::Diagnostics;
 use crate::io::lexer::{self, Lines, Words};
 use crate::obj::ignored::IgnoredStatements;
 
-/// Whole lines of a file.
+/// Piece of a file that consists of whole lines.
 pub(crate) struct TextChunk<'a> {
     pub(crate) text: &'a [u8],
     /// Number of lines before the text.
@@ -56,7 +56,7 @@ pub(crate) struct Chunk {
     pub(crate) max_index: [(i64, usize); 3],
     pub(crate) degenerate: DegenerateFaces,
     pub(crate) ignored: IgnoredStatements,
-    /// Invalid values that are ignored.
+    /// Notices about invalid values, which are ignored.
     pub(crate) odd: Diagnostics,
     /// Last line, if it has no line end and fewer words than the previous line.
     pub(crate) cut_line: Option<usize>,

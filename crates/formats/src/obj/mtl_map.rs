@@ -39,7 +39,7 @@ impl MapRole {
     }
 }
 
-/// Image of a material.
+/// Image of a material: its role, file and options.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MtlMap {
     pub(crate) role: MapRole,

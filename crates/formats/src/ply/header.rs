@@ -27,7 +27,7 @@ pub(crate) struct Element {
     pub(crate) properties: Vec<Property>,
 }
 
-/// Tables of a file.
+/// Header of a file: its elements, images and notices.
 #[derive(Debug)]
 pub(crate) struct Header {
     pub(crate) elements: Vec<Element>,

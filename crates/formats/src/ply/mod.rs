@@ -84,7 +84,7 @@ pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
 
 struct Ply<'a> {
     path: &'a Path,
-    /// Total number of vertices.
+    /// Number of vertices that the header declares.
     declared: usize,
     mesh: Mesh,
     polygons: Polygons,

@@ -9,7 +9,7 @@ use crate::ply::scalar::ScalarType;
 /// Rows that one thread reads at a time.
 pub(crate) const BLOCK_ROWS: usize = 1 << 15;
 
-/// Rows of an element.
+/// Rows of an element in a binary file, all of the same length.
 pub(crate) struct FixedTable<'a> {
     bytes: ByteSource<'a>,
     stride: usize,

@@ -26,7 +26,7 @@ pub(crate) struct PlyVertices {
     pub(crate) translucent: bool,
 }
 
-/// Reads the vertices.
+/// Reads the rows of the element `vertex`.
 pub(crate) fn read(path: &Path, element: &Element, body: &mut Body<'_>, odd: &mut Diagnostics) -> Result<PlyVertices> {
     let columns = Columns::new(element);
     if !columns.have(&[X, Y, Z]) {

@@ -139,7 +139,7 @@ impl<'a, S: RaySearch> ExactRayState<'a, S> {
         self.search.as_ref().map_or(0.0, |search| search.clipped_ray().t_max_f32())
     }
 
-    /// Returns to the TLAS.
+    /// Returns to the TLAS; returns false if the ray is invalid in scene coordinates.
     #[inline(always)]
     fn enter_tlas(&mut self, scene: &'a Scene) -> bool {
         let Some(search) = &self.search else { return false };

@@ -30,7 +30,7 @@ pub trait RayInFlight<'a> {
     /// True while the ray is in the TLAS, whose leaves are instances.
     fn is_in_tlas(&self) -> bool;
 
-    /// Tests one node.
+    /// Tests the ray against the children of one inner node.
     fn step_node<I: Isa>(&mut self);
 
     /// Tests one leaf; returns true if triangles remain for [`RayInFlight::step_triangles`].

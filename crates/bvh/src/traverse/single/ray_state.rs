@@ -129,7 +129,7 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
         self.enter_tlas(scene, world_ray.t_max)
     }
 
-    /// Returns to the TLAS.
+    /// Returns to the TLAS; returns false if the ray is invalid in scene coordinates.
     #[inline(always)]
     fn enter_tlas(&mut self, scene: &'a Scene, t_max: f32) -> bool {
         if !scene.setup_ray(&mut self.ray, &self.world_ray) {
@@ -155,7 +155,7 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
         self.node == NodeRef::EMPTY
     }
 
-    /// Enters an instance.
+    /// Enters an instance; returns false if the transformed ray is invalid and therefore misses.
     #[inline(always)]
     fn enter_blas<const SINGLE_LEVEL: bool>(&mut self, scene: &'a Scene, instance: u32, t_max: f32) -> bool {
         let record = &scene.instances[instance as usize];

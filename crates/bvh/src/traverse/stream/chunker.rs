@@ -242,7 +242,7 @@ impl<'a> RayChunker<'a> {
         }
     }
 
-    /// The current chunk.
+    /// Returns the current chunk, with queues for the rays that leave it.
     #[inline(always)]
     pub fn chunk<'b>(
         &'b self,

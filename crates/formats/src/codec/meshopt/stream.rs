@@ -1,7 +1,7 @@
 //! Byte stream between the header and the tail of a compressed view. A stream does not contain its length: the tail is
 //! located from the end, and all bytes before it must be consumed.
 
-/// Bytes that have not been read.
+/// Reader of a stream: the bytes that have not been read.
 pub(crate) struct Stream<'a> {
     rest: &'a [u8],
 }

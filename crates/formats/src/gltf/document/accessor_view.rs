@@ -12,7 +12,7 @@ use crate::io::{ByteSource, parallel};
 /// Number of elements that one thread decodes at a time.
 const BLOCK_ELEMENTS: usize = 1 << 15;
 
-/// Type of a number.
+/// Component type of an accessor (glTF's `componentType`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Component {
     I8,

@@ -15,7 +15,7 @@ use crate::gltf::json::extensions::MeshoptView;
 use crate::gltf::json::{BufferView, Root};
 use crate::io::{AssetRoot, ByteSource, Diagnostics, InputFile, companion};
 
-/// All bytes of a document.
+/// All buffers and buffer views of a document.
 pub(crate) struct Resources<'a> {
     buffers: Vec<ByteSource<'a>>,
     views: Vec<View>,

@@ -1,4 +1,4 @@
-//! Supported extensions.
+//! Supported extensions of glTF, and the check of the extensions that a file uses and requires.
 
 use std::path::Path;
 

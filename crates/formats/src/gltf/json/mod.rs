@@ -31,7 +31,7 @@ use crate::gltf::json::lenient::Lenient;
 use crate::gltf::json::material::Material;
 
 json_objects! {
-    /// A document.
+    /// A glTF document: the root object of the JSON.
     struct Root {
         asset: Option<Asset>,
         extensions_used: Vec<String>,

@@ -11,7 +11,7 @@ use crate::io::Diagnostics;
 
 /// Vertex data required by the materials of a primitive, including its variants.
 pub(crate) struct MaterialRequirements {
-    /// Sets of texture coordinates.
+    /// Indices of the required sets of texture coordinates.
     sets: Vec<usize>,
     /// Set of texture coordinates that the tangents follow, if a material requires tangents.
     pub(crate) tangent_uvs: Option<usize>,

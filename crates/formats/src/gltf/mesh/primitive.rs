@@ -22,7 +22,7 @@ pub(crate) struct PrimitiveMesh {
     pub(crate) skin_morph: SkinMorph,
 }
 
-/// Reader of a primitive.
+/// Reader of a primitive, which becomes a mesh.
 pub(crate) struct PrimitiveReader<'a> {
     pub(crate) document: &'a Document<'a>,
     /// Name of the primitive in errors.

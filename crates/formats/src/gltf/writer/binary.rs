@@ -13,27 +13,28 @@ pub(super) enum BufferTarget {
     Other,
 }
 
-/// Start, length and index of a view.
+/// Start and length of a buffer view in bytes, and its index.
 type ViewSpan = (usize, usize, usize);
 
-/// Contents of the chunk.
+/// Contents of the binary chunk, with its buffer views and accessors.
 #[derive(Default)]
 pub(in crate::gltf) struct BinaryChunk {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
-    /// Views by their contents. Accessors of different types must not share a view (3.6.2.4).
+    /// Buffer views by the hash of their bytes, their use, and the type of their accessors. Accessors of
+    /// different types must not share a view (3.6.2.4).
     known: HashMap<(u64, BufferTarget, String), Vec<ViewSpan>>,
     known_accessors: HashMap<String, usize>,
 }
 
 impl BinaryChunk {
-    /// Returns a view of these bytes.
+    /// Returns the index of a buffer view with these bytes, which are added if necessary.
     pub(super) fn view(&mut self, data: &[u8], target: BufferTarget) -> usize {
         self.view_for(data, target, String::new())
     }
 
-    /// Returns a view of these bytes, for accessors of this type.
+    /// Same as [`Self::view`], for accessors of the type `like`.
     fn view_for(&mut self, data: &[u8], target: BufferTarget, like: String) -> usize {
         let mut hasher = DefaultHasher::new();
         data.hash(&mut hasher);
@@ -56,8 +57,8 @@ impl BinaryChunk {
         self.views.len() - 1
     }
 
-    /// Returns an accessor of float32 elements. With `bounds`, it contains the minimum and maximum, which glTF requires
-    /// for positions and times.
+    /// Returns the index of an accessor of float32 elements. With `bounds`, the accessor contains the minimum and
+    /// maximum, which glTF requires for positions and times.
     pub(super) fn floats<const N: usize>(&mut self, values: &[[f32; N]], target: BufferTarget, bounds: bool) -> usize {
         let bytes: Vec<u8> = values.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
         let mut more = Map::new();
@@ -73,15 +74,15 @@ impl BinaryChunk {
         self.accessor(&bytes, 5126, kind(N), values.len(), target, more)
     }
 
-    /// Returns an accessor with four joints per vertex.
+    /// Returns the index of an accessor with four joints per vertex.
     pub(super) fn joints(&mut self, values: &[[u16; 4]]) -> usize {
         let bytes: Vec<u8> = values.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
         let count = values.len();
         self.accessor(&bytes, 5123, "VEC4", count, BufferTarget::Vertices, Map::new())
     }
 
-    /// Returns an accessor of indices into this number of vertices, in 16 bits if possible. The maximum of the type is
-    /// not a valid index (3.7.2.1).
+    /// Returns the index of an accessor of indices into this number of vertices, in 16 bits if possible. The maximum of
+    /// the type is not a valid index (3.7.2.1).
     pub(super) fn indices(&mut self, values: &[u32], vertices: usize) -> usize {
         let (code, bytes): (_, Vec<u8>) = if vertices <= usize::from(u16::MAX) {
             let short = values.iter().flat_map(|&v| (v as u16).to_le_bytes());
@@ -113,7 +114,7 @@ impl BinaryChunk {
         })
     }
 
-    /// Returns views, accessors and bytes.
+    /// Returns the buffer views, the accessors and the bytes.
     pub(super) fn into_parts(self) -> (Vec<Value>, Vec<Value>, Vec<u8>) {
         (self.views, self.accessors, self.bytes)
     }

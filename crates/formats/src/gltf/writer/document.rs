@@ -12,7 +12,7 @@ use crate::gltf::writer::binary::BinaryChunk;
 pub(crate) struct Writer<'a> {
     pub(crate) world: &'a World,
     pub(crate) binary: BinaryChunk,
-    /// Lists of the document, by key.
+    /// Lists of the document, such as `meshes`, by key.
     pub(crate) lists: BTreeMap<&'static str, Vec<Value>>,
     pub(crate) lights: Vec<Value>,
     pub(crate) extensions: BTreeSet<&'static str>,

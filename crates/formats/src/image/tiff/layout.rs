@@ -14,7 +14,7 @@ pub(super) enum SampleFormat {
     Float,
 }
 
-/// Meaning of the samples.
+/// Meaning of the colour samples, from the tag `PhotometricInterpretation`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Photometric {
     WhiteIsZero,

@@ -68,7 +68,7 @@ pub(super) fn tiff(file: &mut Decoder<'_>) -> Result<Image> {
     Ok(file.image(layout.size, texels))
 }
 
-/// Meaning of the samples of a pixel.
+/// Conversion of a pixel's samples to red, green, blue and alpha.
 struct Colors {
     photometric: Photometric,
     /// Index of alpha, and true if the colours are premultiplied by it.

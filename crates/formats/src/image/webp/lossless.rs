@@ -152,7 +152,7 @@ impl<'a> LosslessValidator<'a> {
         Some(CodeGroups { groups, block_bits: bits as u32, chosen, across })
     }
 
-    /// Prefix code with this number of symbols.
+    /// Reads a prefix code for an alphabet of this number of symbols.
     fn read_code(&mut self, symbols: usize) -> Option<HuffmanCode> {
         if self.read_bits(1)? == 1 {
             let two = self.read_bits(1)? == 1;
