@@ -79,10 +79,10 @@ def test_invalid_numbers_are_refused_with_name_and_range(tab: Tab, live: Server)
     session = opened(tab, live, SAMPLES)
     before = session.view.camera
     for element, text, told in [
-        ("#pose-x", "1e12", "x, m: expected a number from -1000000000 to 1000000000, not 1e12."),
+        ("#pose-x", "1e12", "x, m: expected a number from -1000000000 to 1000000000, got 1e12."),
         ("#pose-yaw", "", "yaw, °: expected a number from -10000 to 10000."),
-        ("#lens-fields input", "0", "fx: expected a number from 0.001 to 10000000, not 0."),
-        ("#object-emission", "-3", "Emission W/(m² sr): expected a number from 0 to 1000000, not -3."),
+        ("#lens-fields input", "0", "fx: expected a number from 0.001 to 10000000, got 0."),
+        ("#object-emission", "-3", "Emission W/(m² sr): expected a number from 0 to 1000000, got -3."),
     ]:
         tab.evaluate("document.getElementById('message').click()")
         assert said(tab) == ""
