@@ -125,8 +125,8 @@ pub fn is_brief(world: &World, prepared: &PreparedWorld, camera: &Camera, settin
     may_run_here(prepared, moves, settings, needs) && estimated_work(settings, region, needs) <= MAX_WORK_HERE
 }
 
-/// True if a frame may be rendered without a thread pool: it shows no lit colours, requires no lights, has no time
-/// limit, and nothing moves.
+/// True if a frame may be rendered without a thread pool: it shows no colours, or only unlit colours while
+/// the lights are already prepared; it has no time limit; and nothing moves.
 fn may_run_here(world: &PreparedWorld, moves: bool, settings: &Settings, needs: RenderNeeds) -> bool {
     let unlit = !needs.color || (settings.integrator == Integrator::Flat && world.has_lighting());
     unlit && !moves && settings.time_limit.is_none()

@@ -58,6 +58,10 @@ static POOLS: Mutex<Option<PoolCache>> = Mutex::new(None);
 /// call.
 ///
 /// A forked child creates its own pools.
+///
+/// # Errors
+/// [`RenderError::Settings`] for an invalid number of threads, and [`RenderError::Threads`] if the threads
+/// cannot be started.
 pub fn with_pool<T: Send>(threads: Option<usize>, f: impl FnOnce() -> T + Send) -> Result<T, RenderError> {
     let threads = checked_threads(threads)?;
     if !HAS_THREADS {
@@ -100,8 +104,9 @@ const MOST_WAITING: u32 = 8;
 const STACK_BYTES: usize = 8 << 20;
 
 impl Workers {
-    /// Chooses threads for an estimated time of work in nanoseconds: at most `threads` (`None`: all that this process
-    /// may use), and no more than are worth waking. Only work that `may_run_here` runs on the calling thread.
+    /// Chooses threads for an estimated time of work in nanoseconds: at most `threads` (`None`: all that this
+    /// process may use), and no more than are worth waking. Brief work runs on the calling thread if
+    /// `may_run_here` is true.
     ///
     /// # Errors
     /// Errors of [`with_pool`].

@@ -85,7 +85,8 @@ impl KeypointSource {
 /// Projection of a point, and the point's visibility.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keypoint {
-    /// World-space position at the time of the image. For points without a pixel: the position in the world at rest.
+    /// World-space position at the time at which the point's pixel is exposed. For points without a pixel:
+    /// the position in the viewpoint's world.
     pub point: DVec3,
     /// Position of the point in the image, in pixels; NaN if the camera cannot project the point.
     pub pixel: DVec2,

@@ -9,7 +9,8 @@ use crate::film::output_plane::OutputPlane;
 use crate::film::tile::{TILE_SIZE, Tile};
 use crate::film::tile_writer::{ChannelStrip, PixelRun, ROWS_PER_WRITE, RowWriter, StripCursor};
 
-/// Block of a tile, and the index within the tile of the block's first pixel; `None` if the block shows the background.
+/// Block of a tile, and the index of the block's first pixel among the tile's traced pixels; the index is
+/// `None` if the block shows the background.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelBlock {
     pub block: Tile,

@@ -10,8 +10,8 @@ pub(crate) const LIGHT_PREFIX: &str = "light:";
 const MAX_NAMES: usize = 1 << 16;
 const MAX_LENGTH: usize = 256;
 
-/// Channel name `light:NAME`. Equal names are the same text, which exists until the process ends, so that channels can
-/// be copied.
+/// Channel name `light:NAME`. Equal names share one string, which exists until the process ends, so that
+/// channels can be copied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LightName(&'static str);
 

@@ -5,8 +5,8 @@ use crate::film::image_plane::ImagePlane;
 use crate::film::output_plane::PlaneData;
 use crate::film::tile::TILE_SIZE;
 
-/// Number of rows of a tile that are written together: the data from which they are computed fits the L1 cache. A
-/// block's height is a multiple of this number.
+/// Number of rows of a tile that are written together: the data from which they are computed fits the L1
+/// cache. A full block's height is a multiple of this number.
 pub(crate) const ROWS_PER_WRITE: u32 = 4;
 const PIXELS_PER_WRITE: usize = (TILE_SIZE * ROWS_PER_WRITE) as usize;
 

@@ -35,7 +35,7 @@ impl Normals {
     }
 }
 
-/// Normals of the triangle that a centre ray hit last.
+/// Normals of a triangle that centre rays hit.
 #[derive(Clone, Copy)]
 struct CachedTriangle {
     /// Unit normal on the counter-clockwise side, and unit normal on the viewer's side.

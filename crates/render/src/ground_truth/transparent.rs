@@ -9,7 +9,8 @@ use crate::interaction::SurfaceInteraction;
 use crate::interaction::ray_cone::RayCone;
 use crate::prepare::geometry::Geometry;
 
-/// Surfaces with less opacity than this are skipped; materials with more transmission than this count as refractive.
+/// Surfaces with less opacity than this are skipped; materials with at least this transmission count as
+/// refractive.
 pub(crate) const OPACITY_THRESHOLD: f32 = 0.5;
 /// Relative distance behind a skipped surface at which a ray restarts; larger than float64 rounding errors.
 const RESTART_OFFSET: f64 = 1e-12;
@@ -158,8 +159,8 @@ impl Geometry {
         hit.t + RESTART_OFFSET * reach
     }
 
-    /// True if camera rays pass the surface: it refracts, its opacity is too low, or it is one-sided and seen from
-    /// behind.
+    /// True if the ground truth skips the surface: it refracts, its opacity is too low, its object is hidden
+    /// from camera rays, or it is one-sided and seen from behind.
     pub(crate) fn is_skippable(&self, hit: &Hit, direction: DVec3) -> bool {
         let material = &self.material(hit).material;
         is_refractive(material)

@@ -1,7 +1,7 @@
 //! Ray cones, which determine the level of a mip map.
 //!
-//! A pixel's cone is as wide as the pixel along each direction: elliptic if the pixel's sides subtend
-//! different angles, as at the border of a wide-angle image. After scattering, cones are round.
+//! With one sample per pixel, a cone is as wide as the pixel along each direction: elliptic if the pixel's
+//! sides subtend different angles, as at the border of a wide-angle image. After scattering, cones are round.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use raycam_scene::Camera;
@@ -24,7 +24,7 @@ pub(crate) struct Stretch(u32);
 
 impl Stretch {
     const ROUND: Self = Self(0);
-    /// Number of steps with which the ratio from 1 to 2 and the coordinates on the octahedron are quantised.
+    /// Numbers of quantisation steps per unit of the ratio and of the coordinates on the octahedron.
     const RATIO_STEPS: f32 = 32.0;
     const AXIS_STEPS: f32 = 2047.0;
 
@@ -108,8 +108,9 @@ impl<'a> PixelCones<'a> {
         }));
     }
 
-    /// Cone of a pixel, and the ray of the pixel to its right. The cone's width is the side length of a square with the
-    /// pixel's area. `known` is the pixel's ray, origin and direction, if it has been computed.
+    /// Cone of a pixel, and the ray of the pixel to its right. The cone's width is the side length of a
+    /// square with the pixel's area, times [`sample_share`]. `known` is the pixel's ray, origin and
+    /// direction, if it has been computed.
     fn cone(&self, camera: &Camera, [x, y]: [u32; 2], known: Option<[DVec3; 2]>) -> (RayCone, [DVec3; 2]) {
         let center = camera.pixel_center_of(x, y);
         let ray = |offset: DVec2| match &self.pinhole {
@@ -164,8 +165,8 @@ impl RayCone {
         Self { width: self.width + self.spread * distance, ..*self }
     }
 
-    /// Cone after a scattering event: specular reflection keeps the mean width, any other scattering reduces the cone
-    /// to a ray.
+    /// Cone after a scattering event: specular reflection or refraction keeps the mean width, any other
+    /// scattering reduces the cone to a ray.
     pub fn after_scatter(&self, mirrored: bool) -> Self {
         if mirrored { Self { stretch: Stretch::ROUND, ..*self } } else { Self::default() }
     }

@@ -1,4 +1,5 @@
-//! Air light: the light that fog sends to the camera where no surface is behind it, in closed form.
+//! Air light: the light that fog scatters towards the camera along a ray that hits no surface, in closed
+//! form.
 //!
 //! Single scattering of the light from infinity: H. Koschmieder, "Theorie der horizontalen Sichtweite", 1924. The
 //! approximation assumes that the light which fog removes from suns and skies equals the light that is scattered more

@@ -189,7 +189,8 @@ impl EmissiveTriangles {
         LightLiSample::new(direction, end, radiance, probability * density * brightness_density)
     }
 
-    /// Density by solid angle with which [`EmissiveTriangles::sample`] yields a hit at this distance.
+    /// Density by solid angle with which [`EmissiveTriangles::sample`] samples the direction to this hit, at
+    /// this distance.
     pub fn pdf(&self, world: &Geometry, from: &LightSampleContext, hit: &Hit, direction: Vec3, distance: f64) -> f64 {
         let numbers = self.light_of_triangle.get(hit.instance as usize);
         let number = numbers.and_then(|numbers| numbers.get(hit.triangle as usize));

@@ -110,8 +110,8 @@ impl Lights {
         one && choice == LightSampling::Importance && !self.has_emissive_triangles()
     }
 
-    /// Number of samples of [`Lights::sample_split`], if the world has several lights, but not too many infinite
-    /// lights.
+    /// Number of indices of [`Lights::sample_split`]; `None` if the world has fewer than two lights or too
+    /// many infinite lights.
     pub fn max_split_samples(&self) -> Option<usize> {
         let several = self.non_constant_infinite + self.tree.count() + usize::from(self.has_emissive_triangles()) > 1;
         (several && self.non_constant_infinite <= MAX_SPLIT_LIGHTS)

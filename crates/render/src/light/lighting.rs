@@ -100,7 +100,7 @@ impl LightingCell {
         }))
     }
 
-    /// True if the lights equal a world's lights, with the same images and profiles.
+    /// True if the lights equal a world's lights, with the same images.
     pub fn has_lights_of(&self, world: &World) -> bool {
         let same = self.lights.iter().zip(&world.lights).all(|(a, b)| is_same_light(a, b));
         same && self.lights.len() == world.lights.len()
@@ -141,7 +141,7 @@ impl LightingCell {
     }
 }
 
-/// True if two lights are equal and refer to the same image or profile; contents are not compared.
+/// True if two lights are equal and refer to the same image; the contents of images are not compared.
 fn is_same_light(a: &Light, b: &Light) -> bool {
     let same = |a: &Option<Arc<_>>, b: &Option<Arc<_>>| match (a, b) {
         (Some(a), Some(b)) => Arc::ptr_eq(a, b),

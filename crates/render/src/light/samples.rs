@@ -69,7 +69,7 @@ impl LightLiSample {
         Self { direction: direction.as_vec3(), p_light: end, radiance: irradiance.as_vec3(), pdf: 1.0, is_delta: true }
     }
 
-    /// Sample of a light with an extent; `None` if the density exceeds float32.
+    /// Sample of a light with an extent; `None` if the density is 0 or too large for float32.
     pub(super) fn new(direction: DVec3, end: DVec3, radiance: Vec3, density: f64) -> Option<Self> {
         let pdf = density as f32;
         (pdf > 0.0 && pdf.is_finite()).then(|| Self {
@@ -81,7 +81,8 @@ impl LightLiSample {
         })
     }
 
-    /// Multiplies the density by the probability of selecting the light; `None` if the result exceeds float32.
+    /// Multiplies the density by the probability of selecting the light; `None` if the result is 0 or too
+    /// large for float32.
     pub(super) fn with_selection_pdf(mut self, probability: f64) -> Option<Self> {
         self.pdf *= probability as f32;
         (self.pdf > 0.0 && self.pdf.is_finite()).then_some(self)

@@ -112,8 +112,8 @@ impl DielectricAlbedo {
         [[a, b, c], [d, e, f]]
     }
 
-    /// Reflectance and transmittance of a microfacet. `up` is the fraction of the reflected light that leaves the
-    /// surface, `down` the fraction of the refracted light.
+    /// Reflectance and transmittance of a microfacet, as coefficients of 1, f0 and f90. `up` is the fraction
+    /// of the reflected light that leaves the surface, `down` the fraction of the refracted light.
     fn facet_albedo(&self, cosine: f32, eta: f32, up: f32, down: f32) -> [[f32; 3]; 2] {
         let Some(other) = refracted_cosine(cosine, eta) else {
             return [[up, 0.0, 0.0], [0.0; 3]];

@@ -1,9 +1,9 @@
 //! Transmittance of rough interfaces seen from inside. It determines the share of light that reaches the layers below.
 //!
-//! The transmittance falls to zero at the critical angle, within a few standard deviations of the microfacets' slopes.
-//! No uniform grid resolves this transition for smooth surfaces, so the nodes of a row are spaced by a hyperbolic sine
-//! of the angle to the critical angle, in units of the roughness. Rows then have equal shapes and can be interpolated
-//! node by node.
+//! The transmittance falls to zero at the critical angle, within a few standard deviations of the
+//! microfacets' slopes. No uniform grid resolves this transition for smooth surfaces, so the nodes of a row
+//! are uniform in the inverse hyperbolic sine of the angle from the critical angle, in units of the
+//! roughness. Rows then have similar shapes and can be interpolated node by node.
 
 use std::f32::consts::FRAC_PI_2;
 use std::sync::OnceLock;
@@ -22,7 +22,8 @@ const ANGULAR_POINTS: u32 = 48;
 /// Width of the transition at the critical angle, divided by the roughness `alpha`.
 const TRANSITION_WIDTH: f32 = 0.7;
 
-/// Table by roughness and angle: the fraction of a perfect mirror's single-scatter albedo that a dielectric transmits.
+/// Table by roughness and angle: the part of a perfect mirror's single-scatter albedo that a dielectric
+/// transmits.
 #[derive(Debug)]
 pub(crate) struct InternalTransmittanceTable {
     /// Index of refraction of the far side relative to the near side, below 1.
@@ -136,7 +137,8 @@ fn cosine_weighted_mean(grid: &AngleGrid, nodes: &[f32; ANGLE_STEPS]) -> f32 {
 }
 
 impl InternalTransmittance<'_> {
-    /// The transmittance at a cosine, relative to a perfect mirror with the same microfacets.
+    /// The fraction of light at a cosine that a perfect mirror with the same microfacets reflects once and
+    /// this interface transmits.
     pub fn at(&self, cosine: f32, f0_f90: (Vec3, Vec3)) -> Vec3 {
         let position = self.grid.position(cosine) * (ANGLE_STEPS - 1) as f32;
         let first = (position as usize).min(ANGLE_STEPS - 2);

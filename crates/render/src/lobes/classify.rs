@@ -6,7 +6,8 @@ use raycam_scene::{Material, MaterialModel, Principled};
 use crate::lobes::albedo_dielectric::{DielectricAlbedo, FresnelModel};
 use crate::lobes::ggx::Ggx;
 
-/// Batched BSDF that evaluates a material's hits. Textures may still move single hits to [`BatchKind::General`].
+/// Batched BSDF that evaluates a material's hits. Single hits may still be moved to [`BatchKind::General`],
+/// for example because of a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum BatchKind {
     /// Only Lambertian reflection; the albedo is this factor times the base colour.

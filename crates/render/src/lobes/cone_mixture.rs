@@ -21,7 +21,8 @@ const MIN_CONE: f32 = 1e-6;
 pub(crate) struct TargetCone {
     pub axis: Vec3,
     pub one_minus_cos: f32,
-    /// Upper bound of the sphere's fraction of the hemisphere above a surface; 0 for a cone that is not sampled.
+    /// Upper bound of the cone's fraction of the cosine-weighted hemisphere above a surface; 0 for a cone
+    /// that is not sampled.
     pub max_fraction: f32,
 }
 

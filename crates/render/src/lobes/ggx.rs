@@ -50,7 +50,8 @@ impl Ggx {
         self.alpha_x == self.alpha_y
     }
 
-    /// Density of microfacet normals, per area of the microfacets that is projected onto the surface.
+    /// Distribution function D: area of the microfacets with this normal, per solid angle and per area of the
+    /// surface.
     #[inline(always)]
     pub fn d(&self, wm: Vec3) -> f32 {
         let (x, y) = (wm.x / self.alpha_x, wm.y / self.alpha_y);

@@ -7,7 +7,8 @@ use glam::Vec3;
 /// Orthonormal frame at a surface point, in world coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShadingFrame {
-    /// Geometric normal of the triangle, on the viewer's side.
+    /// Unit normal that separates reflection from transmission, on the viewer's side: usually the triangle's
+    /// normal.
     pub geometric: Vec3,
     /// Shading normal.
     pub normal: Vec3,

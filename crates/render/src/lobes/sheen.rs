@@ -30,8 +30,8 @@ static ALBEDO_TABLE: LazyLock<[[f32; TABLE_STEPS]; TABLE_STEPS]> = LazyLock::new
 impl Sheen {
     /// The sheen's reflectance times the cosine of `wi`.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        // Near the horizon, the albedo of the model exceeds 1. The value is divided by the larger albedo of both
-        // directions.
+        // Near the horizon, the albedo of the model exceeds 1. The value is then divided by the larger albedo
+        // of both directions.
         let excess = self.albedo(wo.z).max(self.albedo(wi.z)).max(1.0);
         self.color * (charlie_brdf(charlie_alpha(self.roughness), wo, wi) * wi.z / excess)
     }

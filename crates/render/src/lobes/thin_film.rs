@@ -65,9 +65,9 @@ fn fresnel(normal: f32, cosine: f32) -> f32 {
     normal + (1.0 - normal) * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
-/// Response of linear Rec. 709 to a spectrum that is a cosine of the wavenumber: the Fourier transform of Gaussians
-/// fitted to the CIE 1931 colour matching functions (the paper's supplemental, table of section 2). `difference` is the
-/// optical path difference in nanometres.
+/// Response of linear Rec. 709 to a spectrum that is a cosine of the wavenumber: the Fourier transform of
+/// Gaussians fitted to the CIE 1931 colour matching functions (the paper's supplemental material, table of
+/// section 2). `difference` is the optical path difference in nanometres.
 fn sensitivity(difference: f32, shift: Vec3) -> Vec3 {
     let phase = TAU * difference * 1e-9;
     let gaussian = |value: f32, position: f32, variance: f32, shift: f32| {

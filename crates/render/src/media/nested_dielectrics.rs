@@ -16,8 +16,8 @@ use crate::prepare::medium::Medium;
 const MAX_NESTING: usize = 6;
 const EMPTY: u32 = u32::MAX;
 
-/// Materials in the order in which a path entered them. A material is listed once for each of its surfaces that the
-/// path crossed.
+/// Materials in the order in which a path entered them. A material is listed once for each time that the path
+/// entered it without leaving it again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct InteriorList([u32; MAX_NESTING]);
 

@@ -1,9 +1,9 @@
 //! World states over a camera's shutter.
 //!
-//! The exposure is divided into many equal time slices. A sample shows the world at the middle of one slice. The number
-//! of slices depends on the motion of objects in the image (see [`SliceCount`]). With a rolling shutter, there are
-//! [`MAX_SLICES`] slices if the moving objects are few and rigid. Ground truth shows the world at the exact middle of
-//! each row's exposure.
+//! The exposure is divided into many equal time slices. A sample shows the world at the middle of one slice.
+//! The number of slices depends on the motion of objects in the image (see [`SliceCount`]). With a rolling
+//! shutter, there are [`MAX_SLICES`] slices if the world has few objects and all of them are rigid. Ground
+//! truth shows the world at the exact middle of each row's exposure.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};

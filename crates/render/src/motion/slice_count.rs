@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use raycam_scene::{Camera, Mesh, World};
 
-/// Minimum number of slices, which is sufficient for motion by as many pixels.
+/// Minimum number of slices; it is sufficient for a motion of up to 64 pixels.
 const MIN_SLICES: usize = 64;
 /// Largest motion per slice, in pixels, that is not visible, and smallest motion per slice that a notice reports.
 const SMOOTH_STEP: f64 = 1.0;

@@ -4,11 +4,12 @@
 //! Laine-Karras permutation ("Building a Better LK Hash", 2021). Each pair of dimensions is a two-dimensional Sobol
 //! sequence in a shuffled order. A number is a pure function of (seed, frame, pixel, sample, dimension).
 //!
-//! The pixels of a block share scrambled sequences and take complementary points of them, so that the errors of
-//! neighbouring pixels cancel: A. Ahmed and P. Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error
-//! via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020. In that method, each pixel owns a contiguous range of one
-//! sequence, whose length must be known in advance. Here the pixel's bits are added to the index of the point
-//! ([`MORTON_XOR`]), which works for any number of samples.
+//! The pixels of a block share scrambled sequences and take complementary points of them, so that the errors
+//! of neighbouring pixels cancel: A. Ahmed and P. Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo
+//! Sampling Error via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020. In that method, each pixel owns
+//! a contiguous range of one sequence, whose length must be known in advance. Here the pixel's bits are
+//! combined with the index of the point by exclusive or ([`MORTON_XOR`]), which works for any number of
+//! samples.
 //!
 //! The dimensions of a path's first vertices share one order of points with different sequences (see
 //! [`crate::sampling::dimension`]), so that two pairs together are also stratified in four dimensions. All other

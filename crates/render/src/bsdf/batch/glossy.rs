@@ -167,8 +167,8 @@ impl GlossyModel {
         }
     }
 
-    /// Adds the coat, and dims the layers below. `is_reflected` is true for directions above the triangle's plane; such
-    /// a direction may still be below the horizon of the mapped normal.
+    /// Adds the coat, and dims the layers below. `is_reflected` is true for directions on the viewer's side
+    /// of the surface; such a direction may still be below the horizon of the mapped normal.
     #[inline(always)]
     fn apply_coat(
         &self,

@@ -200,7 +200,7 @@ fn image_distribution(image: &Image) -> Option<PiecewiseConstant2D> {
         };
         spread(row(y.saturating_sub(1)), row(y), row((y + 1).min(height - 1)))
     };
-    // A cell may cover parts of texels; every texel that it touches counts.
+    // A cell may cover parts of texels; every texel that it touches is included.
     let range = |cell: usize, cells: usize, texels: usize| cell * texels / cells..((cell + 1) * texels).div_ceil(cells);
     PiecewiseConstant2D::new([columns, rows], |column, row| {
         let mut sum = 0.0;

@@ -19,7 +19,8 @@ const MAX_SAMPLED_LIGHTS: usize = 1 << 9;
 /// Number of lights above which children are built in parallel.
 const PARALLEL_THRESHOLD: usize = 1 << 12;
 
-/// Depth from which on groups of lights are halved by count, which bounds the tree's depth by the number of lights.
+/// Depth from which on groups of lights are halved by count, so that the tree's depth grows only with the
+/// logarithm of the number of lights.
 const MAX_SAH_DEPTH: u32 = 8;
 
 /// Builds the node of a group, which may be reordered, followed by its descendants; `depth` is the number of
