@@ -311,8 +311,9 @@ fn naming_the_others(found: &[(InputFile, &'static CalibrationFormat, AssetRoot)
     whole.next().filter(|_| whole.next().is_none())
 }
 
-/// Reads the calibration of each subfolder, if every camera has its own subfolder: for example `left/calib.json` and
-/// `right/calib.json`, or `cam0/` and `cam1/`. A camera has the name of its folder.
+/// Finds the calibration file of each subfolder, if every camera has its own subfolder: for example `left/calib.json`
+/// and `right/calib.json`, or `cam0/` and `cam1/`. Returns each file with its format and its assets; nothing unless
+/// every subfolder contains exactly one such file.
 fn of_camera_folders(
     folder: &Folder,
     wanted: &dyn Fn(&CalibrationFormat) -> bool,

@@ -12,8 +12,8 @@ use raycam_formats::{FormatError, Result};
 /// Maximum relative difference at which two ratios count as equal: the ratios of the principal point to the image
 /// centre in x and in y, or such a ratio and 1.
 const SAME_RATIO: f64 = 0.04;
-/// If the principal point is at least this many times as far from the image corner as the image centre, or the reverse,
-/// in both x and y, then K probably belongs to another resolution.
+/// Maximum ratio of the principal point to the image centre, or the reverse. If the ratio is larger, and the same in x
+/// and y, K probably belongs to another resolution.
 const OTHER_RESOLUTION: f64 = 1.25;
 /// Number of columns and of rows of the pixel grid on which undistortion is tested.
 const GRID: u32 = 12;

@@ -73,7 +73,8 @@ impl SortedChunk {
     }
 }
 
-/// Builds the top of the tree from a sample of one in `rate` primitives, and collects the input of the treelets.
+/// Builds the top of the tree from a sample of one in `rate` primitives. Returns the top (`None` if there are no
+/// primitives) and the input of the treelets.
 pub fn build_sampled_top<'a, L: LeafBuilder, S: PrimSource + ?Sized>(
     source: &'a S,
     rate: usize,
@@ -125,8 +126,8 @@ const MAX_CELL_CHANGES: usize = 3;
 /// Maximum number of chunks into which the primitives are divided.
 const MAX_CHUNKS: usize = 64;
 
-/// Position of the sampled primitive within its group: pseudo-random, because the triangles of regular meshes repeat
-/// periodically.
+/// Position, modulo the group's size, of the sampled primitive within its group: pseudo-random, because the triangles
+/// of regular meshes repeat periodically.
 pub fn sample_offset(group: usize) -> usize {
     ((group as u32).wrapping_mul(0x9e37_79b1) >> 16) as usize
 }

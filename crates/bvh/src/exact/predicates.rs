@@ -3,8 +3,8 @@
 //! A ray o + t d meets the plane of corners a, b, c relative to o: A, B, C. The sign of the edge function T(a, b) = d .
 //! (A x B) is the side on which the ray passes the edge. The sign of V = A . (B x C) is the side of the plane on which
 //! the ray starts, and t is V divided by the sum of the three edge functions. Signs are exact for the given float64
-//! numbers: they are computed in float64; if its error bound is too large, in twice the precision; if that is not
-//! sufficient either, with expansions (Shewchuk 1997).
+//! numbers. They are computed in float64. If its error bound is too large, they are computed in twice the precision,
+//! and if that is not sufficient either, with expansions (Shewchuk 1997).
 //!
 //! The signs are exact if all coordinates are 0 or have magnitudes between 1e-70 and 1e70; otherwise, float64 rounding
 //! decides.

@@ -193,8 +193,9 @@ fn norm(m: &[[f64; 4]; 3]) -> f64 {
     m.iter().map(|r| r[0].abs() + r[1].abs() + r[2].abs()).fold(0.0, f64::max)
 }
 
-/// Upper bound on the factor by which the linear part M scales a length: the square root of the infinity norm of M^T M,
-/// whose largest eigenvalue is the square of that factor. Exact for rotations with uniform scale.
+/// Upper bound on the factor by which the linear part M scales a length: the square root of the infinity norm of M^T M.
+/// This norm is at least the largest eigenvalue of M^T M, which is the square of the factor. Exact for rotations with
+/// uniform scale.
 fn length_scale(m: &[[f64; 4]; 3]) -> f64 {
     let product = |i: usize, j: usize| m.iter().map(|row| row[i] * row[j]).sum::<f64>();
     norm(&[0, 1, 2].map(|i| [product(i, 0), product(i, 1), product(i, 2), 0.0])).sqrt()

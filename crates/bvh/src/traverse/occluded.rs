@@ -17,7 +17,7 @@ use crate::traverse::stream::chunker::{RayChunk, RayChunker, SINGLE_FLUSH_THRESH
 use crate::traverse::stream::packet_groups::{RayBatch, RayIndices, ray_mask};
 use crate::traverse::stream::tlas::{PacketQuery, PacketScratch};
 
-/// Maximum number of nodes and leaves per ray that the packets of a chunk may visit to be faster than single rays; a
+/// Maximum number of nodes and leaves per ray that the packets of a chunk may visit to be faster than single rays. A
 /// ray that is handed to single-ray traversal counts as `SINGLE_RAY_COST` visits.
 const MAX_VISITS_PER_RAY: usize = 4;
 const SINGLE_RAY_COST: usize = 4;

@@ -1,7 +1,7 @@
 //! Kalibr's camchain: `cam0`, `cam1`, ..., each with intrinsics, distortion and pose.
 //!
 //! If every camera has `T_cam_imu` (camera from body), or `T_imu_cam` as written by OpenVINS, this is the camera's
-//! pose; otherwise `T_cn_cnm1` (camera from the previous camera) forms a chain that begins at cam0. Source: Kalibr's
+//! pose. Otherwise, `T_cn_cnm1` (camera from the previous camera) forms a chain that begins at cam0. Source: Kalibr's
 //! wiki, "Yaml formats" and "Supported models".
 
 use std::fmt::Write as _;

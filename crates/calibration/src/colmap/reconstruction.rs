@@ -104,8 +104,8 @@ impl Reconstruction {
         Ok(calibration)
     }
 
-    /// Poses of the images according to rigs and frames, by image id. They take precedence over the poses in `images`.
-    /// A rig with one camera does not define a mount.
+    /// Poses of the images and mounts of their cameras, according to rigs and frames, by image id. These poses take
+    /// precedence over the poses in `images`. A rig with one camera does not define a mount.
     fn poses_from_frames(
         &self,
         fail: &dyn Fn(String) -> FormatError,

@@ -181,9 +181,9 @@ fn place_by_master<'a>(
     Ok(Some((r * slave.rotation, c + r * (slave.translation - own.translation))))
 }
 
-/// Reads the mount of a sensor on a rig: the sensor that defines the rig's axes (`None` if the file does not specify
-/// this sensor), and the transform from the given sensor's axes to the rig's axes. A sensor may be mounted on another
-/// sensor. Returns `None` for a slave without rotation and location.
+/// Reads the mount of a sensor on a rig. Returns the sensor that defines the rig's axes (`None` if the file does not
+/// specify this sensor), and the transform from the given sensor's axes to the rig's axes. A sensor may be mounted on
+/// another sensor. Returns `None` for a slave without rotation and location.
 fn rig_mount<'a>(
     id: &'a str,
     sensors: &HashMap<&str, XmlElement<'a>>,

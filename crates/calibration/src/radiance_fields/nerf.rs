@@ -437,7 +437,7 @@ fn frame(record: &CameraRecord, own: &str, i: usize, ending: bool) -> Result<Str
 }
 
 /// Writes the format of Blender's scenes. One angle describes the intrinsics, so pixels must be square, the principal
-/// point must be at the centre, and lenses are not supported.
+/// point must be at the centre, and lens models with coefficients are not supported.
 pub(crate) fn write_blender(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "Blender-style JSON";
     let mut text = String::from("{\n");

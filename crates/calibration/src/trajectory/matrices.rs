@@ -1,8 +1,8 @@
 //! Poses as 4x4 matrices by rows: four lines of four numbers (ScanNet, 7-Scenes), 16 numbers per line (`traj.txt` of
 //! Replica in NICE-SLAM's version), an index and 16 numbers (`cam0_to_world.txt` of KITTI-360), three lines (ICL-NUIM),
-//! NumPy arrays [n, 4, 4], or JSON; camera matrices P = K R [I | -C], 3x4, in the same forms or as 12 numbers per line
-//! (`pos_001.txt` of DTU); and K in a file of the same form. Sources: ScanNet's SensorData.py; nice-slam's datasets.py;
-//! kitti360Scripts; Hartley and Zisserman, Multiple View Geometry, 6.1 (P).
+//! NumPy arrays [n, 4, 4], or JSON. Camera matrices P = K R [I | -C], 3x4, are in the same forms, or have 12 numbers
+//! per line (`pos_001.txt` of DTU). K may be in a file of the same form. Sources: ScanNet's SensorData.py; nice-slam's
+//! datasets.py; kitti360Scripts; Hartley and Zisserman, Multiple View Geometry, 6.1 (P).
 
 use std::fmt::Write as _;
 use std::ops::Range;

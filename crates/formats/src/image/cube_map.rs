@@ -1,7 +1,8 @@
 //! Cube maps as latitude-longitude images.
 //!
 //! Source: the layout of OpenEXR's environment maps, `ImfEnvmap.h`: six square faces on top of each other, +X -X +Y -Y
-//! +Z -Z, whose outermost texel centres lie on the cube's edges; the image's top row is +Y, its middle +Z.
+//! +Z -Z. The centres of a face's outermost texels lie on the cube's edges. The top row of the latitude-longitude image
+//! is +Y, its middle +Z.
 
 use std::f32::consts::PI;
 

@@ -46,9 +46,9 @@ impl Decoder<'_> {
     }
 
     /// Charges the pixels of an image before they are decoded. Rejects an image that decompresses to more than the
-    /// limit of its format plus 4096 times its file size. Returns true if it decompresses to more than 32 MiB plus 16
-    /// times its file size: if the format allows a check without decoding, such a file is checked to its end before
-    /// memory is allocated.
+    /// limit of its format plus 4096 times its file size. Returns true if the image decompresses to more than 32 MiB
+    /// plus 16 times its file size. If the format allows a check without decoding, such a file is checked to its end
+    /// before memory is allocated.
     pub(crate) fn take_pixels(&mut self, [columns, rows]: [u32; 2], texel: u64) -> Result<bool> {
         let pixels = u64::from(columns) * u64::from(rows);
         if pixels == 0 {

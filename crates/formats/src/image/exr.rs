@@ -171,8 +171,9 @@ fn take_part(file: &mut Decoder<'_>, part: &Header, index: usize) -> Result<[u32
     Ok(size)
 }
 
-/// First part with channels R, G and B; otherwise with X, Y and Z; otherwise with Y; otherwise the colours of a layer,
-/// as written by Blender; otherwise the only channel except alpha, as in depth maps and masks.
+/// Returns the index of the part to read, and its channels: the first part with channels R, G and B; otherwise with X,
+/// Y and Z; otherwise with Y; otherwise with the colours of a layer, as written by Blender. If no part has such
+/// channels, the only channel except alpha is read, as in depth maps and masks.
 fn shown_part(file: &mut Decoder<'_>, headers: &[Header]) -> Result<(usize, ShownChannels)> {
     let has = |header: &Header, name: &str| header.channels.list.iter().any(|channel| channel.name.eq(name));
     let flat = || headers.iter().enumerate().filter(|(_, header)| !header.deep);

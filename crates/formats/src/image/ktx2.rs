@@ -49,7 +49,7 @@ struct Ktx2Header {
     size: [u32; 2],
     /// Supercompression scheme: 0 is none, 1 is BasisLZ, 2 is Zstandard.
     scheme: u32,
-    /// The largest level in the file, and its decompressed length.
+    /// Byte range of the largest level in the file (start, end), and the level's decompressed length.
     level: (usize, usize),
     unpacked: u64,
     descriptor: (usize, usize),

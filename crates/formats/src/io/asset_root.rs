@@ -224,7 +224,7 @@ impl AssetRoot {
         Ok(folders)
     }
 
-    /// File at an absolute path, which must be inside the root.
+    /// Same as [`Self::locate`] for an absolute path, which must be inside the root.
     fn locate_at(&self, path: &Path) -> Result<(PathBuf, PathBuf), Fault> {
         if let Some(files) = &self.memory {
             let missing = || io::Error::new(io::ErrorKind::NotFound, "no file with this name was given");

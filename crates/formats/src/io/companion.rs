@@ -90,7 +90,8 @@ pub(crate) fn companion_file(
     Ok(file)
 }
 
-/// Name of the existing file that is most similar to the written name, and a description of how the file was found.
+/// Searches for an existing file under names other than the written name, in the order described at the top of this
+/// file. Returns the file's name, and a description of how the file was found.
 fn search(from: &Path, written: &[u8], assets: &mut AssetRoot) -> Option<(Vec<u8>, &'static str)> {
     if let Some(found) = assets.in_other_case(from, written) {
         return Some((found, "the same name with different upper and lower case"));

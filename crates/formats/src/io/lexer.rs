@@ -211,8 +211,8 @@ fn not_finite(word: &[u8]) -> Option<f64> {
     starts.iter().any(|start| rest.starts_with(start)).then_some(f64::NAN)
 }
 
-/// Reads a number in the most common case, in which one rounding of an exact product gives the nearest number (Clinger
-/// 1990): at most 15 digits and a power of ten up to 22, all exact in float64.
+/// Reads a number in the most common case: at most 15 digits and a power of ten up to 22. Both are exact in float64, so
+/// rounding their product once gives the nearest number (Clinger 1990).
 fn exact_number(word: &[u8]) -> Option<f64> {
     const POWERS_OF_TEN: [f64; 23] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19,

@@ -107,7 +107,7 @@ enum ImageUse {
     Normals,
 }
 
-/// Textures of a material's maps, with their strengths.
+/// Roles and textures of a material's maps, with their strengths.
 fn slots(
     library: &Path,
     material: &MtlMaterial,

@@ -1,9 +1,9 @@
 //! PLY (Turk, "The PLY Polygon File Format", 1994): text and binary of both byte orders.
 //!
-//! Supported are `vertex` (x y z, nx ny nz, red green blue, s t or u v), `face` (vertex_indices, colours, texcoord as
-//! written by MeshLab) and `tristrips`; other elements and properties cause a notice. Texture coordinates have their
-//! origin at the bottom left in the file and at the top left here. An image has priority over colours, because the
-//! format defines no product of the two.
+//! The elements `vertex` (x y z, nx ny nz, red green blue, s t or u v), `face` (vertex_indices, colours, texcoord as
+//! written by MeshLab) and `tristrips` are supported. Other elements and properties cause a notice. Texture coordinates
+//! have their origin at the bottom left in the file and at the top left here. An image has priority over colours,
+//! because the format defines no product of the two.
 
 pub(crate) mod body;
 pub(crate) mod color_scale;

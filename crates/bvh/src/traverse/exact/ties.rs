@@ -3,8 +3,8 @@
 //! If the planes of several surfaces differ by a few float32 rounding units, rounding decides which surface is closer,
 //! and neighbouring rays hit different surfaces. Therefore the rule is: of all hits within a few rounding units of the
 //! closest hit, the ray hits the instance with the largest index. Traversal only marks rays that meet two instances at
-//! nearly the same t; the marks are generous, and [`Scene::settle_ties`] applies the rule to marked rays, so that hits
-//! do not depend on the order of traversal.
+//! nearly the same t, and may mark more rays than necessary. [`Scene::settle_ties`] applies the rule to marked rays.
+//! Hits therefore do not depend on the order of traversal.
 
 use crate::ray::{ExactHit, INVALID_ID};
 use crate::scene::Scene;

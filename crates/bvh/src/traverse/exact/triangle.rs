@@ -6,8 +6,8 @@ use crate::node::cross;
 use crate::ray::{ExactHit, INVALID_ID};
 use crate::scene::ExactTriangles;
 
-/// Factors of the error bound of a sheared edge function: the first is multiplied by the largest coordinate and the sum
-/// of all sheared coordinates, the second by the square of the largest coordinate.
+/// Factors of the error bound of a sheared edge function. The first factor is multiplied by the largest coordinate and
+/// the sum of all sheared coordinates, the second by the square of the largest coordinate.
 const NEAR_EDGE_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
 const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
 

@@ -81,9 +81,9 @@ impl PointSearch<'_> {
         self.filter.is_none_or(|filter| filter.accepts_instance(self.number, instance))
     }
 
-    /// Computes the closest point of a triangle; keeps the point if it is the first so far by distance, then by the
-    /// largest cosine between the triangle's outward normal and the direction to the point, then by (instance,
-    /// triangle).
+    /// Computes the closest point of a triangle, and keeps it if it precedes the closest point so far. Closest points
+    /// are ordered by distance, then by the cosine between the triangle's outward normal and the direction to the given
+    /// point (largest first), then by (instance, triangle).
     #[inline(always)]
     fn visit(&mut self, instance: u32, triangle: u32) {
         let corners = self.triangles.corners(instance, triangle);

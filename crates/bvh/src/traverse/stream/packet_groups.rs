@@ -84,7 +84,8 @@ impl RayBatch {
         (&self.rays[..self.len], Some(&self.indices))
     }
 
-    /// The rays of a group, which are gathered unless the group is the whole chunk.
+    /// The rays of a group, which are gathered unless the group is the whole chunk, and their indices in the
+    /// chunk.
     #[inline(always)]
     pub fn subset<'a>(
         &'a mut self,

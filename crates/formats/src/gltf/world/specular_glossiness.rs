@@ -1,8 +1,8 @@
 //! `KHR_materials_pbrSpecularGlossiness`, archived but still in use, as a principled material.
 //!
 //! `KHR_materials_ior` describes the conversion: a dielectric of infinite index of refraction (written as 0) reflects
-//! exactly its specular colour at normal incidence, so that no equation has to be solved, and textures are unchanged.
-//! Only roughness, which is one minus glossiness, requires a new texture.
+//! exactly its specular colour at normal incidence. No equation has to be solved, and textures are unchanged. Only
+//! roughness, which is one minus glossiness, requires a new texture.
 
 use std::sync::Arc;
 

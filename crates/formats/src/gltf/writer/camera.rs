@@ -12,7 +12,7 @@ use crate::gltf::writer::document::Writer;
 const ZNEAR: f64 = 0.01;
 
 impl Writer<'_> {
-    /// Adds a camera; returns its index and pose. `None` if glTF does not support the camera.
+    /// Adds a camera; returns its index and world_from_node. `None` if glTF does not support the camera.
     pub(super) fn camera(&mut self, named: &NamedCamera) -> Option<(usize, DAffine3)> {
         let (name, camera) = (&named.name, &named.camera);
         let (k, size) = (camera.k(), camera.size());

@@ -10,7 +10,8 @@ use serde_json::{Map, Value, json};
 use crate::gltf::writer::binary::BufferTarget::Vertices;
 use crate::gltf::writer::document::Writer;
 
-/// Materials of an object in one of the variants, by slot: `KHR_materials_variants`.
+/// For each material slot of an object that variants change, the slot and pairs of a variant and its material
+/// (`KHR_materials_variants`); all are indices.
 pub(super) type SlotVariants = Vec<(usize, Vec<(usize, usize)>)>;
 
 impl Writer<'_> {

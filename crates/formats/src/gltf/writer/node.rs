@@ -207,7 +207,7 @@ impl Writer<'_> {
         index
     }
 
-    /// Materials of an object in the variants, by slot.
+    /// Returns the materials of an object in the world's variants.
     fn variants(&self, object: usize) -> SlotVariants {
         let mut found = SlotVariants::new();
         for (number, variant) in self.world.variants.iter().enumerate() {
