@@ -269,7 +269,7 @@ def test_direction_option_determines_the_pose_direction(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("1 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1\n")
     shared = ("--to", "kitti-poses", "-o", str(tmp_path / "b.txt"), "--direction", "camera_from_world")
     told = run(str(tmp_path / "a.txt"), *shared)
-    assert "does not specify direction" not in told
+    assert "does not specify the direction" not in told
     np.testing.assert_allclose(np.loadtxt(tmp_path / "b.txt").reshape(3, 4)[:, 3], [-5, -6, -7])
 
 

@@ -38,7 +38,9 @@ pub(crate) fn rows<'a, T: Element, const N: usize>(
     let last = array.shape().last().copied().unwrap_or(0);
     let slice = array.as_slice().ok().filter(|_| last == N);
     let rows = slice.map(|slice| slice.as_chunks().0);
-    rows.ok_or_else(|| settings_error(format!("{name}: expected a C-contiguous array [..., {N}]")))
+    rows.ok_or_else(|| {
+        settings_error(format!("{name}: expected a C-contiguous array [..., {N}], got shape {:?}", array.shape()))
+    })
 }
 
 /// Converts rows to a 3 x 3 matrix.

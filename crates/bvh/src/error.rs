@@ -47,8 +47,8 @@ impl std::fmt::Display for BuildError {
             }
             Self::TopologyMismatch { given, built } => write!(
                 f,
-                "a tree of {built} triangles cannot be refitted to a mesh of {given} triangles or of a very different size; \
-                 build a new tree"
+                "a tree of {built} triangles cannot be refitted: the mesh has {given} triangles, or its size has \
+                 changed too much; build a new tree"
             ),
         }
     }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Notice, NoticeCode, PixelCenter};
+use raycam_scene::{Notice, NoticeCode, PixelCenter, counted};
 
 use crate::devices::aria::camera_model;
 use crate::document::Cursor;
@@ -77,12 +77,14 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     calibration.notices = unread
         .iter()
-        .map(|(key, count)| Notice::about(NoticeCode::IgnoredKey, format!("{key} of {count} images"), "not used"))
+        .map(|(key, count)| {
+            Notice::about(NoticeCode::IgnoredKey, format!("{key} of {}", counted(*count, "image")), "not used")
+        })
         .collect();
     if measured > 0 {
         calibration.note(
             NoticeCode::UsedOtherFile,
-            format!("the file has no image sizes; {measured} cameras have the sizes of their images"),
+            format!("the file has no image sizes; they are read from the images ({})", counted(measured, "camera")),
         );
     }
     Ok(calibration)

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{Budget, FormatError, Result};
-use raycam_scene::{ErrorCode, Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Notice, NoticeCode, counted};
 
 use crate::calibration_tools::{anipose, basalt, camodocal, kalibr, mrcal};
 use crate::datasets::{
@@ -467,15 +467,15 @@ fn unknown_file(source: &InputFile) -> FormatError {
     if let Some((name, way)) = unread::named_format(text).or_else(|| unread::name_of(&source.bytes, text)) {
         return FormatError::unsupported(
             &source.path,
-            format!("{name} files are not supported: {way} (supported: {known})"),
+            format!("unsupported calibration format: {name}; {way} (supported formats: {known})"),
         );
     }
     if looks_like(text, 7) {
         return FormatError::unsupported(
             &source.path,
-            "each line has 7 numbers: poses without times. If they are tx ty tz qx qy qz qw with north, east, down axes, as in \
-             TartanAir, give format=\"tartanair\" (--format tartanair); otherwise write a time in front of each line and \
-             load it as a TUM trajectory",
+            "each line has 7 numbers, a pose without a time. If the numbers are tx ty tz qx qy qz qw with north, \
+             east, down axes, as in TartanAir, pass format=\"tartanair\" (--format tartanair). Otherwise, write a \
+             time at the beginning of each line, and load the file as a TUM trajectory",
         );
     }
     if source.path.extension().is_some_and(|ending| ending == "tfrecord") {
@@ -512,8 +512,10 @@ fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> 
     }
     (lent > 0).then(|| {
         let message = format!(
-            "{lent} cameras of unknown size get the size of the other cameras, {} x {} (use size= for another)",
-            size[0], size[1]
+            "the file has no size for {}; the other cameras' size is used, {} x {} (use size= for another)",
+            counted(lent, "camera"),
+            size[0],
+            size[1]
         );
         Notice::new(NoticeCode::AssumedConvention, message)
     })
@@ -533,7 +535,7 @@ fn name_repeated_times(records: &mut [CameraRecord]) -> Option<Notice> {
     }
     let first = repeated.first()?;
     let message =
-        format!("{} poses have the same time as another pose; they are named as in {first}#2", repeated.len());
+        format!("{} with the same time as another pose renamed, as in {first}#2", counted(repeated.len(), "pose"));
     Some(about_cameras(NoticeCode::Renamed, repeated.iter().map(String::as_str), message))
 }
 

@@ -36,7 +36,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut places = HashMap::new();
     for (line, row) in data_lines(source.text()?) {
         let Some((key, values)) = row.split_once(':') else {
-            return Err(FormatError::line(path, line, "expected KEY: numbers"));
+            return Err(FormatError::line(path, line, format!("{row:?}; expected KEY: numbers")));
         };
         if places.insert(key, rows.len()).is_some() {
             return Err(FormatError::line(path, line, format!("{key} is defined twice")));
@@ -71,7 +71,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
                 calibration.note_about(
                     NoticeCode::IgnoredElement,
                     format!("{key} (line {line})"),
-                    "omitted, because it is 0",
+                    "camera omitted, because its matrix is 0",
                 );
                 continue;
             }
@@ -114,7 +114,8 @@ fn size(path: &Path, row: Option<&(&str, usize, &str)>) -> Result<Option<[u32; 2
     let Some(&(_, line, values)) = row else { return Ok(None) };
     let size: [f64; 2] = numbers(path, line, values)?;
     if size.iter().any(|v| v.fract() != 0.0 || !(1.0..65537.0).contains(v)) {
-        return Err(FormatError::line(path, line, "expected width and height, whole numbers from 1 to 65536"));
+        let message = format!("{} x {}; expected width and height, whole numbers from 1 to 65536", size[0], size[1]);
+        return Err(FormatError::line(path, line, message));
     }
     Ok(Some(size.map(|v| v as u32)))
 }

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use raycam_formats::io::AssetRoot;
-use raycam_scene::{Notice, NoticeCode};
+use raycam_scene::{Notice, NoticeCode, counted};
 
 /// Numbers of bytes at the start of an image file in which the size is searched for: first a few, then many, because
 /// thumbnails and colour profiles may precede the size.
@@ -61,11 +61,13 @@ impl PictureSizes {
 
     /// Returns notices that state where the sizes come from.
     pub(crate) fn notices(&self) -> impl Iterator<Item = Notice> {
-        let own = format!("the file has no image sizes; {} cameras have the sizes of their images", self.measured);
+        let own = format!(
+            "the file has no image sizes; they are read from the images ({})",
+            counted(self.measured, "camera")
+        );
         let lent = format!(
-            "the images of {} cameras are missing; they get the size of the first existing image (use size= for \
-             another)",
-            self.lent
+            "cameras without an image file get the size of the first existing image ({}; use size= for another size)",
+            counted(self.lent, "camera")
         );
         let sources =
             [(self.measured, NoticeCode::UsedOtherFile, own), (self.lent, NoticeCode::AssumedConvention, lent)];

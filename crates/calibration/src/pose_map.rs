@@ -1,6 +1,7 @@
 //! Poses as maps with a quaternion and a translation, such as the transforms of ROS.
 
 use glam::DVec3;
+use raycam_scene::counted;
 
 use crate::Rotation;
 use crate::document::Cursor;
@@ -50,7 +51,9 @@ pub(crate) fn read(at: &Cursor<'_>) -> Result<Option<[f64; 12]>> {
         *value = number.number()?;
     }
     let r = Rotation::unit_quaternion(quaternion).map_err(|message| at.fail(message))?.matrix().transpose();
-    let [x, y, z] = &translation[..] else { return Err(at.fail("expected a translation of three numbers")) };
+    let [x, y, z] = &translation[..] else {
+        return Err(at.fail(format_args!("a translation of {}; expected 3", counted(translation.len(), "number"))));
+    };
     let t = DVec3::new(x.number()?, y.number()?, z.number()?);
     let row = |i: usize| {
         let axis = r.col(i);

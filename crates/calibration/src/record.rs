@@ -50,7 +50,7 @@ impl CameraRecord {
         record.size = Some(camera.size());
         record.unsupported = camera.further_properties().collect();
         if camera.center() == Center::Plane {
-            record.unsupported.push("plane in which its rays start (and therefore its depth)");
+            record.unsupported.push("plane where the rays start (from which depth is measured)");
         }
         if camera.center() != Center::Point {
             record.matrix = Some(camera.p());
@@ -125,7 +125,8 @@ impl CameraRecord {
             Center::Point => Ok(camera),
             _ => Err(self.unsupported_error(
                 "this format",
-                "parallel rays, because it stores K and a pose instead of a matrix; write KITTI, or use to_dict()",
+                "parallel rays, because it stores K and a pose instead of a matrix; use the format kitti, or \
+                 Camera.to_dict()",
             )),
         }
     }

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{LensModel, Notice, NoticeCode, PixelCenter, counted};
 
 use crate::document::number_format::{joined, matrix_rows3, quoted, yaml_float};
 use crate::document::{Cursor, DocumentNode, check_rotation, ini, yaml};
@@ -138,7 +138,7 @@ fn pair(sides: &[(&InputFile, &DocumentNode)]) -> Result<Calibration> {
     one_rig(&mut calibration.records, "rig");
     calibration.note(
         NoticeCode::PlacedCameras,
-        "the raw cameras of the pair are placed in the axes of the rectified left camera; rig.rectified() rectifies them",
+        "the raw cameras' poses are relative to the rectified left camera; rig.rectified() returns the rectified pair",
     );
     Ok(calibration)
 }
@@ -222,7 +222,10 @@ fn crop_and_bin(root: &Cursor<'_>, k: &mut DMat3, size: &mut [u32; 2]) -> Result
         if width > 0 || height > 0 {
             let fits = |start: u32, length: u32, all: u32| u64::from(start) + u64::from(length) <= u64::from(all);
             if !(fits(x, width, size[0]) && fits(y, height, size[1]) && width > 0 && height > 0) {
-                return Err(roi.fail("the region is empty or extends beyond the image"));
+                return Err(roi.fail(format_args!(
+                    "the region x {x}, y {y}, {width} x {height} is empty or extends beyond the image of {} x {}",
+                    size[0], size[1]
+                )));
             }
             k.z_axis -= DVec3::new(f64::from(x), f64::from(y), 0.0);
             *size = [width, height];
@@ -253,9 +256,10 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
         Some((LensModel::OpenCv, d)) if d.len() == 8 => ("rational_polynomial", d.to_vec()),
         Some((LensModel::Fisheye, d)) => ("equidistant", d.to_vec()),
         Some((model, d)) => {
-            return Err(
-                record.unsupported_error(format, &format!("lens model {} with {} coefficients", model.name(), d.len()))
-            );
+            return Err(record.unsupported_error(
+                format,
+                &format!("lens model {} with {}", model.name(), counted(d.len(), "coefficient")),
+            ));
         }
     };
     let [width, height] = record.require_size(format)?;

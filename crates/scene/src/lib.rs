@@ -6,6 +6,7 @@
 //!
 //! ```text
 //! codes               macro for tables of codes
+//! counted             counted nouns in messages
 //! notice error_code   codes of notices and errors, with cause and remedy
 //! error up            errors; the axis that points up
 //! foreign_terms       other programs' terms, for hints in errors
@@ -33,6 +34,7 @@ pub mod animation;
 pub mod camera;
 mod codes;
 pub mod color;
+mod counted;
 mod displacement;
 mod error;
 mod error_code;
@@ -61,6 +63,7 @@ pub use crate::material::metal::Metal;
 pub use crate::material::principled::{NormalMap, Principled, Textured};
 pub use crate::world::statistics::WorldStats;
 pub use camera::{Camera, Lens, LensModel, PixelCenter};
+pub use counted::counted;
 pub use error::{Result, SceneError, suggestion};
 pub use error_code::{ErrorCode, Message};
 pub use light::{FileRef, IesProfile, Light, LightTraits, LightVisibility};

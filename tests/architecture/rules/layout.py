@@ -14,8 +14,8 @@ ORDER = {
         scene/ties scene/query lib
     """,
     "scene": """
-        codes notice error_code error written named_enum up foreign_terms math color medium mesh texture material
-        displacement camera light
+        codes counted notice error_code error written named_enum up foreign_terms math color medium mesh texture
+        material displacement camera light
         animation render_options video model world schema
         triangles lib
     """,

@@ -86,7 +86,11 @@ pub(crate) fn world_signed_distance<'py>(
         "auto" => Sign::Auto,
         "winding" => Sign::Winding,
         "pseudonormal" => Sign::Pseudonormal,
-        name => return Err(settings_error(format!("unknown sign {name:?}"))),
+        name => {
+            return Err(settings_error(format!(
+                "unknown sign {name:?}; expected \"auto\", \"winding\" or \"pseudonormal\""
+            )));
+        }
     };
     answer_array(world, threads, points::is_brief(arrays.points.len()), |prepared, control| {
         signed_distance::signed_distance(prepared, &arrays, sign, threads, control)

@@ -54,7 +54,11 @@ impl RayArguments<'_> {
             "front" => Facing::Front,
             "back" => Facing::Back,
             "material" => Facing::Material,
-            name => return Err(settings_error(format!("unknown facing {name:?}"))),
+            name => {
+                return Err(settings_error(format!(
+                    "unknown facing {name:?}; expected \"both\", \"front\", \"back\" or \"material\""
+                )));
+            }
         };
         Ok(RayArrays {
             origins: rows(&self.origins, "origins")?,
@@ -87,7 +91,7 @@ pub(crate) fn surface(name: &str) -> PyResult<TruthSurface> {
     match name {
         "first" => Ok(TruthSurface::First),
         "solid" => Ok(TruthSurface::Solid),
-        _ => Err(settings_error(format!("unknown surface {name:?}"))),
+        _ => Err(settings_error(format!("unknown surface {name:?}; expected \"first\" or \"solid\""))),
     }
 }
 

@@ -109,8 +109,8 @@ fn image_of_array(array: &Bound<'_, PyUntypedArray>) -> PyResult<Image> {
         let odd = texels.as_flattened().iter().filter(|value| !value.is_finite()).count();
         if odd > 0 {
             let message = format!(
-                "{odd} values are infinite or not numbers; replace them, for example with \
-                numpy.nan_to_num"
+                "infinite or NaN values ({odd} of {}); replace them, for example with numpy.nan_to_num",
+                texels.as_flattened().len()
             );
             return Err(world_error(format!("image of {width} x {height} texels: {message}")));
         }

@@ -73,7 +73,11 @@ pub(crate) fn world_overlaps(
 ) -> PyResult<Vec<(usize, usize, f64)>> {
     let inner = world.get().snapshot();
     if groups.len() != inner.objects.len() {
-        return Err(world_error(format!("expected {} groups, got {}", inner.objects.len(), groups.len())));
+        return Err(world_error(format!(
+            "groups: expected one for each of the {} objects, got {}",
+            inner.objects.len(),
+            groups.len()
+        )));
     }
     let found = run_interruptible(world.py(), None, |_| Ok(overlaps(&inner, &groups, limit)))?;
     Ok(found.iter().map(|overlap| (overlap.objects[0], overlap.objects[1], overlap.depth)).collect())

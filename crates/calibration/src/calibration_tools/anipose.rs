@@ -3,7 +3,7 @@
 //! calibration.py.
 
 use glam::DVec3;
-use raycam_scene::{LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{LensModel, NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, toml_tree};
 use crate::intrinsics::lens_of;
@@ -36,7 +36,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         record.k = Some(at.require("matrix")?.matrix3()?);
         if let Some(size) = at.get("size") {
             let sides = size.list()?;
-            let [width, height] = &sides[..] else { return Err(size.fail("expected width and height")) };
+            let [width, height] = &sides[..] else {
+                return Err(size.fail(format_args!("{}; expected width and height", counted(sides.len(), "number"))));
+            };
             record.size = Some([width.count()?, height.count()?]);
         }
         let values = at.get("distortions").map_or(Ok(vec![]), |at| at.numbers())?;

@@ -22,7 +22,12 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let (poses, cameras) = (root.require("T_imu_cam")?.list()?, root.require("intrinsics")?.list()?);
     let sizes = root.require("resolution")?.list()?;
     if poses.len() != cameras.len() || sizes.len() != cameras.len() {
-        return Err(root.fail("T_imu_cam, intrinsics and resolution have different lengths"));
+        return Err(root.fail(format_args!(
+            "T_imu_cam has {} entries, intrinsics {} and resolution {}; expected equal numbers",
+            poses.len(),
+            cameras.len(),
+            sizes.len()
+        )));
     }
     for (i, ((pose, camera), size)) in poses.iter().zip(&cameras).zip(&sizes).enumerate() {
         let mut record = CameraRecord::new(format!("cam{i}"), PixelCenter::Integer);
@@ -63,6 +68,6 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         on_a_body(&mut record, "rig");
         calibration.records.push(record);
     }
-    calibration.note(NoticeCode::PlacedCameras, "the cameras are in the axes of the IMU (T_imu_cam)");
+    calibration.note(NoticeCode::PlacedCameras, "camera poses are relative to the IMU (T_imu_cam)");
     Ok(calibration)
 }

@@ -46,7 +46,10 @@ fn group<const N: usize>(root: &Cursor<'_>, name: &str, keys: [&str; N]) -> Resu
     let at = root.require(name)?;
     for (key, inner) in at.entries()?.into_iter().filter(|(key, _)| !keys.contains(key)) {
         if inner.number()? != 0.0 {
-            return Err(inner.fail(format_args!("{key} is not a supported parameter of this model_type")));
+            return Err(inner.fail(format_args!(
+                "parameter {key} is not supported for this model_type; expected {}",
+                keys.join(", ")
+            )));
         }
     }
     let mut values = [0.0; N];

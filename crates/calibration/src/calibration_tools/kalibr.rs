@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter, counted};
 
 use crate::document::Cursor;
 use crate::document::number_format::{joined, matrix_rows34, quoted};
@@ -53,14 +53,15 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut steps = Vec::new();
     for (i, (name, camera)) in cameras.into_iter().enumerate() {
         if name != format!("cam{i}") {
-            return Err(camera.fail(format_args!("expected cam{i} here")));
+            return Err(camera.fail(format_args!("expected cam{i}; cameras must be numbered in order, from cam0")));
         }
         calibration.notices.extend(camera.unknown_keys(&KEYS)?);
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
         let [width, height] = camera.require("resolution")?.array::<2>()?;
         let whole = |v: f64| v.fract() == 0.0 && (1.0..65537.0).contains(&v);
         if !(whole(width) && whole(height)) {
-            return Err(camera.require("resolution")?.fail("expected width and height, whole numbers from 1 to 65536"));
+            let message = format!("{width} x {height}; expected width and height, whole numbers from 1 to 65536");
+            return Err(camera.require("resolution")?.fail(message));
         }
         record.size = Some([width as u32, height as u32]);
         (record.k, record.lens) = intrinsics(&camera)?;
@@ -126,7 +127,11 @@ fn intrinsics(camera: &Cursor<'_>) -> Result<(Option<DMat3>, Lens)> {
     };
     let all = values.numbers()?;
     if all.len() != front + 4 {
-        return Err(values.fail(format_args!("{} numbers; the {name} model requires {}", all.len(), front + 4)));
+        return Err(values.fail(format_args!(
+            "{}; the {name} model requires {}",
+            counted(all.len(), "number"),
+            front + 4
+        )));
     }
     let (shape, focals) = all.split_at(front);
     let k = DMat3::from_cols(

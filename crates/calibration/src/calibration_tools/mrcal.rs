@@ -2,7 +2,7 @@
 //! camera_from_reference) and `imagersize`. Source: mrcal's documentation, "Camera model file formats".
 
 use glam::DVec3;
-use raycam_scene::{ErrorCode, Lens, LensModel, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, PixelCenter, counted};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -85,7 +85,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         }
     };
     if values.len() != 4 + coefficients {
-        return Err(at.fail(format_args!("{} numbers; {word} requires {}", values.len(), 4 + coefficients)));
+        return Err(at.fail(format_args!("{}; {word} requires {}", counted(values.len(), "number"), 4 + coefficients)));
     }
     record.k = Some(pinhole_matrix([values[0], values[1], values[2], values[3]]));
     record.lens = match coefficients {

@@ -98,11 +98,7 @@ impl RecordReader for BinaryReader<'_> {
         if self.offset == self.bytes.len() {
             Ok(records)
         } else {
-            Err(self.fail(
-                "unexpected bytes after the last \
-            record"
-                    .into(),
-            ))
+            Err(self.fail(format!("{} unexpected bytes after the last record", self.bytes.len() - self.offset)))
         }
     }
 
@@ -116,7 +112,7 @@ impl RecordReader for BinaryReader<'_> {
 
     fn size(&mut self, _: &str, what: &str) -> Result<u32> {
         let value = self.u64()?;
-        u32::try_from(value).map_err(|_| self.fail(format!("invalid {what} {value}")))
+        u32::try_from(value).map_err(|_| self.fail(format!("invalid {what} {value}; expected at most {}", u32::MAX)))
     }
 
     fn f64(&mut self, _: &str) -> Result<f64> {
@@ -135,7 +131,10 @@ impl RecordReader for BinaryReader<'_> {
         let number = self.u32("MODEL")?;
         match MODELS.get(number as usize) {
             Some((name, _)) => Ok((*name).to_owned()),
-            None => Err(self.fail(format!("camera {camera}: COLMAP has no camera model {number}"))),
+            None => Err(self.fail(format!(
+                "camera {camera}: unknown COLMAP camera model {number}; expected 0 to {}",
+                MODELS.len() - 1
+            ))),
         }
     }
 

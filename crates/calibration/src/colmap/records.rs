@@ -128,11 +128,9 @@ fn read_pose(reader: &mut impl RecordReader) -> Result<RigidPose> {
     if is_rigid(&pose) {
         Ok(pose)
     } else {
-        Err(reader.fail(
-            "invalid pose: the quaternion has length 0 or is not \
-        finite"
-                .into(),
-        ))
+        Err(reader.fail(format!(
+            "invalid pose {pose:?} (QW QX QY QZ TX TY TZ); expected finite numbers and a quaternion other than 0"
+        )))
     }
 }
 

@@ -77,7 +77,7 @@ impl<'a> LineTokens<'a> {
 
     fn parse<T: FromStr>(&mut self, field: &str) -> Result<T> {
         let word = self.word(field)?;
-        word.parse().map_err(|_| self.fail(format!("invalid {field} {word:?}")))
+        word.parse().map_err(|_| self.fail(format!("invalid {field} {word:?}; expected a number")))
     }
 }
 

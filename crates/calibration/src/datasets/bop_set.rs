@@ -31,7 +31,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         found => Err(FormatError::unsupported(
             &folder.path,
             format!(
-                "the folder contains {} scenes, each of them a separate world; open the folder of one scene: {} ...",
+                "the folder contains {} scenes with separate worlds; open the folder of one scene, for example {}",
                 found.len(),
                 found[0]
             ),

@@ -40,7 +40,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     one_rig(&mut calibration.records, "vehicle");
     calibration.note(
         NoticeCode::PlacedCameras,
-        "the cameras are in the axes of the vehicle (x forward, y left, z up); the size is Cityscapes', 2048 x 1024",
+        "camera poses are relative to the vehicle (x forward, y left, z up); the image size is 2048 x 1024, as in \
+         Cityscapes",
     );
     Ok(calibration)
 }

@@ -1,7 +1,7 @@
 //! COCO's `images` with raycam's keys: `camera`, `K`, `R` (camera_from_world), `C`, `model`, `distortion`, `time`.
 
 use glam::DVec3;
-use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, check_rotation, yaml};
 use crate::{Calibration, CameraRecord, Pose, ReadHints};
@@ -51,7 +51,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if without > 0 {
-        calibration.note(NoticeCode::IgnoredElement, format!("{without} images without K, R and C are omitted"));
+        calibration
+            .note(NoticeCode::IgnoredElement, format!("{} without K, R and C omitted", counted(without, "image")));
     }
     Ok(calibration)
 }

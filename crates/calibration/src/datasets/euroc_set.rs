@@ -23,7 +23,9 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
 }
 
 pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let fail = || FormatError::unsupported(&folder.path, "expected EuRoC's cam0/sensor.yaml");
+    let fail = || {
+        FormatError::unsupported(&folder.path, "cam0/sensor.yaml not found; expected a folder of the EuRoC data set")
+    };
     let (place, cameras) = find_cameras(folder, assets).ok_or_else(fail)?;
     let mut calibration = Calibration::default();
     for name in cameras {
@@ -37,7 +39,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     }
     calibration.note(
         NoticeCode::PlacedCameras,
-        "the cameras are in the axes of the body (T_BS); for its trajectory, use data.csv of \
+        "camera poses are relative to the body (T_BS); for its trajectory, use data.csv of \
          state_groundtruth_estimate0 or mocap0 (--rig FOLDER --poses data.csv)",
     );
     Ok(calibration)

@@ -4,7 +4,7 @@ use crate::picture_size::size_of_picture;
 use crate::{Calibration, CameraRecord, Folder, ReadHints, kitti};
 use raycam_formats::io::AssetRoot;
 use raycam_formats::{FormatError, Result};
-use raycam_scene::NoticeCode;
+use raycam_scene::{NoticeCode, counted};
 
 const CALIBRATIONS: &str = "object/training/calib";
 const PICTURES: &str = "object/training/image_2";
@@ -19,7 +19,11 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     let files = folder.inner(CALIBRATIONS, assets);
     let names: Vec<String> = files.ending(".txt").cloned().collect();
     if names.len() != calibration.records.len() {
-        let message = format!("{} poses, but {} files in {CALIBRATIONS}", calibration.records.len(), names.len());
+        let message = format!(
+            "{}, but {} in {CALIBRATIONS}; expected equal numbers",
+            counted(calibration.records.len(), "pose"),
+            counted(names.len(), "file")
+        );
         return Err(FormatError::whole(&folder.file("poses.txt"), message));
     }
     for (record, name) in calibration.records.iter_mut().zip(&names) {
@@ -32,6 +36,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         let size = size_of_picture(assets, &folder.file("any"), [&image]);
         *record = CameraRecord { name: stem.into(), k: Some(k), size, image: Some(image), ..record.clone() };
     }
-    calibration.note(NoticeCode::UsedOtherFile, "the cameras are P2 of each image, with the image's size");
+    calibration
+        .note(NoticeCode::UsedOtherFile, "each image's camera is P2 of its calibration file, with the image's size");
     Ok(calibration)
 }

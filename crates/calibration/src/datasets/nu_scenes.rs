@@ -79,7 +79,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         }
         calibration.note(
             NoticeCode::PlacedCameras,
-            "the cameras are the images of sample_data, in the world of ego_pose; times are in seconds",
+            "each image of sample_data is a camera; poses are in the global coordinates of ego_pose, and times in \
+             seconds",
         );
         return Ok(calibration);
     }
@@ -93,8 +94,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     calibration.note(
         NoticeCode::PlacedCameras,
-        "the cameras are in the axes of the vehicle (x forward, y left, z up); for cameras in the world, put \
-         sample_data.json and ego_pose.json into the same folder",
+        "camera poses are relative to the vehicle (x forward, y left, z up); for world poses, put sample_data.json \
+         and ego_pose.json into the same folder",
     );
     Ok(calibration)
 }
@@ -107,7 +108,9 @@ fn seen(
 ) -> Result<Option<CameraRecord>> {
     let Some(camera) = cameras.get(row.require("calibrated_sensor_token")?.word()?) else { return Ok(None) };
     let token = row.require("ego_pose_token")?;
-    let ego = poses.get(token.word()?).ok_or_else(|| token.fail("ego_pose.json does not contain this token"))?;
+    let ego = poses
+        .get(token.word()?)
+        .ok_or_else(|| token.fail(format_args!("{:?} not found in ego_pose.json", token.word().unwrap_or_default())))?;
     let mut record = camera.clone();
     let file = row.require("filename")?.word()?;
     (record.name, record.image) = (file.to_owned(), Some(file.to_owned()));

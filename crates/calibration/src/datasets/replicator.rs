@@ -52,7 +52,8 @@ fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord>
     let size = root.require("renderProductResolution")?;
     let [width, height] = size.array::<2>()?;
     if [width, height].iter().any(|side| side.fract() != 0.0 || !(1.0..65537.0).contains(side)) {
-        return Err(size.fail("expected width and height, whole numbers from 1 to 65536"));
+        let message = format!("{width} x {height}; expected width and height, whole numbers from 1 to 65536");
+        return Err(size.fail(message));
     }
     let mut record = CameraRecord::new(name, PixelCenter::Half);
     record.size = Some([width as u32, height as u32]);
@@ -72,7 +73,9 @@ fn camera(source: &InputFile, notices: &mut Vec<Notice>) -> Result<CameraRecord>
     let offset = root.get("cameraApertureOffset").map(|at| at.array::<2>()).transpose()?.unwrap_or_default();
     let (fx, fy) = (focal * width / film_x, focal * height / film_y);
     if !(fx > 0.0 && fy > 0.0 && fx.is_finite() && fy.is_finite()) {
-        return Err(root.fail("invalid cameraFocalLength or cameraAperture; expected numbers greater than 0"));
+        return Err(root.fail(format_args!(
+            "cameraFocalLength is {focal}, cameraAperture is [{film_x}, {film_y}]; expected numbers greater than 0"
+        )));
     }
     let (cx, cy) = (0.5 * width - offset[0] * width / film_x, 0.5 * height + offset[1] * height / film_y);
     record.k = Some(pinhole_matrix([fx, fy, cx, cy]));

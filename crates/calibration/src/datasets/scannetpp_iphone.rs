@@ -1,7 +1,7 @@
 //! ScanNet++'s `pose_intrinsic_imu.json` of an iPhone: for each image K, `pose` (in ARKit's world) and `aligned_pose`
 //! (in the scan's world), world_from_camera with OpenCV's axes. Source: the ScanNet++ toolkit, iphone/arkit_pcl.py.
 
-use raycam_scene::{NoticeCode, PixelCenter};
+use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, yaml};
 use crate::picture_size::size_of_picture;
@@ -24,7 +24,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         size = Some([1920, 1440]);
         calibration.note(
             NoticeCode::AssumedConvention,
-            "no image next to the file; the size of ScanNet++'s iPhone videos is used, 1920 x 1440",
+            "no image found in the file's folder; the image size is assumed to be 1920 x 1440, as in ScanNet++'s \
+             iPhone videos",
         );
     }
     let mut unaligned = 0;
@@ -48,7 +49,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if unaligned > 0 {
         calibration.note(
             NoticeCode::PlacedCameras,
-            format!("{unaligned} images have no aligned_pose; their poses are in ARKit's world"),
+            format!(
+                "{} without aligned_pose: the pose in ARKit's world coordinates is used",
+                counted(unaligned, "image")
+            ),
         );
     }
     Ok(calibration)

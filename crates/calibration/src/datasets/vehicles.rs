@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{NoticeCode, PixelCenter};
+use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, DocumentNode, Value, yaml};
 use crate::intrinsics::{brown_lens, pinhole_matrix};
@@ -14,7 +14,7 @@ use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
-const ON_THE_VEHICLE: &str = "the cameras are in the axes of the vehicle (x forward, y left, z up)";
+const ON_THE_VEHICLE: &str = "camera poses are relative to the vehicle (x forward, y left, z up)";
 const CALIBRATIONS: [&str; 2] = ["camera_calibrations", "cameraCalibrations"];
 
 pub(crate) fn detect_argoverse(_: &InputFile, text: &str) -> bool {
@@ -38,7 +38,7 @@ fn table(source: &InputFile) -> Result<DocumentNode> {
     for (i, line) in lines {
         let cells = words(line);
         if cells.len() != header.len() {
-            let message = format!("the row has {} columns; the header has {}", cells.len(), header.len());
+            let message = format!("the row has {}; the header has {}", counted(cells.len(), "column"), header.len());
             return Err(FormatError::line(&source.path, i + 1, message));
         }
         let scalar = |word| DocumentNode { value: Value::Scalar(word), line: i + 1 };
@@ -100,7 +100,7 @@ pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
     // In Waymo's frames, the calibrations are in the map `context`.
     let places = [root.clone(), root.get("context").unwrap_or_else(|| root.clone())];
     let list = places.iter().find_map(|at| at.any(&CALIBRATIONS));
-    let list = list.ok_or_else(|| root.fail("camera_calibrations is missing, both here and in context"))?;
+    let list = list.ok_or_else(|| root.fail("camera_calibrations is missing, at the top level and in context"))?;
     let mut calibration = Calibration::default();
     let mut rolling = 0;
     for row in list.list()? {
@@ -120,7 +120,10 @@ pub(crate) fn read_waymo(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -
     }
     calibration.note(NoticeCode::PlacedCameras, ON_THE_VEHICLE);
     if rolling > 0 {
-        calibration.note(NoticeCode::IgnoredFeature, format!("the rolling shutter of {rolling} cameras is ignored"));
+        calibration.note(
+            NoticeCode::IgnoredFeature,
+            format!("the rolling shutter of {} is ignored", counted(rolling, "camera")),
+        );
     }
     one_rig(&mut calibration.records, "vehicle");
     Ok(calibration)

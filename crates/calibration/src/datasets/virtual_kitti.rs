@@ -30,7 +30,10 @@ fn rows<const N: usize>(source: &InputFile) -> Result<Vec<Row<N>>> {
         let fail = |message: &str| FormatError::line(&source.path, line, message);
         let mut words = row.split_whitespace();
         let mut index = || {
-            words.next().and_then(|word| word.parse::<u32>().ok()).ok_or_else(|| fail("expected a frame and a camera"))
+            words
+                .next()
+                .and_then(|word| word.parse::<u32>().ok())
+                .ok_or_else(|| fail("expected a line that begins with a frame number and a camera number"))
         };
         let key = (index()?, index()?);
         let rest: Vec<&str> = words.collect();
@@ -67,7 +70,13 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         None => calibration.records.extend(listed.iter().map(|(key, ..)| record(*key))),
     }
     if beside.is_none() {
-        calibration.note(NoticeCode::MissingFile, format!("{other} is missing in the same folder"));
+        calibration.note(
+            NoticeCode::MissingFile,
+            format!(
+                "{other} is missing in the file's folder, so the cameras have no {}",
+                if has_poses { "K" } else { "pose" }
+            ),
+        );
     }
     Ok(calibration)
 }

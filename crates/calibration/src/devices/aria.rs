@@ -2,7 +2,7 @@
 //! hot3d, data_loaders; hand_tracking_toolkit, camera.py and camera_distortion.py.
 
 use glam::DVec3;
-use raycam_scene::{ErrorCode, Lens, LensModel, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, PixelCenter, counted};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms};
@@ -67,10 +67,12 @@ pub(crate) fn camera_model(at: &Cursor<'_>, record: &mut CameraRecord) -> Result
     let word = kind.word()?;
     let params = first_of(&["projection_params", "projectionParams"])?;
     let values = params.numbers()?;
-    let count = |expected: &[usize]| match expected.contains(&values.len()) {
-        true => Ok(()),
-        false => Err(params.fail(format_args!("{} numbers; {word} requires one of {expected:?}", values.len()))),
-    };
+    let count =
+        |expected: &[usize]| match expected.contains(&values.len()) {
+            true => Ok(()),
+            false => Err(params
+                .fail(format_args!("{}; supported counts for {word}: {expected:?}", counted(values.len(), "number")))),
+        };
     let name = word.rsplit('.').next().unwrap_or(word).to_lowercase();
     let (focals, lens) = match &name[..] {
         "fisheye624" | "oculusvisionfisheye624" => {

@@ -3,7 +3,7 @@
 //! formats".
 
 use glam::DVec3;
-use raycam_scene::{LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{LensModel, NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -25,8 +25,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     if text.trim_start().starts_with('{') {
         return calibrations(source, text);
     }
-    let columns = columns_of(text)
-        .ok_or_else(|| FormatError::line(&source.path, 1, "expected tx_world_device, qx_world_device, ..."))?;
+    let columns = columns_of(text).ok_or_else(|| {
+        FormatError::line(&source.path, 1, "expected a header with the columns tx_world_device, qx_world_device, ...")
+    })?;
     let mut columns = columns.map_err(|message| FormatError::line(&source.path, 1, message))?;
     columns.unread.clear();
     let mut calibration = named_columns::read(text, &source.path, &columns)?;
@@ -63,9 +64,8 @@ fn calibrations(source: &InputFile, text: &str) -> Result<Calibration> {
             ("Linear", [f, cx, cy]) => ([*f, *f, *cx, *cy], Ok(raycam_scene::Lens::Pinhole)),
             (word, _) => {
                 return Err(name.fail(format_args!(
-                    "{word:?} with {} parameters; expected FisheyeRadTanThinPrism (15), KannalaBrandtK3 (8) or Linear \
-                     (3)",
-                    values.len()
+                    "{word:?} with {}; expected FisheyeRadTanThinPrism (15), KannalaBrandtK3 (8) or Linear (3)",
+                    counted(values.len(), "parameter")
                 )));
             }
         };
@@ -85,9 +85,9 @@ fn calibrations(source: &InputFile, text: &str) -> Result<Calibration> {
     if further > 0 {
         calibration.note(
             NoticeCode::FirstOnly,
-            format!("only the calibration of the first line is used; {further} later ones are ignored"),
+            format!("only the calibration of the first line is used; {} ignored", counted(further, "further line")),
         );
     }
-    calibration.note(NoticeCode::PlacedCameras, "the cameras are in the axes of the device");
+    calibration.note(NoticeCode::PlacedCameras, "camera poses are relative to the device");
     Ok(calibration)
 }

@@ -40,7 +40,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     let has = |name: &str| values.contains_key(&(format!("LEFT_CAM_{name}").as_str(), "fx"));
     let chosen = RESOLUTIONS.iter().find(|(name, size)| has(name) && hints.size.is_none_or(|known| known == *size));
     let chosen = chosen.or_else(|| RESOLUTIONS.iter().find(|(name, _)| has(name)));
-    let (name, size) = chosen.ok_or_else(|| FormatError::whole(path, "no section LEFT_CAM_HD, _FHD, _2K or _VGA"))?;
+    let (name, size) = chosen.ok_or_else(|| {
+        FormatError::whole(path, "none of the sections LEFT_CAM_HD, LEFT_CAM_FHD, LEFT_CAM_2K and LEFT_CAM_VGA found")
+    })?;
     let mut calibration = Calibration::default();
     for side in ["LEFT", "RIGHT"] {
         let section = format!("{side}_CAM_{name}");
@@ -71,8 +73,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     calibration.note(
         NoticeCode::FirstOnly,
         format!(
-            "the sections of {name}, {} x {}, are used (use size= to select another); Baseline, {base} mm, is converted to \
-         metres, with the right camera to the right of the left one",
+            "the sections of {name}, {} x {}, are used (use size= to select another); Baseline, {base} mm, is \
+             converted to metres, with the right camera to the right of the left one",
             size[0], size[1]
         ),
     );

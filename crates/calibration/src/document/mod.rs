@@ -15,7 +15,7 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 use raycam_scene::camera::nearest_rotation;
-use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, suggestion};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, counted, suggestion};
 
 use raycam_formats::{FormatError, Result};
 
@@ -28,6 +28,17 @@ pub(crate) enum Value {
     Scalar(String),
     List(Vec<DocumentNode>),
     Map(Vec<(String, DocumentNode)>),
+}
+
+impl Value {
+    /// The kind of the value, for messages.
+    fn kind(&self) -> &'static str {
+        match self {
+            Self::Scalar(_) => "a single value",
+            Self::List(_) => "a list",
+            Self::Map(_) => "a map",
+        }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -98,7 +109,7 @@ impl<'a> Cursor<'a> {
             Value::Map(entries) => {
                 Ok(entries.iter().map(|(key, node)| (key.as_str(), self.child(key, node))).collect())
             }
-            _ => Err(self.fail("expected keys and values")),
+            _ => Err(self.fail(format_args!("{}; expected a map of keys and values", self.node.value.kind()))),
         }
     }
 
@@ -132,13 +143,17 @@ impl<'a> Cursor<'a> {
     pub(crate) fn word(&self) -> Result<&'a str> {
         match &self.node.value {
             Value::Scalar(word) => Ok(word),
-            _ => Err(self.fail_as(ErrorCode::WrongType, "expected a word")),
+            _ => {
+                Err(self
+                    .fail_as(ErrorCode::WrongType, format_args!("{}; expected a single value", self.node.value.kind())))
+            }
         }
     }
 
     pub(crate) fn number(&self) -> Result<f64> {
         let Value::Scalar(word) = &self.node.value else {
-            return Err(self.fail_as(ErrorCode::WrongType, "expected a number"));
+            let message = format!("{}; expected a number", self.node.value.kind());
+            return Err(self.fail_as(ErrorCode::WrongType, message));
         };
         match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
@@ -163,7 +178,8 @@ impl<'a> Cursor<'a> {
     /// Elements of a list; an error for any other node.
     pub(crate) fn list(&self) -> Result<Vec<Cursor<'a>>> {
         let Value::List(items) = &self.node.value else {
-            return Err(self.fail_as(ErrorCode::WrongType, "expected a list"));
+            let message = format!("{}; expected a list", self.node.value.kind());
+            return Err(self.fail_as(ErrorCode::WrongType, message));
         };
         let item = |(i, node)| Self { node, path: self.path, key: format!("{}[{i}]", self.key) };
         Ok(items.iter().enumerate().map(item).collect())
@@ -183,7 +199,10 @@ impl<'a> Cursor<'a> {
                 if count != numbers.len() as f64 {
                     return Err(sizes.fail_as(
                         ErrorCode::WrongShape,
-                        format_args!("data has {} numbers; expected {count}, the product of sizes", numbers.len()),
+                        format_args!(
+                            "data has {}; expected {count}, the product of sizes",
+                            counted(numbers.len(), "number")
+                        ),
                     ));
                 }
                 return Ok(numbers);
@@ -192,7 +211,10 @@ impl<'a> Cursor<'a> {
             if u64::from(rows) * u64::from(cols) != numbers.len() as u64 {
                 return Err(self.fail_as(
                     ErrorCode::WrongShape,
-                    format_args!("{rows} rows of {cols} columns, but data has {} numbers", numbers.len()),
+                    format_args!(
+                        "rows is {rows} and cols is {cols}, but data has {}",
+                        counted(numbers.len(), "number")
+                    ),
                 ));
             }
             return Ok(numbers);
@@ -221,10 +243,8 @@ impl<'a> Cursor<'a> {
     /// The numbers of the node; an error unless there are exactly `N`.
     pub(crate) fn array<const N: usize>(&self) -> Result<[f64; N]> {
         let numbers = self.numbers()?;
-        let count = numbers.len();
-        numbers
-            .try_into()
-            .map_err(|_| self.fail_as(ErrorCode::WrongShape, format_args!("{count} numbers; expected {N}")))
+        let count = counted(numbers.len(), "number");
+        numbers.try_into().map_err(|_| self.fail_as(ErrorCode::WrongShape, format_args!("{count}; expected {N}")))
     }
 
     /// Reads a 3x3 matrix, row by row.
@@ -240,7 +260,7 @@ impl<'a> Cursor<'a> {
                 .map_err(|message| self.fail_as(ErrorCode::InvalidMatrix, message))?,
             12 => std::array::from_fn(|i| numbers[i]),
             count => {
-                let message = format_args!("{count} numbers; expected a 4x4 matrix");
+                let message = format!("{}; expected a 4x4 or 3x4 matrix", counted(count, "number"));
                 return Err(self.fail_as(ErrorCode::WrongShape, message));
             }
         };
@@ -280,11 +300,13 @@ pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
     let last = [m[12], m[13], m[14], m[15]];
     if last != [0.0, 0.0, 0.0, 1.0] {
         let reason = match last {
-            _ if [m[3], m[7], m[11], m[15]] == [0.0, 0.0, 0.0, 1.0] => "the matrix is transposed, by columns",
+            _ if [m[3], m[7], m[11], m[15]] == [0.0, 0.0, 0.0, 1.0] => {
+                "the matrix is transposed (stored by columns); write it by rows"
+            }
             [0.0, 0.0, 0.0, 0.0] => "write 0 0 0 1",
             [0.0, 0.0, 0.0, _] => {
-                "the whole matrix is scaled by that number: divide all of it, or only R if the translation is already in \
-                 the unit that you want"
+                "the whole matrix is scaled by that number: divide all of it, or only R if the translation is \
+                 already in the unit that you want"
             }
             _ => "is the matrix transposed?",
         };

@@ -74,10 +74,9 @@ pub(crate) fn arrays(bytes: &[u8], path: &Path, budget: &mut Budget) -> Result<V
 pub(crate) fn array(bytes: &[u8]) -> Result<NumpyArray, String> {
     let header = NpyHeader::parse(bytes)?;
     let count = header.shape.iter().try_fold(1usize, |count, side| count.checked_mul(*side));
-    let count = count.filter(|count| *count <= MAX_ARRAY).ok_or(
-        "the array has more elements than a calibration can \
-        have",
-    )?;
+    let count = count
+        .filter(|count| *count <= MAX_ARRAY)
+        .ok_or_else(|| format!("too many elements; an array of a calibration has at most {MAX_ARRAY}"))?;
     let data = &bytes[header.data..];
     let mut elements = header.elements(data, count)?;
     if header.fortran {

@@ -1,5 +1,6 @@
 //! Text files with one row of numbers per line.
 
+use raycam_scene::counted;
 use std::path::Path;
 
 use raycam_formats::{FormatError, Result};
@@ -36,8 +37,8 @@ pub(crate) fn numbers<const N: usize>(path: &Path, line: usize, text: &str) -> R
             _ => return Err(FormatError::line(path, line, format!("{word:?}; expected a finite number"))),
         }
     }
-    let count = values.len();
-    values.try_into().map_err(|_| FormatError::line(path, line, format!("{count} numbers; expected {N}")))
+    let count = counted(values.len(), "number");
+    values.try_into().map_err(|_| FormatError::line(path, line, format!("{count}; expected {N}")))
 }
 
 /// True if each of the first three data lines has `count` numbers.

@@ -14,7 +14,7 @@ const UNREAD: [(&str, &[&str], &str); 13] = [
     ("OCamCalib (Scaramuzza) as JSON", &["\"invpol\"", "\"pol\""], OCAM_REMEDY),
     ("Kimera with the polynomial of OCamCalib (Scaramuzza)", &["omni_pol_inv", "omni_affine"], OCAM_REMEDY),
     ("VisualSFM", &["NVM_V3"], "convert it with COLMAP (model_converter), then load the COLMAP model"),
-    ("DSO or TUM-mono", &["\ncrop\n"], "copy fx fy cx cy and the lens into Camera"),
+    ("DSO or TUM-mono", &["\ncrop\n"], "pass fx, fy, cx, cy and the lens coefficients to raycam.Camera"),
     ("NumPy arrays in YAML", &["!!python/object", "numpy"], "write lists (K.tolist()), or save with np.savez"),
     ("the configuration of nerfstudio", &["!!python/object"], "use transforms.json of the data set"),
     (
@@ -26,19 +26,20 @@ const UNREAD: [(&str, &[&str], &str); 13] = [
     (
         "Nerfies or HyperNeRF",
         &["\"pixel_aspect_ratio\"", "\"radial_distortion\"", "\"orientation\""],
-        "orientation is R, position is the centre C; pass them, K and the lens to Camera",
+        "orientation is R, position is the centre C; pass them, K and the lens coefficients to raycam.Camera",
     ),
     ("USD", &["#usda"], "load it as a world: raycam.load(path).cameras"),
 ];
-const PICKLE: &str = "it is not loaded, because it may run code; save with np.savez, or as JSON";
+const PICKLE: &str = "save the numbers with np.savez or as JSON, because loading a pickle may run code";
 /// First bytes of binary files that are recognised but not supported, with the alternative.
 const UNREAD_BYTES: [(&str, &[u8], &str); 6] = [
     (
         "MATLAB",
         b"MATLAB 5.0 MAT-file",
-        "use scipy.io.loadmat, then Camera; its principal point counts from 1, and K is transposed",
+        "read the values with scipy.io.loadmat, transpose K, subtract 1 from the principal point (MATLAB counts \
+         from 1), and pass them to raycam.Camera",
     ),
-    ("HDF5 (MATLAB 7.3, Hypersim)", b"\x89HDF", "open it with h5py, then use Camera"),
+    ("HDF5 (MATLAB 7.3, Hypersim)", b"\x89HDF", "read the values with h5py, then pass them to raycam.Camera"),
     (
         "Apache Arrow (feather, Argoverse 2)",
         b"ARROW1",
@@ -46,7 +47,11 @@ const UNREAD_BYTES: [(&str, &[u8], &str); 6] = [
     ),
     ("a Python pickle", b"\x80", PICKLE),
     ("a Python pickle", b"(dp0\n", PICKLE),
-    ("ROS bags", b"#ROSBAG", "write a message with: rostopic echo -n 1 /camera/camera_info > camera_info.yaml"),
+    (
+        "ROS bags",
+        b"#ROSBAG",
+        "write a CameraInfo message to a file: rostopic echo -n 1 /camera/camera_info > camera_info.yaml",
+    ),
 ];
 
 /// Name of a file's format and the alternative, if the format is recognised but not supported.
@@ -110,7 +115,8 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
     unread_format(
         "hloc's list of query images",
         is_hloc,
-        "COLMAP reads these models: write cameras.txt of a COLMAP model (id, model, width, height, parameters)",
+        "write the cameras to cameras.txt of a COLMAP model (id, model, width, height, parameters), which has the \
+         same lens models",
     ),
     unread_format(
         "Pix4D",
@@ -146,8 +152,8 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
     unread_format(
         "WoodScape",
         |text| has_all(text, &["\"cx_offset\"", "\"poly_order\""]),
-        "raycam has no lens model for WoodScape's polynomial; fit cv2.fisheye to the polynomial, then write K and D with \
-         \"fisheye\": 1",
+        "raycam has no lens model for WoodScape's polynomial; fit cv2.fisheye to the polynomial, then write K and \
+         D with \"fisheye\": 1",
     ),
     unread_format(
         "Unity Perception",

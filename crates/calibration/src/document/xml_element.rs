@@ -5,7 +5,7 @@ use std::path::Path;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use raycam_formats::{FormatError, Result};
-use raycam_scene::ErrorCode;
+use raycam_scene::{ErrorCode, counted};
 
 /// Parsed XML file.
 pub(crate) struct XmlFile<'a> {
@@ -79,8 +79,8 @@ impl<'f> XmlElement<'f> {
         let values: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse::<f64>).collect();
         let values = values.ok().filter(|values| values.iter().all(|value| value.is_finite()));
         let values = values.ok_or_else(|| self.fail(format_args!("{what} {text:?}; expected finite numbers")))?;
-        let count = values.len();
-        values.try_into().map_err(|_| self.fail(format_args!("{what} has {count} numbers; expected {N}")))
+        let count = counted(values.len(), "number");
+        values.try_into().map_err(|_| self.fail(format_args!("{what} has {count}; expected {N}")))
     }
 
     /// Reads the numbers in the element's text.

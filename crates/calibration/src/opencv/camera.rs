@@ -1,7 +1,7 @@
 //! One camera of an OpenCV file: its size, K and pose.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::PixelCenter;
+use raycam_scene::{PixelCenter, counted};
 
 use crate::document::Cursor;
 use crate::opencv::keys::{self, KeyView};
@@ -64,7 +64,7 @@ fn sides(at: &Cursor<'_>) -> Result<Vec<f64>> {
     let view = KeyView::new(at.clone());
     match (view.find_value(&keys::WIDTH)?, view.find_value(&keys::HEIGHT)?) {
         (Some(width), Some(height)) => Ok(vec![width.number()?, height.number()?]),
-        _ => Err(at.fail("expected width and height")),
+        _ => Err(at.fail("expected the keys width and height")),
     }
 }
 
@@ -79,7 +79,8 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
                 Ok(word) => {
                     let parts = word.split(['x', 'X', '*', ',', ' ']).filter(|part| !part.is_empty());
                     let numbers: Option<Vec<f64>> = parts.map(|part| part.parse().ok()).collect();
-                    numbers.ok_or_else(|| at.fail(format_args!("{word:?}; expected columns and rows")))?
+                    numbers
+                        .ok_or_else(|| at.fail(format_args!("{word:?}; expected width and height, as in 640x480")))?
                 }
                 Err(_) => at.numbers()?,
             },
@@ -91,10 +92,14 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
         }
         let whole = |v: &f64| v.fract() == 0.0 && (1.0..65537.0).contains(v);
         let [width, height] = numbers[..] else {
-            return Err(at.fail(format_args!("{} numbers; the image size must be two numbers", numbers.len())));
+            return Err(
+                at.fail(format_args!("{}; the image size must be two numbers", counted(numbers.len(), "number")))
+            );
         };
         if !(whole(&width) && whole(&height)) {
-            return Err(at.fail("the image size must be two whole numbers from 1 to 65536"));
+            return Err(
+                at.fail(format_args!("{width} x {height}; the image size must be two whole numbers from 1 to 65536"))
+            );
         }
         if let Ok(Some(k)) = k(view) {
             let middle = |width: f64, height: f64| {

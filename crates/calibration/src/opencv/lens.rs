@@ -1,7 +1,7 @@
 //! Lens of an OpenCV file. Its coefficients are OpenCV's, from `cv2.calibrateCamera` or from `cv2.fisheye.calibrate`;
 //! if a file is ambiguous, reading fails with a message that lists the lens models.
 
-use raycam_scene::{Lens, LensModel};
+use raycam_scene::{Lens, LensModel, counted};
 
 use crate::ReadHints;
 use crate::document::{Cursor, Value, lens_keys::plain, lens_named};
@@ -90,7 +90,12 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
         // A fisheye lens has only the coefficients k1 k2 k3 k4.
         let mut four = vec![0.0; 4];
         for &(i, value) in values.iter().filter(|(_, value)| *value != 0.0) {
-            let place = fisheye(i).ok_or_else(|| named.at.fail("fisheye has only k1 k2 k3 k4"))?;
+            let place = fisheye(i).ok_or_else(|| {
+                named.at.fail(format_args!(
+                    "{} is {value}, but lens model fisheye has only k1 k2 k3 k4",
+                    keys::COEFFICIENTS[i]
+                ))
+            })?;
             four[place] = value;
         }
         return Ok((Some(named.at), four));
@@ -122,7 +127,12 @@ fn radial_and_tangential<'a>(
         [k1, k2] => vec![k1, k2, p[0], p[1]],
         [k1, k2, k3] => vec![k1, k2, p[0], p[1], k3],
         [k1, k2, k3, k4, k5, k6] => vec![k1, k2, p[0], p[1], k3, k4, k5, k6],
-        _ => return Err(at.fail(format_args!("{} numbers; expected k1 k2, optionally with k3, or k1 to k6", k.len()))),
+        _ => {
+            return Err(at.fail(format_args!(
+                "{}; expected k1 k2, optionally with k3, or k1 to k6",
+                counted(k.len(), "number")
+            )));
+        }
     };
     Ok((Some(at), numbers))
 }

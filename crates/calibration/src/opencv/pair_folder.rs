@@ -9,7 +9,7 @@ use crate::opencv::storage::parse;
 use crate::{Calibration, Folder, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
-use raycam_scene::NoticeCode;
+use raycam_scene::{NoticeCode, counted};
 
 const ENDINGS: [&str; 5] = [".yml", ".yaml", ".xml", ".json", ".npz"];
 
@@ -43,8 +43,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
     let fail = || {
         FormatError::unsupported(
             &folder.path,
-            "expected one file of the left camera and one of the right \
-        camera",
+            "expected two calibration files, one with a name that begins with left and one with right",
         )
     };
     let mut calibration = Calibration::default();
@@ -52,7 +51,10 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
         let name = file_of(folder, side).ok_or_else(fail)?;
         let mut found = read(&folder.read(name, assets)?, assets, hints)?;
         let [record] = &mut found.records[..] else {
-            let message = format!("the file contains {} cameras; expected only the {side} one", found.records.len());
+            let message = format!(
+                "the file contains {}; expected only the {side} camera",
+                counted(found.records.len(), "camera")
+            );
             return Err(FormatError::whole(&folder.file(name), message));
         };
         record.name = side.into();
@@ -68,7 +70,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
             if pose.is_some() {
                 calibration.note(
                     NoticeCode::UsedOtherFile,
-                    format!("R and T were read from {name}: from the left camera to the right one"),
+                    format!("R and T were read from {name}; they map points from the left camera to the right camera"),
                 );
             }
         }

@@ -10,7 +10,7 @@ use crate::opencv::{pose, stereo};
 use crate::rig::one_rig;
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
-use raycam_scene::NoticeCode;
+use raycam_scene::{NoticeCode, counted};
 
 /// True if the root is a map of cameras, each with R and T.
 pub(super) fn has_poses(root: &Cursor<'_>) -> bool {
@@ -41,7 +41,8 @@ pub(super) fn place_cameras(source: &InputFile, assets: &mut AssetRoot, calibrat
     if placed == 0 {
         return Ok(());
     }
-    calibration.note(NoticeCode::UsedOtherFile, format!("R and T of {placed} cameras were read from {name}"));
+    calibration
+        .note(NoticeCode::UsedOtherFile, format!("R and T of {} were read from {name}", counted(placed, "camera")));
     if placed == calibration.records.len() {
         one_rig(&mut calibration.records, "rig");
     }

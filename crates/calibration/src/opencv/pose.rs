@@ -8,7 +8,7 @@ use crate::opencv::keys::{self, KeyView};
 use crate::pose_map;
 use crate::{Calibration, Pose, ReadHints, Rotation};
 use raycam_formats::{FormatError, Result};
-use raycam_scene::{ErrorCode, NoticeCode};
+use raycam_scene::{ErrorCode, NoticeCode, counted};
 
 /// Words in keys that mean camera_from_world, and keys that consist of such a word.
 const CAMERA_FROM_WORLD: [&str; 10] = [
@@ -126,7 +126,7 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
     if let (Some(_), Some(vector)) = (&matrix, &vector)
         && (rotation(vector)? - r).to_cols_array().iter().any(|difference| difference.abs() > 1e-3)
     {
-        return Err(vector.fail(format_args!("{} is a different rotation; remove one of the two keys", r_at.key)));
+        return Err(vector.fail(format_args!("{} contains a different rotation; remove one of the two keys", r_at.key)));
     }
     let t = DVec3::from_array(t_at.array::<3>()?);
     Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)))
@@ -281,7 +281,7 @@ pub(super) fn read_named(
         if let Some((other, before)) = &found
             && *before != pose
         {
-            return Err(at.fail(format_args!("{} is a different pose; remove one of the two keys", other.key)));
+            return Err(at.fail(format_args!("{} contains a different pose; remove one of the two keys", other.key)));
         }
         found = Some((at, pose));
     }
@@ -323,7 +323,7 @@ fn between(name: &str) -> Option<(&'static str, bool)> {
 fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut Calibration) -> Result<Pose> {
     if keys::is_keyed(at) && !pose_map::is_pose_map(at) {
         let pose = read_r_t(&KeyView::new(at.clone()))?;
-        return pose.ok_or_else(|| at.fail("expected R and T"));
+        return pose.ok_or_else(|| at.fail("expected a rotation R and a translation T"));
     }
     let rows = rows_of(at)?;
     let convention = match (world_from_camera(key), hints.poses) {
@@ -372,7 +372,9 @@ fn rows_of(at: &Cursor<'_>) -> Result<[f64; 12]> {
     let rows: [f64; 12] = match numbers.len() {
         16 => check_rigid(&std::array::from_fn(|i| numbers[i])).map_err(|message| at.fail(message))?,
         12 => std::array::from_fn(|i| numbers[i]),
-        count => return Err(at.fail(format_args!("{count} numbers; expected a pose of 3x4 or 4x4 numbers"))),
+        count => {
+            return Err(at.fail(format_args!("{}; expected a pose of 3x4 or 4x4 numbers", counted(count, "number"))));
+        }
     };
     check_rotation(rigid(&rows).0).map_err(|message| at.fail(message))?;
     Ok(rows)
@@ -387,7 +389,8 @@ pub(super) fn read_views(view: &KeyView<'_>) -> Result<Option<Vec<Pose>>> {
     if let Some(at) = view.find_value(&keys::VIEWS)? {
         let numbers = at.numbers()?;
         if numbers.len() % 6 != 0 || numbers.is_empty() {
-            return Err(at.fail("expected six numbers per view, a rotation vector and a translation"));
+            let count = counted(numbers.len(), "number");
+            return Err(at.fail(format_args!("{count}; expected six per view, a rotation vector and a translation")));
         }
         return numbers.chunks_exact(6).map(|six| pose(&at, &six[..3], &six[3..])).collect::<Result<_>>().map(Some);
     }

@@ -13,7 +13,7 @@ use crate::opencv::{camera, partner, pose, projection, stereo};
 use crate::{Calibration, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
-use raycam_scene::NoticeCode;
+use raycam_scene::{NoticeCode, counted};
 
 /// Keys of a map with the parameters of one camera; the camera's name is the key of the enclosing map.
 const PARAMETERS: [&str; 5] = ["param", "params", "parameters", "calibration", "values"];
@@ -160,7 +160,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if has_camera(&root) {
         let mut calibration = one(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;
         if npy::is_npy(&source.bytes) && view.all(&keys::LENS).is_empty() {
-            calibration.note(NoticeCode::MissingValue, "no lens array next to K (dist_coeffs.npy); a pinhole is used");
+            calibration.note(
+                NoticeCode::MissingValue,
+                "no lens coefficients (dist_coeffs.npy) found next to K; the camera is a pinhole",
+            );
         }
         return Ok(calibration);
     }
@@ -206,9 +209,9 @@ fn refuse_numbers_of_a_lens(view: &KeyView<'_>) -> Result<()> {
         let fractions = numbers.iter().any(|value| value.fract() != 0.0);
         if fractions && !view.knows(key) && may_be_coefficients(key, &at, &numbers) {
             return Err(at.fail(format_args!(
-                "unknown key with {} numbers, and the camera has no lens coefficients; rename the key to dist_coeffs \
-                 if the numbers are lens coefficients, or remove the key",
-                numbers.len()
+                "unknown key with {}, and the camera has no lens coefficients; rename the key to dist_coeffs if \
+                 the numbers are lens coefficients, or remove the key",
+                counted(numbers.len(), "number")
             )));
         }
     }
@@ -370,8 +373,9 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
         }
         (count, Some(_)) => {
             return Err(root.fail(format_args!(
-                "R and T outside the maps of {count} cameras; they are only allowed for a pair, so write each \
-                 camera's R and T into its map"
+                "R and T outside the cameras' maps are only allowed for a pair, but the file has {}; write each \
+                 camera's R and T into its map",
+                counted(count, "camera")
             )));
         }
         _ => {}

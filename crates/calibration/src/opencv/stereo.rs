@@ -102,7 +102,7 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) ->
     if t.length() > 10.0 {
         calibration.note(
             NoticeCode::Implausible,
-            format!("T is {:.6} long, which is probably millimetres; the numbers are not converted", t.length()),
+            format!("T has length {:.6} and is probably in millimetres; the numbers are not converted", t.length()),
         );
     }
     let [first, second] = &mut calibration.records[..] else { return Ok(()) };

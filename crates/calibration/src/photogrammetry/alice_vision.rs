@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, check_rotation, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
@@ -35,7 +35,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         return Err(at.fail_as(ErrorCode::UnsupportedFeature, text));
     }
     if version > NEWEST {
-        let text = format!("version {shown} is newer than 1.2.14, whose rules are used");
+        let text = format!(
+            "version {shown} is newer than 1.2.14, the newest supported version; the file is read as version 1.2.14"
+        );
         calibration.note(NoticeCode::AssumedConvention, text);
     }
     let mut intrinsics = HashMap::new();
@@ -90,7 +92,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     } else if let Some(first) = lost.first() {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{} views without a pose or intrinsics are omitted: {first} ...", lost.len()),
+            format!("{} without a pose or intrinsics omitted: {first} ...", counted(lost.len(), "view")),
         );
     }
     calibration.note(
@@ -129,7 +131,7 @@ fn camera(at: &Cursor<'_>, version: Version, calibration: &mut Calibration) -> R
         let focal = at.require("pxFocalLength")?;
         match focal.numbers() {
             Ok(pair) if pair.len() == 2 => [pair[0], pair[1]],
-            Ok(_) => return Err(focal.fail("expected one or two numbers")),
+            Ok(many) => return Err(focal.fail(format_args!("{} numbers; expected one or two", many.len()))),
             Err(_) => [focal.number()?; 2],
         }
     } else {
@@ -157,12 +159,19 @@ fn lens(at: &Cursor<'_>, kind: &str, version: Version) -> Result<Lens> {
     let (undistortion, parameters) = (listed("undistortionParams")?, listed("distortionParams")?);
     let undistorts = at.get("undistortionType").map_or(Ok("none"), |at| at.word())?;
     if !undistorts.eq_ignore_ascii_case("none") && undistortion.iter().any(|value| *value != 0.0) {
-        return Err(
-            at.fail_as(ErrorCode::UnsupportedFeature, format_args!("unsupported undistortionType {undistorts:?}"))
-        );
+        return Err(at.fail_as(
+            ErrorCode::UnsupportedFeature,
+            format_args!("unsupported undistortionType {undistorts:?}; expected none"),
+        ));
     }
     if !["pinhole", "radial1", "radial3", "brown", "fisheye4", "fisheye1", "fisheye"].contains(&kind) {
-        return Err(at.fail_as(ErrorCode::UnsupportedFeature, format_args!("unsupported intrinsics type {kind:?}")));
+        return Err(at.fail_as(
+            ErrorCode::UnsupportedFeature,
+            format_args!(
+                "unsupported intrinsics type {kind:?}; expected pinhole, radial1, radial3, brown, fisheye4, \
+                 fisheye1 or fisheye"
+            ),
+        ));
     }
     let word = match version < [1, 2, 8] {
         true if kind == "pinhole" => "none",

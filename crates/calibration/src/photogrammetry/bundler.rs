@@ -2,7 +2,7 @@
 //! the image centre. Source: Bundler's README, "Output format and scene representation".
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{NoticeCode, PixelCenter};
+use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::document::check_rotation;
 use crate::document::number_lines::{data_lines, numbers};
@@ -74,14 +74,18 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     }
     let mut notice = |code, text: String| calibration.note(code, text);
     if lost > 0 {
-        notice(NoticeCode::IgnoredElement, format!("{lost} unregistered cameras (focal length 0) are omitted"));
+        notice(
+            NoticeCode::IgnoredElement,
+            format!("{} omitted (focal length 0)", counted(lost, "unregistered camera")),
+        );
     }
     if tiny > 0 {
         notice(
             NoticeCode::AssumedConvention,
             format!(
-                "{tiny} cameras have k1 below 1e-6; k1 is read for normalized image coordinates, as \
-                 Bundler specifies; some programs write it for pixel coordinates"
+                "k1 of {} is below 1e-6; it is read for normalized image coordinates, as Bundler specifies, but \
+                 some programs write it for pixel coordinates",
+                counted(tiny, "camera")
             ),
         );
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::camera::lens_from_colmap;
-use raycam_scene::{NoticeCode, PixelCenter};
+use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::document::number_lines::data_lines;
 use crate::pose::SCALED_QUATERNION;
@@ -73,8 +73,9 @@ fn pose_of(words: &[&str], subject: &str, calibration: &mut Calibration) -> Resu
         return Ok(None);
     }
     let values: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
-    let [w, x, y, z, tx, ty, tz] =
-        values.and_then(|values| <[f64; 7]>::try_from(values).ok()).ok_or("expected qw, qx, qy, qz, tx, ty, tz")?;
+    let [w, x, y, z, tx, ty, tz] = values
+        .and_then(|values| <[f64; 7]>::try_from(values).ok())
+        .ok_or_else(|| format!("{}; expected qw, qx, qy, qz, tx, ty, tz", words.join(", ")))?;
     let (rotation, is_scaled) = Rotation::scaled_quaternion([w, x, y, z])?;
     if is_scaled {
         calibration.note_about(NoticeCode::Implausible, subject, SCALED_QUATERNION);
@@ -109,7 +110,10 @@ impl Files<'_> {
                 numbers.ok_or_else(|| fail("expected a model, the width, the height and parameters".into()))?;
             let side = |value: f64| (value.fract() == 0.0 && (1.0..65537.0).contains(&value)).then_some(value as u32);
             let (Some(width), Some(height)) = (side(numbers[0]), side(numbers[1])) else {
-                return Err(fail("expected the width and the height".into()));
+                return Err(fail(format!(
+                    "{} x {}; expected width and height, whole numbers from 1 to 65536",
+                    numbers[0], numbers[1]
+                )));
             };
             let mut record = CameraRecord::new(row[0], PixelCenter::Half);
             record.size = Some([width, height]);
@@ -132,7 +136,9 @@ impl Files<'_> {
         if let Some(file) = self.rigs {
             for (line, row) in rows_of(file.text()?) {
                 let fail = |message: String| FormatError::line(&file.path, line, message);
-                let numbers = row.get(2..9).ok_or_else(|| fail("expected rig, sensor and seven numbers".into()))?;
+                let numbers = row.get(2..9).ok_or_else(|| {
+                    fail(format!("{}; expected rig, sensor and seven numbers", counted(row.len(), "value")))
+                })?;
                 let subject = format!("rig {}, sensor {}", row[0], row[1]);
                 if let Some(pose) = pose_of(numbers, &subject, &mut calibration).map_err(fail)? {
                     mounts.insert(row[1], (row[0], pose));
@@ -143,7 +149,9 @@ impl Files<'_> {
         if let Some(file) = self.trajectories {
             for (line, row) in rows_of(file.text()?) {
                 let fail = |message: String| FormatError::line(&file.path, line, message);
-                let numbers = row.get(2..9).ok_or_else(|| fail("expected time, device and seven numbers".into()))?;
+                let numbers = row.get(2..9).ok_or_else(|| {
+                    fail(format!("{}; expected time, device and seven numbers", counted(row.len(), "value")))
+                })?;
                 let subject = format!("device {} at time {}", row[1], row[0]);
                 if let Some(pose) = pose_of(numbers, &subject, &mut calibration).map_err(fail)? {
                     poses.insert((row[0], row[1]), pose);
@@ -173,7 +181,11 @@ impl Files<'_> {
         let mut unplaced = 0;
         for (line, row) in rows_of(text) {
             let [time, sensor, image] = row[..] else {
-                return Err(FormatError::line(&file.path, line, "expected time, sensor and image"));
+                return Err(FormatError::line(
+                    &file.path,
+                    line,
+                    format!("{}; expected time, sensor and image", counted(row.len(), "value")),
+                ));
             };
             let camera = cameras.iter().find(|camera| camera.name == sensor);
             let camera = camera.ok_or_else(|| {
@@ -195,7 +207,7 @@ impl Files<'_> {
         if unplaced > 0 {
             calibration.note(
                 NoticeCode::MissingValue,
-                format!("{unplaced} images without a pose in trajectories.txt are at the origin"),
+                format!("{} without a pose in trajectories.txt placed at the origin", counted(unplaced, "image")),
             );
         }
         Ok(calibration)

@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter, counted};
 
 use crate::document::check_rigid;
 use crate::document::rigid;
@@ -66,12 +66,13 @@ fn world_notices(chunk: &XmlElement<'_>, calibration: &mut Calibration) {
     if ["GEOGCS", "PROJCS", "GEOCCS", "GEOGCRS", "PROJCRS"].iter().any(|word| reference.contains(word)) {
         calibration.note(
             NoticeCode::PlacedCameras,
-            "the chunk has a geographic reference; its transform gives geocentric metres (ECEF), numbers of about \
-             6e6, instead of latitude and longitude or projected axes",
+            "the cameras are in geocentric metres (ECEF, values of about 6e6), because the chunk has a geographic \
+             reference; they are not in latitude and longitude or in projected coordinates",
         );
     }
     if chunk.child("transform").is_none() && chunk.all("component").all(|at| at.child("transform").is_none()) {
-        calibration.note(NoticeCode::PlacedCameras, "no transform; the cameras are in the chunk's own axes and unit");
+        calibration
+            .note(NoticeCode::PlacedCameras, "the chunk has no transform; the cameras keep the chunk's axes and unit");
     }
 }
 
@@ -130,19 +131,22 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
     }
     let mut notice = |code, text: String| calibration.note(code, text);
     if let Some(first) = unplaced.first() {
-        let count = unplaced.len();
+        let count = counted(unplaced.len(), "camera");
         let why = "without a transform (not aligned, or slaves of a rig)";
-        notice(NoticeCode::IgnoredElement, format!("{count} cameras {why} are omitted: {first} ..."));
+        notice(NoticeCode::IgnoredElement, format!("{count} {why} omitted: {first} ..."));
     }
     if slaves > 0 {
-        let place = "placed relative to their masters, with their sensors' rotation and location, in the chunk's unit";
-        notice(NoticeCode::PlacedCameras, format!("{slaves} cameras of slave sensors are {place}"));
+        let place = "placed relative to the master, with the sensor's rotation and location, in the chunk's unit";
+        notice(NoticeCode::PlacedCameras, format!("{} {place}", counted(slaves, "slave camera")));
     }
     if disabled > 0 {
-        notice(NoticeCode::HiddenPart, format!("{disabled} cameras are disabled in Metashape, but are included"));
+        notice(
+            NoticeCode::HiddenPart,
+            format!("{} included, although disabled in Metashape", counted(disabled, "camera")),
+        );
     }
     if rolling > 0 {
-        notice(NoticeCode::IgnoredFeature, format!("the rolling shutter of {rolling} cameras is ignored"));
+        notice(NoticeCode::IgnoredFeature, format!("the rolling shutter of {} is ignored", counted(rolling, "camera")));
     }
     for id in initial {
         notice(
@@ -259,7 +263,10 @@ fn sensor_intrinsics(sensor: &XmlElement<'_>, record: &mut CameraRecord) -> Resu
 
 fn resolution(at: &XmlElement<'_>) -> Result<[u32; 2]> {
     let side = |name: &str| at.attribute(name).and_then(|word| word.parse().ok());
-    side("width").zip(side("height")).map(|(w, h)| [w, h]).ok_or_else(|| at.fail("expected width and height"))
+    side("width")
+        .zip(side("height"))
+        .map(|(w, h)| [w, h])
+        .ok_or_else(|| at.fail("expected whole numbers as the attributes width and height"))
 }
 
 fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Result<()> {
@@ -275,7 +282,9 @@ fn intrinsics(at: &XmlElement<'_>, kind: &str, record: &mut CameraRecord) -> Res
         if TERMS.contains(&inner.name()) {
             terms.insert(inner.name(), inner.numbers::<1>()?[0]);
         } else if !OTHER.contains(&inner.name()) && inner.text().parse::<f64>().is_ok_and(|value| value != 0.0) {
-            return Err(inner.fail("unsupported calibration term; the lens would be wrong without it"));
+            return Err(
+                inner.fail(format_args!("unsupported lens term with the value {}; calibrate without it", inner.text()))
+            );
         }
     }
     let term = |name: &str| terms.get(name).copied().unwrap_or(0.0);

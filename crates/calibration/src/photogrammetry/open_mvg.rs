@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, check_rotation, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
@@ -70,7 +70,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if let Some(first) = lost.first() {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{} views without a pose or intrinsics are omitted: {first} ...", lost.len()),
+            format!("{} without a pose or intrinsics omitted: {first} ...", counted(lost.len(), "view")),
         );
     }
     calibration.note(

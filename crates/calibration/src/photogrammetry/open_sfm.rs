@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, refuse_terms, set_panorama};
@@ -60,7 +60,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if turned > 0 {
         calibration.note(
             NoticeCode::IgnoredOrientation,
-            format!("{turned} images have an EXIF orientation; the numbers are used for the images as stored"),
+            format!(
+                "the EXIF orientation of {} is ignored; intrinsics apply to images as stored",
+                counted(turned, "image")
+            ),
         );
     }
     if let Some(at) = first.get("reference_lla") {

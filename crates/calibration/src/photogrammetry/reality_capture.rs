@@ -2,7 +2,7 @@
 //! realitycapture_utils.py, as corrected by its pull request 3131. Lengths are in units of the longer side.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{Lens, LensModel, NoticeCode, PixelCenter, counted};
 
 use crate::intrinsics::{brown_lens, pinhole_matrix, refuse_terms, require_known_size};
 use crate::picture_size::PictureSizes;
@@ -54,7 +54,11 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         let fail = |message: String| FormatError::line(path, i + 1, message);
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         if cells.len() != words.len() {
-            return Err(fail(format!("the row has {} columns; the header has {}", cells.len(), words.len())));
+            return Err(fail(format!(
+                "the row has {}; the header has {}",
+                counted(cells.len(), "column"),
+                words.len()
+            )));
         }
         let find = |name: &str| words.iter().position(|word| word == name).map(|column| cells[column]);
         let term = |name: &str| match find(name) {
@@ -80,9 +84,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         let longer = w.max(h);
         let focal = term("f")? * longer / FILM;
         if focal <= 0.0 {
-            return Err(fail(
-                "f is not above 0; expected the focal length in millimetres for a 36 mm wide film".into(),
-            ));
+            return Err(fail(format!(
+                "f is {}; expected a focal length greater than 0, in millimetres for a 36 mm wide film",
+                term("f")?
+            )));
         }
         record.k = Some(pinhole_matrix([focal, focal, 0.5 * w + term("px")? * longer, 0.5 * h + term("py")? * longer]));
         let terms = [term("k1")?, term("k2")?, term("k3")?, term("k4")?, term("t1")?, term("t2")?];

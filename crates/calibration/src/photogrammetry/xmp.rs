@@ -2,7 +2,7 @@
 //! the centre. Sources: Epic's support article on XMP metadata; AliceVision's importer of known poses.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{ErrorCode, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Notice, NoticeCode, PixelCenter, counted};
 
 use crate::document::check_rotation;
 use crate::document::xml_element::{XmlElement, XmlFile};
@@ -51,7 +51,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
 /// Returns a notice about files without a pose, if there are any.
 fn left_out(lost: &[String]) -> Option<Notice> {
     let first = lost.first()?;
-    let message = format!("{} files without Rotation and Position are omitted: {first} ...", lost.len());
+    let message = format!("{} without Rotation and Position omitted: {first} ...", counted(lost.len(), "file"));
     Some(Notice::new(NoticeCode::IgnoredElement, message))
 }
 
@@ -92,7 +92,7 @@ fn add(
     let fx = number("FocalLength35mm", 0.0)? * longer / FILM;
     let fy = fx * number("AspectRatio", 1.0)?;
     if fx <= 0.0 || fy <= 0.0 {
-        return Err(at.fail("invalid FocalLength35mm or AspectRatio; expected numbers greater than 0"));
+        return Err(at.fail("FocalLength35mm and AspectRatio must be greater than 0"));
     }
     record.k = Some(DMat3::from_cols(
         DVec3::new(fx, 0.0, 0.0),

@@ -56,13 +56,14 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     }
     calibration.note(
         NoticeCode::PlacedCameras,
-        "the cameras are in the world of the trained scene; dataparser_transforms.json next to the run specifies how \
-         it was rotated and scaled",
+        "the cameras are in the coordinates of the trained scene; dataparser_transforms.json in the run's folder \
+         specifies how the original data was rotated and scaled",
     );
     if word == "fisheye" {
         calibration.note(
             NoticeCode::AssumedConvention,
-            "fisheye without coefficients; an equidistant fisheye is used, with the focal length of the field of view",
+            "the fisheye camera has no lens coefficients; an equidistant fisheye is used, with a focal length \
+             computed from fov",
         );
     }
     Ok(calibration)

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::DMat3;
-use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter, counted};
 
 use crate::document::Cursor;
 use crate::document::number_format::{joined, matrix_rows34, quoted, yaml_float};
@@ -126,23 +126,25 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
     if measured > 0 {
         calibration.note(
             NoticeCode::UsedOtherFile,
-            format!("the file has no w and h; the sizes of {measured} cameras are read from their images"),
+            format!("the file has no w and h; image sizes are read from the images ({})", counted(measured, "camera")),
         );
     }
     if lent > 0 {
-        calibration.note(NoticeCode::AssumedConvention, format!(
-            "the images of {lent} cameras are missing; they get the size of the first existing image (use size= for \
-             another)"
-        ));
+        calibration.note(
+            NoticeCode::AssumedConvention,
+            format!(
+                "cameras without an image file get the size of the first existing image ({}; use size= for another \
+                 size)",
+                counted(lent, "camera")
+            ),
+        );
     }
     if let Some(panorama) = calibration.records.first().filter(|record| is_panorama(record)) {
         calibration.notices.extend(odd_panorama(&root, panorama));
     }
-    calibration.notices.extend(
-        unread
-            .iter()
-            .map(|(key, count)| Notice::about(NoticeCode::IgnoredKey, format!("{key} of {count} frames"), "ignored")),
-    );
+    calibration.notices.extend(unread.iter().map(|(key, count)| {
+        Notice::about(NoticeCode::IgnoredKey, format!("{key} of {}", counted(*count, "frame")), "ignored")
+    }));
     Ok(calibration)
 }
 
@@ -161,8 +163,8 @@ fn moved_world(root: &Cursor<'_>) -> Option<Notice> {
     let identity = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     let moved = moved.filter(|moved| moved.len() >= 12 && moved[..12] != identity);
     if root.get("scale").is_some() || root.get("offset").is_some() {
-        let message = "scale and offset, which place the scene in the box of instant-ngp, are not applied; the \
-            cameras are in the world of the file";
+        let message = "scale and offset, which map the scene to instant-ngp's box, are not applied; the cameras \
+                       keep the file's coordinates";
         return Some(Notice::new(NoticeCode::PlacedCameras, message));
     }
     if moved.is_none() && scale.is_none() {
@@ -172,8 +174,8 @@ fn moved_world(root: &Cursor<'_>) -> Option<Notice> {
     let scale = scale.map(|scale| format!("applied_scale {scale}"));
     let what: Vec<String> = moved.into_iter().chain(scale).collect();
     let message = format!(
-        "the cameras are in the world of this file, after its {}; a mesh of the original reconstruction (COLMAP's) \
-         requires the same transform",
+        "the cameras keep the file's coordinates, which include its {}; apply the same transform to a mesh of the \
+         original reconstruction (COLMAP)",
         what.join(" and ")
     );
     Some(Notice::new(NoticeCode::PlacedCameras, message))
@@ -298,7 +300,11 @@ fn fisheye624(record: &mut CameraRecord, frame: &Cursor<'_>, root: &Cursor<'_>) 
             record.k = Some(pinhole_matrix([values[0], values[1], values[2], values[3]]));
             &values[4..]
         }
-        count => return Err(at.fail(format_args!("{count} numbers; FISHEYE624 requires 12, or 16 with fx fy cx cy"))),
+        count => {
+            return Err(
+                at.fail(format_args!("{}; FISHEYE624 requires 12, or 16 with fx fy cx cy", counted(count, "number")))
+            );
+        }
     };
     record.lens = Lens::new(LensModel::RadTanThinPrismFisheye, lens).map_err(|error| at.fail(error))?;
     Ok(())
@@ -325,10 +331,8 @@ fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<Notice> {
     let odd: Vec<String> = usual.iter().filter_map(odd).collect();
     (!odd.is_empty()).then(|| {
         let odd = odd.join(", ");
-        let message = format!(
-            "EQUIRECTANGULAR is read as the complete panorama; {odd} contradicts this and is \
-            ignored"
-        );
+        let message =
+            format!("EQUIRECTANGULAR is read as the complete panorama; contradicting values are ignored: {odd}");
         Notice::new(NoticeCode::IgnoredKey, message)
     })
 }

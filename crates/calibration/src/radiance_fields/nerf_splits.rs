@@ -7,7 +7,7 @@ use crate::radiance_fields::nerf;
 use crate::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::AssetRoot;
-use raycam_scene::{Notice, NoticeCode};
+use raycam_scene::{Notice, NoticeCode, counted};
 
 const SPLITS: [&str; 3] = ["train", "val", "test"];
 
@@ -38,9 +38,11 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
             Err(_) if known.size != hints.size => {
                 let mut found = nerf::read(&file, assets, &known)?;
                 let count = found.records.len();
-                let notice = "cameras without image files are assumed to have the image size of another split; if it \
+                let notice = "without image files: the image size of another split is assumed; if the size \
                               differs, set it with --size WIDTHxHEIGHT or size=(width, height)";
-                found.notices.push(Notice::new(NoticeCode::AssumedConvention, format!("{count} {notice}")));
+                found
+                    .notices
+                    .push(Notice::new(NoticeCode::AssumedConvention, format!("{} {notice}", counted(count, "camera"))));
                 found
             }
             found => found?,
@@ -81,8 +83,8 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
         written.notices.push(Notice::new(
             NoticeCode::Renamed,
             format!(
-                "{unnamed} cameras are written to transforms_train.json, because their names do not begin with \
-                 train/, val/ or test/"
+                "cameras whose names do not begin with train/, val/ or test/ are written to transforms_train.json ({})",
+                counted(unnamed, "camera")
             ),
         ));
     }

@@ -39,7 +39,9 @@ pub(crate) fn detect_folder(folder: &Folder, assets: &mut AssetRoot) -> bool {
 
 pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let place = find_cameras(folder, assets);
-    let place = place.ok_or_else(|| FormatError::unsupported(&folder.path, "expected Polycam's folder keyframes"))?;
+    let place = place.ok_or_else(|| {
+        FormatError::unsupported(&folder.path, "expected a folder of Polycam that contains keyframes/")
+    })?;
     let mut calibration =
         Calibration { notices: vec![Notice::new(NoticeCode::AssumedConvention, PIXEL_RULE)], ..Calibration::default() };
     for name in place.ending(".json") {

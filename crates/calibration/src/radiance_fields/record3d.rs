@@ -2,7 +2,7 @@
 //! world_from_camera, OpenGL's axes. Source: nerfstudio's record3d_utils.py.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{NoticeCode, PixelCenter};
+use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, yaml, zip_members};
 use crate::intrinsics::pinhole_matrix;
@@ -47,7 +47,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     let text = if is_r3d(source) {
         let members = zip_members::members(&source.bytes).map_err(|message| FormatError::whole(path, message))?;
         let member = members.iter().find(|member| member.name == "metadata");
-        let member = member.ok_or_else(|| FormatError::whole(path, "the file contains no metadata"))?;
+        let member =
+            member.ok_or_else(|| FormatError::whole(path, "the .r3d file contains no entry named metadata"))?;
         unpacked = member.unpack(&source.bytes, path, &mut assets.budget)?;
         std::str::from_utf8(&unpacked).map_err(|_| FormatError::whole(path, "metadata is not UTF-8 text"))?
     } else {
@@ -66,7 +67,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     };
     for (what, count) in [("perFrameIntrinsicCoeffs", own.len()), ("frameTimestamps", times.len())] {
         if count > 0 && count != poses.len() {
-            return Err(root.fail(format_args!("{count} {what} for {} poses; expected equal numbers", poses.len())));
+            return Err(root.fail(format_args!(
+                "{what} has {count} elements for {}; expected equal numbers",
+                counted(poses.len(), "pose")
+            )));
         }
     }
     for (i, at) in poses.iter().enumerate() {

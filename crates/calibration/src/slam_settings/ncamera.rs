@@ -2,7 +2,7 @@
 //! the flat `cam_model`, `cam_fx` of SVO and FAST-LIVO2. Sources: rpg_svo_pro_open, vikit; aslam_cv2,
 //! ncamera-yaml-serialization.
 
-use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, rigid, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -41,7 +41,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         (Some(cameras), _) => cameras,
         (None, Some(sensors)) => {
             let inner = sensors.list()?.into_iter().find_map(|sensor| sensor.get("cameras"));
-            inner.ok_or_else(|| sensors.fail("no sensor with cameras"))?
+            inner.ok_or_else(|| sensors.fail("no sensor in the list has the key cameras"))?
         }
         (None, None) => return Err(root.fail("cameras is missing")),
     };
@@ -69,7 +69,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         on_a_body(&mut record, "rig");
         calibration.records.push(record);
     }
-    calibration.note(NoticeCode::PlacedCameras, "the cameras are in the axes of the body (T_B_C)");
+    calibration.note(NoticeCode::PlacedCameras, "camera poses are relative to the body (T_B_C)");
     Ok(calibration)
 }
 
@@ -115,8 +115,8 @@ fn set_lens(camera: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
         ("fisheye", None) if d.len() == 1 => lens_of(LensModel::Fov, &d),
         ("fisheye", None) if d.len() == 4 => lens_of(LensModel::Fisheye, &d),
         _ => Err(format!(
-            "distortion {word:?} with {} parameters; expected radial-tangential, equidistant or fisheye",
-            d.len()
+            "distortion {word:?} with {}; expected radial-tangential, equidistant or fisheye",
+            counted(d.len(), "parameter")
         )),
     }
     .map_err(fail)?;
@@ -162,7 +162,8 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<Ca
     record.size = Some(size);
     let scale = root.number_or("scale", 1.0)?;
     if scale != 1.0 {
-        let message = format!("the program scales images by {scale}; the returned camera has the full size");
+        let message =
+            format!("scale is {scale}, by which SVO resizes images; the returned camera has the original size");
         notices.push(Notice::new(NoticeCode::IgnoredKey, message));
     }
     let mount = ["T_cam_body", "T_cam_base", "T_cam_imu"];
@@ -175,7 +176,7 @@ fn flat(root: &Cursor<'_>, name: String, notices: &mut Vec<Notice>) -> Result<Ca
         on_a_body(&mut record, "rig");
         notices.push(Notice::new(
             NoticeCode::PlacedCameras,
-            format!("the camera poses are relative to the body ({})", at.key),
+            format!("camera poses are relative to the body ({})", at.key),
         ));
     }
     let term = |key: &str| matches!(key, "k1" | "k2" | "k3" | "k4") && root.get("cam_d0").is_none();

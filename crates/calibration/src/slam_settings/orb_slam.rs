@@ -223,7 +223,7 @@ fn pixels(root: &Cursor<'_>, calibration: &mut Calibration) -> Result<()> {
         calibration.note(
             NoticeCode::IgnoredKey,
             format!(
-                "{} (line {}): the program resizes images to this size; K belongs to Camera.width x Camera.height",
+                "{} (line {}): ORB-SLAM3 resizes images to this size; K belongs to Camera.width x Camera.height",
                 at.key, at.node.line
             ),
         );
@@ -342,7 +342,7 @@ pub(crate) fn write(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     }
     notices.push(Notice::new(
         NoticeCode::NotWritten,
-        "fps, ORBextractor, Stereo.ThDepth and IMU are settings of the program and are not written; add them",
+        "ORB-SLAM3's settings (fps, ORBextractor, Stereo.ThDepth, IMU) are not written; add them to the file",
     ));
     Ok(OutputFiles { notices, ..OutputFiles::one(text) })
 }

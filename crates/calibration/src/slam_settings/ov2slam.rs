@@ -44,8 +44,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if calibration.records.iter().any(|record| record.pose.is_none()) {
-        calibration.note(NoticeCode::MissingValue, "a camera without body_T_cam0 or body_T_cam1 is at the origin");
+        calibration.note(
+            NoticeCode::MissingValue,
+            "body_T_cam0 or body_T_cam1 is missing; the camera without it is at the origin",
+        );
     }
-    calibration.note(NoticeCode::IgnoredKey, "keys that are settings of the program are ignored");
+    calibration.note(NoticeCode::IgnoredKey, "keys for settings of OV2SLAM are ignored");
     Ok(calibration)
 }

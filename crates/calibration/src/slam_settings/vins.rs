@@ -57,12 +57,14 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
     }
     if !mounted {
         calibration
-            .note(NoticeCode::MissingValue, "a camera without body_T_cam (or extrinsicRotation) is at the origin");
+            .note(NoticeCode::MissingValue, "cameras without body_T_cam (or extrinsicRotation) are at the origin");
     }
     let others = root.entries()?.len() - used;
     if others > 0 {
-        calibration
-            .note(NoticeCode::IgnoredKey, format!("{others} other keys are settings of the program and are ignored"));
+        calibration.note(
+            NoticeCode::IgnoredKey,
+            format!("other keys, which are settings of VINS, are ignored (number of keys: {others})"),
+        );
     }
     Ok(calibration)
 }

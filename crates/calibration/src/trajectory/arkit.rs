@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::{NoticeCode, PixelCenter};
+use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::document::number_lines::{data_lines, numbers};
 use crate::intrinsics::pinhole_matrix;
@@ -77,8 +77,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.note(
             NoticeCode::IgnoredElement,
             format!(
-                "{left_out} poses without a .pincam file within 0.001 s of their time are omitted (use intrinsics= to \
-             apply one K to all)"
+                "{} without a .pincam file within 0.001 s of its time omitted (use intrinsics= to apply one K to all)",
+                counted(left_out, "pose")
             ),
         );
     }
@@ -103,11 +103,13 @@ fn pincams(source: &InputFile, assets: &AssetRoot) -> Vec<(f64, String)> {
 
 fn pincam(source: &InputFile, record: &mut CameraRecord) -> Result<()> {
     let Some((line, row)) = data_lines(source.text()?).next() else {
-        return Err(FormatError::whole(&source.path, "expected width height fx fy cx cy"));
+        return Err(FormatError::whole(&source.path, "the file is empty; expected width height fx fy cx cy"));
     };
     let [width, height, fx, fy, cx, cy] = numbers(&source.path, line, row)?;
     if [width, height].iter().any(|side| side.fract() != 0.0 || !(1.0..65537.0).contains(side)) {
-        let message = "the line must begin with the width and height, whole numbers from 1 to 65536";
+        let message = format!(
+            "{width} x {height}; expected a line that begins with width and height, whole numbers from 1 to 65536"
+        );
         return Err(FormatError::line(&source.path, line, message));
     }
     record.size = Some([width as u32, height as u32]);

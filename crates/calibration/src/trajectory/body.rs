@@ -10,10 +10,14 @@ pub(crate) fn place_on_body(calibration: &mut Calibration, hints: &ReadHints, bo
     calibration.poses_of_body = true;
     let mount = hints.intrinsics.as_ref().and_then(|intrinsics| intrinsics.pose.as_ref());
     let Some(mount) = mount.filter(|mount| !mount.is_identity()) else {
-        calibration.note(NoticeCode::PlacedCameras, format!(
-            "the poses belong to {body}, and the cameras are in its axes; to get the camera's poses, pass intrinsics \
-             with its mount (--intrinsics sensor.yaml with T_BS, or a camchain), or use a rig: --rig FILE --poses"
-        ));
+        calibration.note(
+            NoticeCode::PlacedCameras,
+            format!(
+                "the poses belong to {body}; without a mount, the cameras are placed at these poses. For the \
+                 cameras' own poses, pass intrinsics with a mount (--intrinsics sensor.yaml with T_BS, or a \
+                 camchain), or use a rig: --rig FILE --poses"
+            ),
+        );
         return;
     };
     for record in &mut calibration.records {

@@ -19,11 +19,14 @@ pub(crate) fn convention_of(name: &str, hints: &ReadHints, notices: &mut Vec<Not
     }
     let lower = name.to_lowercase();
     let inverse = CAMERA_FROM_WORLD.iter().any(|word| lower.contains(word));
-    let direction = if inverse { "camera_from_world, according to the file's name" } else { "world_from_camera" };
-    notices.push(Notice::new(NoticeCode::AssumedConvention, format!(
-        "the file does not specify direction and axes of its poses; {direction} and OpenCV axes are assumed (set them \
-         with direction= and axes=, --direction and --axes)"
-    )));
+    let direction = if inverse { "camera_from_world (because of the file's name)" } else { "world_from_camera" };
+    notices.push(Notice::new(
+        NoticeCode::AssumedConvention,
+        format!(
+            "the file does not specify the direction and axes of its poses; {direction} and OpenCV axes are \
+             assumed (set them with direction= and axes=, --direction and --axes)"
+        ),
+    ));
     PoseConvention { world_from_camera: !inverse, opengl: false }
 }
 

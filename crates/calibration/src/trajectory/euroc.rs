@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::{Notice, NoticeCode, PixelCenter};
+use raycam_scene::{Notice, NoticeCode, PixelCenter, counted};
 
 use crate::document::number_format::joined;
 use crate::document::number_lines::data_lines;
@@ -56,9 +56,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         let words: Vec<&str> = row.split(',').map(str::trim).collect();
         if words.len() < 8 {
             return Err(fail(format!(
-                "{} columns contain positions without orientations (leica0), which are not poses; expected \
+                "the row has {}, which is not a pose (leica0 contains positions without orientations); expected \
                  nanoseconds, x y z, and w x y z of a quaternion (state_groundtruth_estimate0, mocap0)",
-                words.len()
+                counted(words.len(), "column")
             )));
         }
         if !own_columns && !four_seasons {
@@ -80,7 +80,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
             words[1..8].iter().map(|word| word.parse().ok().filter(|value: &f64| value.is_finite())).collect();
         let [x, y, z, qw, qx, qy, qz] = values
             .and_then(|values| <[f64; 7]>::try_from(values).ok())
-            .ok_or_else(|| fail("expected finite numbers".into()))?;
+            .ok_or_else(|| fail(format!("{}; expected finite numbers", words[1..8].join(", "))))?;
         let (quaternion, order) = match four_seasons {
             // 4Seasons has the order x y z w.
             true => ([qz, qw, qx, qy], "w last"),

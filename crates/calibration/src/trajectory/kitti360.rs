@@ -32,7 +32,11 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         let rows: [f64; 12] = std::array::from_fn(|i| all[i + 1]);
         checked34(&rows).map_err(|message| FormatError::line(path, line, message))?;
         if all[0].fract() != 0.0 {
-            return Err(FormatError::line(path, line, "expected the index of a frame before 12 numbers"));
+            return Err(FormatError::line(
+                path,
+                line,
+                format!("frame index {}; expected a whole number before the 12 numbers of the pose", all[0]),
+            ));
         }
         let mut record = CameraRecord::new(row.split_whitespace().next().unwrap_or_default(), PixelCenter::Integer);
         let (r, c) = rigid(&rows);
@@ -50,7 +54,8 @@ fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Resu
     let perspective = assets.read_reference(std::path::Path::new(""), "perspective.txt").ok();
     for (line, row) in data_lines(source.text()?) {
         let fail = |message: &str| FormatError::line(&source.path, line, message);
-        let (key, values) = row.split_once(':').ok_or_else(|| fail("expected image_00: and 12 numbers"))?;
+        let (key, values) =
+            row.split_once(':').ok_or_else(|| fail("expected a key and 12 numbers, as in image_00: 0.037 ..."))?;
         let rows = numbers::<12>(&source.path, line, values)?;
         checked34(&rows).map_err(|message| fail(&message))?;
         let (mut r, c) = rigid(&rows);
@@ -86,12 +91,10 @@ fn mounts(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Resu
     calibration.note(
         NoticeCode::PlacedCameras,
         match perspective {
-            Some(_) => {
-                "the cameras are in the axes of the body; the cameras of perspective.txt are the rectified cameras"
-            }
+            Some(_) => "camera poses are relative to the body; the cameras of perspective.txt are rectified",
             None => {
-                "the cameras are in the axes of the body and have no K, because perspective.txt and image_02.yaml are \
-                 not in the same folder"
+                "camera poses are relative to the body; the cameras have no K, because perspective.txt and \
+                 image_02.yaml are not in the same folder"
             }
         },
     );

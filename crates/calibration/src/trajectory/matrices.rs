@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter, counted};
 
 use crate::document::lens_keys::looks_like_lens;
 use crate::document::number_format::{joined, matrix_rows34};
@@ -142,7 +142,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if lost > 0 {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{lost} poses of lost frames, whose numbers are not finite, are omitted"),
+            format!("{} with numbers that are not finite (lost frames) omitted", counted(lost, "pose")),
         );
     }
     if hints.intrinsics.is_none() {
@@ -248,7 +248,7 @@ pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<
         let mut numbers = values(row).ok_or_else(|| fail(format!("{row:?}; expected numbers")))?;
         let expected = if let MatrixLayout::Lines(count) = layout { count } else { 4 };
         if numbers.len() != expected {
-            return Err(fail(format!("{} numbers; expected {expected}", numbers.len())));
+            return Err(fail(format!("{}; expected {expected}", counted(numbers.len(), "number"))));
         }
         let mut index = None;
         if layout == MatrixLayout::Lines(17) {
@@ -311,7 +311,7 @@ fn lens_beside(
             Some(first) => Err(FormatError::whole(
                 &source.path,
                 format!(
-                    "{} files in the same folder have names of lens files ({first} ...); expected one; write K and the \
+                    "the folder contains {} lens files ({first} ...), but only one is expected; write K and the \
                      distortion of one camera into one file (K, dist, image_size)",
                     found.len()
                 ),
@@ -321,7 +321,9 @@ fn lens_beside(
     let file = folder.read(name, assets)?;
     let fail = |message: String| FormatError::whole(&file.path, message);
     let listed = data_lines(file.text()?).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
-    let numbers = listed.ok_or_else(|| fail("expected lens coefficients, because of the file's name".into()))?.concat();
+    let numbers = listed
+        .ok_or_else(|| fail("expected only numbers; the file's name indicates lens coefficients".into()))?
+        .concat();
     calibration.note(NoticeCode::UsedOtherFile, format!("the lens was read from {name}"));
     lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)
 }

@@ -3,7 +3,7 @@
 //! `.npz`), CSV, JSON; and folders of camera matrices P (DTU's `pos_001.txt`). Source: ScanNet's SensorData.py.
 
 use glam::DMat3;
-use raycam_scene::NoticeCode;
+use raycam_scene::{NoticeCode, counted};
 
 use crate::picture_size::size_of_picture;
 use crate::trajectory::matrices::{
@@ -83,7 +83,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         let [(_, line, matrix)] = found.matrices[..] else {
             return Err(FormatError::whole(
                 &source.path,
-                format!("the file contains {} matrices; expected one", found.matrices.len()),
+                format!("the file contains {}; expected one", counted(found.matrices.len(), "matrix")),
             ));
         };
         if found.key != first.key {
@@ -124,7 +124,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     if let Some(first) = lost.first() {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{} lost frames without a pose are omitted: {first} ...", lost.len()),
+            format!("{} without a pose omitted: {first} ...", counted(lost.len(), "lost frame")),
         );
     }
     if matches!(content, MatrixContent::CameraMatrices) {

@@ -117,7 +117,7 @@ fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree>
     let mut matrices = FoundMatrices::new();
     for (name, array) in &taken {
         let named = (array.shape.len() == 2 && taken.len() > 1).then_some(name.as_str());
-        let unread = || fail(format!("{name}: expected numbers: {}", array.reason()));
+        let unread = || fail(format!("{name}: {}; expected numbers", array.reason()));
         matrices.extend(of_array(array, named).ok_or_else(unread)?);
     }
     if matrices.is_empty() {

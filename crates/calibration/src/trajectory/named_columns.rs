@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::{NoticeCode, PixelCenter};
+use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::pose::SCALED_QUATERNION;
 use crate::{Calibration, CameraRecord, Pose, Rotation};
@@ -400,7 +400,7 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         let expected = *expected.get_or_insert(if may_lack_columns { words.len() } else { named });
         if words.len() != expected {
             let what = if expected == named { "the header has" } else { "the rows above have" };
-            return Err(fail(format!("the row has {} columns, but {what} {expected}", words.len())));
+            return Err(fail(format!("the row has {}, but {what} {expected}", counted(words.len(), "column"))));
         }
         let number = |column: usize| {
             let value = words[column].parse::<f64>().ok().filter(|value| value.is_finite());

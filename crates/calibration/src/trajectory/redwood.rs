@@ -1,7 +1,7 @@
 //! Trajectories of Redwood and Open3D, `.log`: a line of three numbers, then world_from_camera in four lines. Source:
 //! Open3D, FileLOG.cpp.
 
-use raycam_scene::{NoticeCode, PixelCenter};
+use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::document::number_lines::data_lines;
 use crate::document::rigid;
@@ -49,7 +49,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if lost > 0 {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{lost} poses of lost frames, whose numbers are not finite, are omitted"),
+            format!("{} with numbers that are not finite (lost frames) omitted", counted(lost, "pose")),
         );
     }
     Ok(calibration)

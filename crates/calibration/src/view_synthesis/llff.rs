@@ -33,7 +33,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         let [height, width, focal] = column(4).to_array();
         let whole = |side: f64| side.fract() == 0.0 && (1.0..65537.0).contains(&side);
         if !(whole(height) && whole(width) && focal > 0.0 && focal.is_finite()) {
-            return Err(fail(format!("row {i}: invalid height {height}, width {width} or focal length {focal}")));
+            return Err(fail(format!(
+                "row {i}: height {height}, width {width}, focal length {focal}; expected whole numbers from 1 to \
+                 65536 and a focal length greater than 0"
+            )));
         }
         let (down, right, backward) = (column(0), column(1), column(2));
         let r = DMat3::from_cols(right, down, -backward);

@@ -38,7 +38,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         let values: Result<Vec<f64>, _> =
             inner.split([';', ' ', ',', '\t']).filter(|word| !word.is_empty()).map(str::parse).collect();
         let values: Option<[f64; 9]> = values.ok().and_then(|values| values.try_into().ok());
-        let values = values.ok_or_else(|| FormatError::line(path, line, format!("{key}: expected nine numbers")))?;
+        let values =
+            values.ok_or_else(|| FormatError::line(path, line, format!("{key}={text}; expected nine numbers")))?;
         Ok(DMat3::from_cols_array(&values).transpose())
     };
     let (first, second) = (matrix("cam0")?, matrix("cam1")?);

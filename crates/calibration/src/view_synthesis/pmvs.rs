@@ -1,7 +1,7 @@
 //! Camera matrices P = K [R | t] of PMVS: `txt/00000000.txt`, with the word CONTOUR, then three lines of four numbers.
 //! Source: PMVS-2's documentation, "Camera parameter file".
 
-use raycam_scene::PixelCenter;
+use raycam_scene::{PixelCenter, counted};
 
 use crate::document::number_lines::{data_lines, numbers};
 use crate::{Calibration, CameraRecord, Folder, ReadHints};
@@ -26,7 +26,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         data_lines(text).skip(1).map(|(line, row)| numbers(&source.path, line, row)).collect::<Result<_>>()?;
     let count = rows.len();
     let matrix = rows.try_into().map_err(|_| {
-        FormatError::whole(&source.path, format!("{count} lines of numbers; expected the 3 rows of a camera matrix"))
+        FormatError::whole(
+            &source.path,
+            format!("{} of numbers; expected the 3 rows of a camera matrix", counted(count, "line")),
+        )
     })?;
     let stem = source.stem().unwrap_or_else(|| "camera".into());
     let record = CameraRecord { matrix: Some(matrix), ..CameraRecord::new(stem, PixelCenter::Integer) };

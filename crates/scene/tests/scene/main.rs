@@ -4,6 +4,7 @@ mod aperture;
 mod camera;
 mod category;
 mod common;
+mod counted;
 mod counts;
 mod displace;
 mod edit;
