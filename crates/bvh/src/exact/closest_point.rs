@@ -1,5 +1,5 @@
-//! The point of a triangle that is closest to a given point: computed in float64, or in twice the precision for needles
-//! (regions as in C. Ericson, "Real-Time Collision Detection", 2005, 5.1.5).
+//! The point of a triangle that is closest to a given point: computed in float64, or in double-double arithmetic for
+//! needles (regions as in C. Ericson, "Real-Time Collision Detection", 2005, 5.1.5).
 
 use crate::exact::expansion::{DoubleDouble, two_diff};
 
@@ -82,7 +82,7 @@ fn foot_in_double_double(point: Vector3, [a, b, c]: [Vector3; 3]) -> Option<[f64
     let v = ef.mul(rf).sub(ff.mul(re));
     let w = ef.mul(re).sub(ee.mul(rf));
     let inside = v.high >= 0.0 && w.high >= 0.0 && v.add(w).sub(det).high <= 0.0;
-    // Below this value, twice the precision cannot distinguish a needle from a segment.
+    // Below this value, double-double arithmetic cannot distinguish a needle from a segment.
     let solid = det.high > 1e-24 * (ee.high * ff.high);
     (inside && solid).then(|| [v.quotient(det), w.quotient(det)])
 }

@@ -1,10 +1,10 @@
-//! Exact signs of a ray and a triangle, and their intersection in twice the precision.
+//! Exact signs of a ray and a triangle, and their intersection in double-double arithmetic.
 //!
 //! A ray o + t d meets the plane of corners a, b, c relative to o: A, B, C. The sign of the edge function T(a, b) = d .
 //! (A x B) is the side on which the ray passes the edge. The sign of V = A . (B x C) is the side of the plane on which
 //! the ray starts, and t is V divided by the sum of the three edge functions. Signs are exact for the given float64
-//! numbers. They are computed in float64. If its error bound is too large, they are computed in twice the precision,
-//! and if that is not sufficient either, with expansions (Shewchuk 1997).
+//! numbers. They are computed in float64. If its error bound is too large, they are computed in double-double
+//! arithmetic, and if that is not sufficient either, with expansions (Shewchuk 1997).
 //!
 //! The signs are exact if all coordinates are 0 or have magnitudes between 1e-70 and 1e70; otherwise, float64 rounding
 //! decides.
@@ -19,12 +19,12 @@ const UNIT: f64 = f64::EPSILON / 2.0;
 /// Error bound of an edge function in float64, doubled, as a fraction of the sum of its products' magnitudes.
 const FLOAT_ERROR: f64 = 16.0 * UNIT;
 
-/// Error bound of an edge function in twice the precision, doubled, as a fraction of the sum of its products'
-/// magnitudes.
+/// Error bound of an edge function in double-double arithmetic, doubled, as a fraction of the sum of its
+/// products' magnitudes.
 const DOUBLE_ERROR: f64 = UNIT * UNIT * 256.0;
 
-/// Minimum magnitude of a value in twice the precision, as a fraction of the sum of its products' magnitudes, at which
-/// its rounding to float64 is accurate.
+/// Minimum magnitude of a double-double value, as a fraction of the sum of its products' magnitudes, at which its
+/// rounding to float64 is accurate.
 const ROUNDABLE: f64 = DOUBLE_ERROR / UNIT;
 
 /// Axes i, j, k of the products x_i (y_j z_k - y_k z_j) in a determinant.
@@ -39,7 +39,7 @@ fn double(parts: [(f64, f64); 3]) -> [DoubleDouble; 3] {
     parts.map(|(high, low)| DoubleDouble { high, low })
 }
 
-/// The triple product x . (y x z) in twice the precision, and the sum of its products' magnitudes.
+/// The triple product x . (y x z) in double-double arithmetic, and the sum of its products' magnitudes.
 fn triple_product(x: [DoubleDouble; 3], y: [DoubleDouble; 3], z: [DoubleDouble; 3]) -> (DoubleDouble, f64) {
     let (mut sum, mut size) = (DoubleDouble::ZERO, 0.0);
     for [i, j, k] in AXES {
@@ -64,8 +64,8 @@ fn exact_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 
     sum
 }
 
-/// A triple product in twice the precision or, if that is not accurate enough, its exact value rounded to twice the
-/// precision.
+/// A triple product in double-double arithmetic or, if that is not accurate enough, its exact value rounded to a
+/// double-double.
 fn sure_triple_product(x: [(f64, f64); 3], y: [(f64, f64); 3], z: [(f64, f64); 3]) -> DoubleDouble {
     let (value, size) = triple_product(double(x), double(y), double(z));
     if value.high.abs() > ROUNDABLE * size {
@@ -195,8 +195,8 @@ impl RayPredicates {
         if is_sure { found } else { self.slow_intersection(corners) }
     }
 
-    /// [`RayPredicates::intersection`] in twice the precision, and true if this precision is sufficient. Branch-free,
-    /// so that a loop over rays is vectorised.
+    /// [`RayPredicates::intersection`] in double-double arithmetic, and true if its precision is sufficient.
+    /// Branch-free, so that a loop over rays is vectorised.
     #[inline(always)]
     pub fn quick_intersection(&self, [a, b, c]: [Point; 3]) -> ([f64; 3], bool) {
         let relative = |p: Point| {
@@ -230,7 +230,8 @@ impl RayPredicates {
     }
 }
 
-/// A cross product in twice the precision, with the sums of the magnitudes of the products in its components.
+/// A cross product in double-double arithmetic, with the sums of the magnitudes of the products in its
+/// components.
 struct Cross {
     components: [DoubleDouble; 3],
     sizes: [f64; 3],

@@ -1,7 +1,7 @@
 //! Traversal: from a batch of rays to hits.
 //!
 //! 1. Ray stream (`stream`): a batch is cut into chunks of 64 rays. Rays that miss the root are culled; incoherent rays
-//!    are sorted by direction octant and main axis; each chunk is divided into octant groups, which are packets of
+//!    are sorted by direction octant and major axis; each chunk is divided into octant groups, which are packets of
 //!    coherent rays.
 //! 2. Frustum packets (`packet`): a packet traverses the TLAS, is regrouped in each instance, and traverses the BLAS.
 //!    One frustum test per node serves all rays (Reshetov, Soupikov and Hurley 2005); packets of incoherent rays are

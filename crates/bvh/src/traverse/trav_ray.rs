@@ -10,14 +10,14 @@ use crate::limits::{MACHINE_EPSILON, MAX_COORD};
 /// Let u = [`MACHINE_EPSILON`], o the origin, r the reciprocal and s the shear of a ray. A slab is entered at `bound *
 /// n - (o * n + pad)`, fused, where n = r (1 - [`RELATIVE_PAD`]). It is left at `bound * f - (o * f - pad)`, where f =
 /// r (1 + [`RELATIVE_PAD`]). Rounding is monotonic, so the slabs of a box contain the slabs of everything inside the
-/// box. A hit's t is clamped to the slabs of its own triangle. Across the main axis, these slabs are padded like the
-/// slabs of a box. Along the main axis, they are not padded, so that a wall across the ray is hit at its exact
+/// box. A hit's t is clamped to the slabs of its own triangle. Across the major axis, these slabs are padded like the
+/// slabs of a box. Along the major axis, they are not padded, so that a wall across the ray is hit at its exact
 /// distance. No box is therefore culled wrongly by a nearer t.
 ///
 /// This requires only that the triangle's own slabs have a t in common. The rounded and sheared corners of an accepted
 /// triangle enclose the ray exactly. Each sheared coordinate is x - s z, with an error of u |s z| from the product and
 /// a relative error from the difference. The hit point is therefore in the slab of z, and its distance from the slabs
-/// of x and y is at most 3 u T. T is the greatest t of anything in the tree along the main axis. All other errors are
+/// of x and y is at most 3 u T. T is the greatest t of anything in the tree along the major axis. All other errors are
 /// relative to the computed t, and at most 7 u in total, except for the error 2 u |o r| from the rounding of `o * r`.
 /// [`RELATIVE_PAD`] and a pad of 4 u T + 3 u |o r| exceed all these errors.
 ///
@@ -72,9 +72,9 @@ pub struct TravRay {
     pub near: SlabPlanes,
     /// Reciprocals and offsets for leaving slabs; see [`SLAB_PAD`].
     pub far: SlabPlanes,
-    /// The shear that maps the ray to its main axis: the shear of x, the shear of y, and the scale of z.
+    /// The shear that maps the ray to its major axis: the shear of x, the shear of y, and the scale of z.
     pub shear: [f32; LANES],
-    /// The main axis, along which the direction has its largest component, comes last; the two axes that follow it
+    /// The major axis, along which the direction has its largest component, comes last; the two axes that follow it
     /// cyclically come first.
     pub axes: [u32; LANES],
     /// Per axis, the first float of the row of [`crate::node::WideNode::bounds`] where boxes are entered:

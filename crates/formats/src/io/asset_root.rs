@@ -44,7 +44,7 @@ pub struct AssetRoot {
 
 /// Reason why a file cannot be read from the root.
 enum Fault {
-    /// The name is refused, for this reason.
+    /// The name is rejected, for this reason.
     Refused(String),
     Io(FormatError),
 }

@@ -22,7 +22,7 @@ pub(crate) fn shown(name: &[u8]) -> Cow<'_, str> {
     String::from_utf8_lossy(name)
 }
 
-/// Checks the form of a name; the error is the reason for the refusal.
+/// Checks the form of a name; the error is the reason why the name is rejected.
 pub(crate) fn check(name: &[u8]) -> Result<(), &'static str> {
     if name.is_empty() || name.contains(&0) {
         return Err("expected a file name");

@@ -30,9 +30,9 @@ pub struct RaySoa64 {
     /// Bit i: the closest hit of ray i is pending: its triangle is known, but its intersection has not been computed,
     /// and `t_hit` is an upper bound on its t.
     pending: u64,
-    /// Shear of x and y per unit of the main axis.
+    /// Shear of x and y per unit of the major axis.
     shear: [RayRow; 2],
-    /// The main axis: the axis of the direction's largest component.
+    /// The major axis: the axis of the direction's largest component.
     major_axis: [u8; PACKET_SIZE],
     /// Origin and direction in scaled scene coordinates, rounded to float32.
     origin_f32: [[f32; PACKET_SIZE]; 3],

@@ -11,13 +11,13 @@ use crate::scene::ExactTriangles;
 const NEAR_EDGE_ERROR: f64 = 16.0 * (f64::EPSILON / 2.0);
 const SQUARED_ERROR: f64 = 256.0 * (f64::EPSILON / 2.0) * (f64::EPSILON / 2.0);
 
-/// Maximum relative error of t and of the weights; if it is exceeded, they are computed in twice the precision.
+/// Maximum relative error of t and of the weights; if it is exceeded, they are computed in double-double arithmetic.
 const MAX_RELATIVE_ERROR: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// The axis that follows each axis cyclically.
 const NEXT_AXES: [usize; 3] = [1, 2, 0];
 
-/// A ray with its shear along the main axis, the axis of the direction's largest component.
+/// A ray with its shear along the major axis, the axis of the direction's largest component.
 #[derive(Clone, Copy)]
 pub struct ShearedRay {
     pub origin: [f64; 3],
@@ -69,7 +69,7 @@ impl HitSoFar {
     }
 }
 
-/// Sheared edge functions of a triangle with their error bound, and the t of the triangle's corners along the main
+/// Sheared edge functions of a triangle with their error bound, and the t of the triangle's corners along the major
 /// axis.
 struct EdgeFunctions {
     values: [f64; 3],
@@ -213,8 +213,8 @@ impl ShearedRay {
     }
 
     /// True if an intersection lies in the range of t and precedes the closest hit so far, by (t, instance, triangle).
-    /// If float64 cannot decide, both t are computed in twice the precision, so that the decision depends only on the
-    /// ray and the triangles.
+    /// If float64 cannot decide, both t are computed in double-double arithmetic, so that the decision depends only on
+    /// the ray and the triangles.
     #[inline(always)]
     pub fn precedes(
         &self,

@@ -87,13 +87,13 @@ pub fn intersect_incoherent<I: Isa>(
     handoff
 }
 
-/// The children in a mask, sorted along the main axis with the farthest first, and their number.
+/// The children in a mask, sorted along the major axis with the farthest first, and their number.
 #[inline(always)]
 fn sort_children_far_to_near<I: Isa>(mesh: &Bvh, node: &WideNode, packet: &Packet, mask: u32) -> ([u32; 8], usize) {
     const LANES: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
     let main = packet.axes[2];
     let row = packet.near_rows[main];
-    // A coordinate along the main axis that is before all origins and all boxes.
+    // A coordinate along the major axis that is before all origins and all boxes.
     let [least, greatest] = packet.origin_range[main];
     let reach = mesh.bounds().max_abs_coord();
     let from = match row % 2 {

@@ -1,6 +1,6 @@
 //! Packets: up to 64 coherent rays in SoA, traversed together.
 //!
-//! The rays share their signs and their main axis (the direction octant). The apex of a packet is the common origin,
+//! The rays share their signs and their major axis (the direction class). The apex of a packet is the common origin,
 //! the common light, or the first origin. The t, measured from the apex, at which any ray may enter a box lies in an
 //! interval. The extremes of the rays' reciprocal directions determine this interval. One frustum test applies to 64
 //! rays; its precision depends on their divergence.

@@ -106,7 +106,7 @@ impl Packet {
         coherent
     }
 
-    /// Sets the main axis and the signs of the first ray, which all other rays must share.
+    /// Sets the major axis and the signs of the first ray, which all other rays must share.
     #[inline(always)]
     fn setup_axes(&mut self, direction: [f32; 3]) {
         let size = direction.map(f32::abs);
@@ -193,8 +193,8 @@ impl Packet {
         }
     }
 
-    /// True if all rays have the same main axis and the same sign per axis, none is parallel to an axis, and all are in
-    /// range.
+    /// True if all rays have the same major axis and the same sign per axis, none is parallel to an axis, and all are
+    /// in range.
     #[inline(always)]
     fn is_coherent(&self, context: &SetupContext, ranges: &[[f32; 2]; 3]) -> bool {
         let [x, y, z] = self.axes;
@@ -256,9 +256,9 @@ fn min_reciprocal([least, greatest]: [f32; 2]) -> f32 {
     if least < 0.0 { -greatest } else { least }
 }
 
-/// True if all directions have a smaller component along an axis than along the main axis, according to the range of
+/// True if all directions have a smaller component along an axis than along the major axis, according to the range of
 /// the quotients of both components. Rounding does not change the result. If the components are equal, the first axis
-/// is the main axis, as for a single ray.
+/// is the major axis, as for a single ray.
 #[inline(always)]
 fn is_minor_axis([least, greatest]: [f32; 2], is_before_main: bool) -> bool {
     match is_before_main {

@@ -1,7 +1,7 @@
 //! The watertight ray-triangle test for packets (S. Woop, C. Benthin and I. Wald, "Watertight Ray/Triangle
 //! Intersection", JCGT 2013), one triangle per ray.
 //!
-//! The ray is sheared to its main axis; the triangle is hit if its three edge functions do not differ in sign. Each
+//! The ray is sheared to its major axis; the triangle is hit if its three edge functions do not differ in sign. Each
 //! edge function is a difference of two rounded products, never fused. For two triangles that share an edge, the test
 //! computes the same value with opposite sign, so no ray passes between them; if a value is 0, float64 decides exactly.
 //! Front and back faces are hit, and edges count as inside.
@@ -112,7 +112,7 @@ fn gather_triangles<I: Isa>(leaf: &LeafNode, axes: [usize; 3], triangle: I::RayV
 }
 
 /// The t at which rays enter and leave the bounds of their triangles, see [`crate::traverse::trav_ray::SLAB_PAD`]. The
-/// corners' coordinates along the main axis, which come last, are relative to the origins.
+/// corners' coordinates along the major axis, which come last, are relative to the origins.
 #[inline(always)]
 fn slab_interval<I: Isa>(
     packet: &Packet,

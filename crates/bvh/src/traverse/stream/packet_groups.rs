@@ -1,4 +1,4 @@
-//! Groups of the rays of a chunk by direction octant and main axis, one packet each (compare J. Tsakok, "Faster
+//! Groups of the rays of a chunk by direction octant and major axis, one packet each (compare J. Tsakok, "Faster
 //! Incoherent Rays: Multi-BVH Ray Stream Tracing", HPG 2009).
 
 use crate::ray::Ray;

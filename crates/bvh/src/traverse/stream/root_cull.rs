@@ -103,7 +103,7 @@ impl<'a> RootCull<'a> {
                 .mul(distance.add(I::F32x16::splat(scene.max_abs_coord)))
                 .mul(I::F32x16::splat(1.0 + 8.0 * MACHINE_EPSILON))
         };
-        // This value is at least the extent along the main axis.
+        // This value is at least the extent along the major axis.
         let mut farthest = zero;
         for axis in 0..3 {
             let above = I::F32x16::splat(scene.bounds.upper[axis]).sub(origin[axis]);

@@ -21,7 +21,7 @@ pub trait PacketQuery {
     fn to_instance_space(&self, ray: &Ray, index: usize, instance: &InstanceRecord) -> Ray;
 
     /// Maximum valid t of a ray, given its value at the start of the TLAS traversal; negative if the ray is done.
-    /// `scale` is the amount of t per unit of length along the ray's main axis.
+    /// `scale` is the amount of t per unit of length along the ray's major axis.
     fn t_max(&self, index: usize, t_max: f32, scale: f32) -> f32;
 
     /// Traverses a subtree of an instance by a packet.

@@ -147,7 +147,7 @@ fn intersect<L: RayView, const SLIVER: bool>(
     (0.0 <= t && t <= t_max).then(|| TriangleIntersection { t, u: v / det, v: w / det })
 }
 
-/// The depth along the main axis at which the ray hits triangle `k` of the leaf, by the float64 plane of its corners;
+/// The depth along the major axis at which the ray hits triangle `k` of the leaf, by the float64 plane of its corners;
 /// `depth` if the corners define no plane.
 ///
 /// For a sliver, the weighted sum of the corners' depths has an error as large as the distance between the corners. If
