@@ -20,8 +20,8 @@ pub enum Rotation {
 impl Rotation {
     /// Creates a rotation from a quaternion w, x, y, z, whose length may differ from 1 by rounding (1e-2).
     ///
-    /// # Errors A quaternion of another length, which usually means that its components come from the wrong
-    /// columns.
+    /// # Errors
+    /// A quaternion of another length, which usually means that its components come from the wrong columns.
     pub(crate) fn unit_quaternion(quaternion: [f64; 4]) -> Result<Self, String> {
         let [w, x, y, z] = quaternion;
         let length = w.hypot(x).hypot(y).hypot(z);
@@ -37,7 +37,8 @@ impl Rotation {
     /// Creates a rotation from a quaternion w, x, y, z of any length, for files in which names identify its components.
     /// The second value is true if the length differed from 1 by more than rounding (1e-2).
     ///
-    /// # Errors A quaternion of length 0, or with components that are not finite.
+    /// # Errors
+    /// A quaternion of length 0, or with components that are not finite.
     pub(crate) fn scaled_quaternion(quaternion: [f64; 4]) -> Result<(Self, bool), String> {
         let [w, x, y, z] = quaternion;
         let length = w.hypot(x).hypot(y).hypot(z);

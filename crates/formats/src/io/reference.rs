@@ -56,8 +56,8 @@ pub(crate) fn without_comment(name: &[u8]) -> Option<&[u8]> {
     Some(name[..at].trim_ascii_end()).filter(|name| !name.is_empty())
 }
 
-/// The name without text that some programs add: a following comment, quotes, the scheme `file:`, and `%20` for a
-/// space. `None` if there is nothing to remove.
+/// The name without text that some programs add: a following comment, quotes, the scheme `file:`, and percent encoding,
+/// such as `%20` for a space. `None` if there is nothing to remove.
 pub(crate) fn bare(name: &[u8]) -> Option<Vec<u8>> {
     let mut inner = without_comment(name).unwrap_or(name);
     for quote in [b'"', b'\''] {

@@ -12,7 +12,7 @@ const MIN_GROUP_RAYS: u32 = 12;
 /// Minimum number of rays in a chunk; smaller chunks are traced as single rays.
 const MIN_CHUNK_RAYS: usize = 5;
 
-/// Direction classes: 8 octants for each of 3 main axes, and one class for all other directions.
+/// Direction classes: 8 octants for each of 3 major axes, and one class for all other directions.
 pub const DIRECTION_CLASSES: usize = 32;
 
 /// Class of a ray that cannot be in a packet: not finite, or parallel to an axis.

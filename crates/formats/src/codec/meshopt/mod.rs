@@ -41,9 +41,10 @@ pub struct ViewHeader {
 ///
 /// Both versions of the attribute stream are supported under either extension.
 ///
-/// # Errors An error if the extension does not allow the header's mode, filter, count or stride, or if the bytes are
-/// not a complete stream with this header. An error if an element is invalid for its filter, or if the remaining budget
-/// is too small.
+/// # Errors
+/// An error if the extension does not allow the header's mode, filter, count or stride, or if the bytes are not a
+/// complete stream with this header. An error if an element is invalid for its filter, or if the remaining budget is
+/// too small.
 pub fn decode(bytes: &[u8], shape: ViewHeader, path: &Path, budget: &mut Budget) -> Result<Vec<u8>> {
     let fault = |code: ErrorCode, message: String| {
         FormatError::whole(path, code.message(format!("meshopt compression: {message}")))
