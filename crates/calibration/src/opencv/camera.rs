@@ -59,7 +59,7 @@ fn matrix(at: &Cursor<'_>) -> Result<DMat3> {
     Ok(k)
 }
 
-/// Reads the numbers of columns and rows from a map, by name.
+/// Reads the image size (columns, rows) from a map with keys for both.
 fn sides(at: &Cursor<'_>) -> Result<Vec<f64>> {
     let view = KeyView::new(at.clone());
     match (view.find_value(&keys::WIDTH)?, view.find_value(&keys::HEIGHT)?) {

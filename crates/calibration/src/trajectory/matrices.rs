@@ -26,7 +26,7 @@ use raycam_formats::{FormatError, Result};
 
 /// Minimum focal length in pixels of a matrix that counts as a camera matrix in pixels.
 const MIN_FOCAL_LENGTH: f64 = 2.0;
-/// Principal points of usual cameras, in units of the image size; 0.5 is the image's centre.
+/// Range of a usual camera's principal point, in units of the image size; 0.5 is the image's centre.
 const PRINCIPAL_POINTS: Range<f64> = 0.25..0.75;
 
 /// Layout of the matrices in a text file.

@@ -1,4 +1,4 @@
-//! Writing of OpenEXR: all channels of a frame in one part, lossless.
+//! Writing of OpenEXR: all channels of a frame in one part, with lossless compression.
 
 use ::exr::image::write::WritableImage;
 use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer as Part};
@@ -87,8 +87,8 @@ pub fn channel_names(layer: &Layer<'_>) -> Result<Vec<String>> {
 /// * `raycam.K` and `raycam.R` (m33d, row-major) and `raycam.C` (v3d),
 /// * `raycam.P` (m44d: the 3 x 4 matrix and a row 0 0 0 1),
 /// * `raycam.pixelCenter` (`integer` or `half`),
-/// * with a lens, `raycam.lens` (`opencv` or `fisheye`) and `raycam.distortion` (the lens's coefficients as decimals
-///   separated by spaces).
+/// * with a lens model that has coefficients, `raycam.lens` (the model's name, such as `opencv`) and
+///   `raycam.distortion` (the coefficients as decimals separated by spaces).
 ///
 /// # Errors
 /// An error if there are no layers, if a layer does not have columns x rows x components values, or if two layers have

@@ -90,8 +90,8 @@ impl EarClipper {
         let mut corner = 0;
         for left in (4..=self.flat.len()).rev() {
             let ear = self.next_ear(steps)?;
-            // If no ear exists because the polygon intersects or touches itself, the corner with the smallest triangle
-            // is cut off.
+            // If no ear exists because the polygon intersects or touches itself, a convex corner is cut off, or, if none
+            // is left, the least reflex corner.
             let ear = match ear {
                 Some(ear) => ear,
                 None => self.least_reflex(corner, left, steps)?,

@@ -11,7 +11,7 @@ pub(crate) fn path_of(name: &[u8]) -> &Path {
     Path::new(std::ffi::OsStr::from_bytes(name))
 }
 
-/// Converts a name to a path; on this system, names cannot contain invalid UTF-8.
+/// Converts a name to a path; on this system, a name with invalid UTF-8 matches no file.
 #[cfg(not(unix))]
 pub(crate) fn path_of(name: &[u8]) -> &Path {
     Path::new(std::str::from_utf8(name).unwrap_or("\u{fffd}"))

@@ -250,8 +250,9 @@ impl ObjBuilder {
     }
 }
 
-/// Converts colours with values outside 0..=1 to linear, or removes them all; returns the code of a notice and a
-/// description of the change.
+/// Treats the colours of a file with values outside 0..=1: values that are outside only by rounding are clamped, 8-bit
+/// values are converted to linear, and all other colours are removed. Returns the code of a notice and a description of
+/// the change.
 fn settle_colors(colors: &mut Vec<Rgb>, bounds: ColorBounds) -> (NoticeCode, &'static str) {
     if bounds.is_nearly_unit() {
         colors.as_flattened_mut().iter_mut().for_each(|value| *value = value.clamp(0.0, 1.0));
