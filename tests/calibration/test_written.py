@@ -82,7 +82,7 @@ HOLDS = {
     "tum": tuple(KINDS),
     "tum-intrinsics": PLAIN,
 }
-"""The cameras that each format holds; of poses alone, with `intrinsics=`."""
+"""The kinds of cameras that each format can store; formats of poses are read with `intrinsics=`."""
 ENDINGS = {
     "opencv": ".yml",
     "nerf": ".json",
@@ -140,7 +140,7 @@ def test_written_calibrations_are_read_back(tmp_path: Path, format: str, kind: s
 FILES = tuple(
     format for format in HOLDS if format not in ("colmap", "colmap-binary", "kitti", "blender-splits")
 )
-"""Formats that write one file, which is all that a folder has of them."""
+"""Formats that write a single file."""
 
 
 @pytest.mark.parametrize("packed", [False, True])
@@ -280,6 +280,6 @@ def test_orthographic_camera_written_as_kitti_gives_a_notice_about_its_depth_pla
     back = raycam.load_cameras(tmp_path / "calib.txt", size=SIZE)["P0"]
     world = np.random.default_rng(0).uniform(-1, 1, (50, 3))
     np.testing.assert_allclose(back.project(world)[0], plan.project(world)[0], atol=1e-9)
-    # This camera is at infinity, so its rays do not start on a plane that the file cannot store.
+    # The camera that was read is at infinity. Its rays have no start plane, so the file loses nothing.
     told = raycam.save_cameras(tmp_path / "again.txt", {"P0": back}, "kitti")
     assert not has_notice(told, "not_written", "depth")

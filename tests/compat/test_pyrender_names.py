@@ -77,12 +77,12 @@ NAMES = {
         "on_mouse_release on_mouse_scroll on_key_press"
     ),
 }
-"""By module and class, as the package lists them; its renderer, fonts, shaders and trackball are no public names."""
+"""Public names by module and class. The renderer, fonts, shaders and trackball of pyrender are not public."""
 NOT_THERE = {
     "material.SpecularGlossinessMaterial": "MetallicRoughnessMaterial",
     "viewer.Viewer": "run_in_thread",
 }
-"""Classes with names that raise an error, and a word of the way on in it."""
+"""Classes whose names raise an error, and a word of the alternative in the error."""
 
 
 def examples() -> dict[str, Any]:

@@ -39,7 +39,7 @@ PAGES = [
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 # This page's images are written by `raycam demo`, which test_demo.py runs at full size.
 MIN_SHARES = {"composite": 0.02}
-"""The least share of pictures of small things, by name."""
+"""Minimum share of the subject in images of small subjects, by the image's name."""
 SAMPLES = re.compile(r"\bsamples=\d+")
 SLOW = ("raycam demo",)
 

@@ -27,8 +27,11 @@ OBJ = {
     "lines and points beside faces": "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\np 3\nf 1 2 3\n",
     "ends of lines of Windows": "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1 2 3\r\n",
 }
-"""Files that trimesh reads as the format says; it counts backwards from
-the end of the file, does not continue lines, and triangulates concave polygons as fans."""
+"""OBJ files that trimesh reads as specified.
+
+Other files are excluded: trimesh counts negative indices from the end of the file, does not continue lines, and
+triangulates concave polygons as fans.
+"""
 
 
 def same(world: raycam.World, mesh: Any) -> None:

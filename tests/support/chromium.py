@@ -38,7 +38,7 @@ class Tab:
         self.said: list[str] = []
         """The lines that the page wrote to its console, errors included."""
         self.requests: list[str] = []
-        """The addresses that it asked for."""
+        """The addresses that the page requested."""
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{domain}.enable")
 

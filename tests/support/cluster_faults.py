@@ -34,7 +34,7 @@ from support.patience import PATIENCE
 from support.raises import raises
 
 SHARE = 0.3
-"""The share of the workers killed in one storm."""
+"""The share of the workers that are killed in each round of `storm`."""
 
 
 class Twice(Future):  # type: ignore[type-arg]
@@ -91,11 +91,11 @@ class Storm:
     frames: int
     killed: int
     paused: float
-    """Seconds, of one worker."""
+    """Seconds for which one worker was suspended."""
     returned: bool
-    """True if the job was still going on when it came back."""
+    """True if the job was still running when the suspended worker continued."""
     asked: int
-    """Frames handed over: more than there are, where some were lost or late."""
+    """Number of submitted frames, which exceeds `frames` if frames were lost or late."""
     seconds: float
 
 

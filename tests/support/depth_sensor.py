@@ -56,7 +56,7 @@ class DepthSensor:
         instance = np.empty((self.rows, self.columns), np.int32)
         rays = self.directions() @ pose[:3, :3].T
         for row in range(self.rows):
-            # `at()` expects absolute times, so a static world suffices to test the shapes
+            # all rows see the world at the same time, which suffices for static worlds
             hits = world.cast_rays(pose[:3, 3], rays[row], fields=["t", "instance"], threads=threads)
             depth[row], instance[row] = hits["t"], hits["instance"]
         random = np.random.default_rng(frame)

@@ -25,8 +25,8 @@ MATERIALS = {
     "glossy": "color = [0.2, 0.3, 0.6]\nspecular = [0.3, 0.3, 0.3]\nshininess = 40",
 }
 OTHERWISE = {"glossy": 0.01, "lamp": 0.2}
-"""Shares of values that may differ by 1e-6: highlights are powers, meshes that shine are chosen by angles, and every
-mathematical library rounds these its own way."""
+"""Fractions of values that may differ by 1e-6, by material: highlights are powers and glowing meshes are chosen by
+angles, which mathematical libraries round differently."""
 PICTURES = [
     (light, material, integrator, samples)
     for light in LIGHTS

@@ -18,7 +18,7 @@ from PIL import Image
 from raycam.world.framing import without_ground
 
 MIN_SHARE = 0.05
-"""Least share of a picture's pixels that show its subject."""
+"""Minimum share of an image's pixels that show its subject."""
 WIDTH = 96
 """Width in pixels of the ground truth that is counted."""
 

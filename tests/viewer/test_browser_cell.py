@@ -32,7 +32,7 @@ POLICY = (
     f"default-src 'none'; script-src {SOURCE} 'unsafe-inline' 'unsafe-eval'; style-src {SOURCE} 'unsafe-inline'; "
     f"img-src {SOURCE} https: http: data:; font-src {SOURCE} https:; connect-src https:; child-src https: data:;"
 )
-"""That of `notebook.experimental.enableCsp`, which is off by default: there is none then."""
+"""The policy of VS Code if `notebook.experimental.enableCsp` is set; by default, there is no policy."""
 
 STILL = "data:image/svg+xml,<svg xmlns='http://www.w3.org/2000/svg' width='9' height='9'/>"
 

@@ -122,7 +122,7 @@ TAKEN = {
     **{(kind, "name"): (PATH,) for kind in ("camera", "photograph")},  # no camera has this name
     ("hello", "session"): (PATH,),  # the id is valid, but no such session exists
 }
-"""Which of these values a field may have."""
+"""The values of `WRONG` that are valid for a field, by message and field."""
 CASES = [(kind, field) for kind, made in MESSAGES.items() for field in field_types(made)]
 
 

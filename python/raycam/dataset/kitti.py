@@ -258,7 +258,7 @@ def flows(shot: Shot, following: Shot, base: str, name: str) -> tuple[dict[str, 
         f"{base}/flow_occ/{name}_10.png": png(every),
         f"{base}/flow_noc/{name}_10.png": png(flow16(found["flow"], both)),
     }
-    known = np.isfinite(found["flow"][..., 0])  # either both components are finite, or none
+    known = np.isfinite(found["flow"][..., 0])  # either both components are finite, or neither is
     return files, lost("flow", "flow of 512 pixels or more", known & (every[..., 2] == 0), known)
 
 

@@ -139,7 +139,7 @@ class WorldSequence:
             try:
                 world = next(self._iterator, None)
             except Exception as error:
-                self._failure = error  # an iterator that has failed ends, which would be reported instead
+                self._failure = error  # a failed generator only ends when it is called again
                 raise
             if world is None:
                 raise WorldError(

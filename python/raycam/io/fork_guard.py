@@ -52,7 +52,7 @@ def _in_parent() -> None:
 
 def _in_child() -> None:
     global _lock, _changed
-    _lock = threading.RLock()  # threads that hold the old lock do not exist here
+    _lock = threading.RLock()  # the child has no thread that could release the old lock
     _changed = threading.Condition(_lock)
 
 

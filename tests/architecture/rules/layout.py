@@ -61,10 +61,10 @@ DELEGATIONS = {
     "world/load.py": {"interop/mujoco/parts.py"},
     "world/robot_files.py": {"interop/mujoco/parts.py"},
 }
-"""Methods that hand their work to a later place, by file: `Camera.sample`, `Rig.render`, `Frame.over`, `Frame.show`,
-`Explanation.save_figure`, and reading robots from MJCF files.
+"""Files that call a module later in the order, with these modules: `Camera.sample`, `Rig.render`, `Frame.over`,
+`Frame.show`, `Explanation.save_figure`, and reading robots from MJCF files.
 
-Such a method imports its function when it is called, and types of later places under `TYPE_CHECKING`.
+Such a method imports the function when it is called, and types of later modules under `TYPE_CHECKING`.
 """
 
 

@@ -78,7 +78,7 @@ SAMPLES = ["a.json", "a.yaml", "a.xml", "hesai.csv", "table.csv", "table.txt", "
 
 
 def damaged(data: bytes, count: int, seed: int) -> Iterator[bytes]:
-    """Yields copies with flipped bytes, removed ends, repeated parts, and strange numbers or nesting in places."""
+    """Yields damaged copies: flipped bits, removed or repeated parts, and unusual numbers or fragments."""
     draw = random.Random(seed)
     for _ in range(count):
         found = bytearray(data)

@@ -20,8 +20,10 @@ SDK_PACKETS = "c807fa7da12a44b92177c5950e351041a94e65e9b71151860e40adf323eb9ebf"
 and the time stamps of the columns at 10 Hz. The frame's number and the encoder, which the SDK does not write into each
 column, are set to 0."""
 SDK_DUAL_PACKETS = "d867b60470d74cd8f1f1e21d83b0fc6f9dcb3a3d4d13980ea601b52dee95f72a"
-"""The same of the profile RNG19_RFL8_SIG16_NIR16_DUAL, with their headers and check sums, for frame 1 and two thirds of
-the pixels with RANGE2 2000 + 37 row + 11 column and REFLECTIVITY2 (2 row + column) mod 256."""
+"""SHA-256 of such packets of the profile RNG19_RFL8_SIG16_NIR16_DUAL, including headers and check sums, for frame 1.
+
+Two thirds of the pixels have RANGE2 2000 + 37 row + 11 column and REFLECTIVITY2 (2 row + column) mod 256.
+"""
 
 
 def test_packets_equal_those_of_ouster_sdk() -> None:

@@ -30,7 +30,7 @@ SHOWN = (
 TRANSITIONS_ENDED = (
     "Promise.all(document.getAnimations().map(({ finished }) => finished.catch(() => null))).then(() => null)"
 )
-"""The contrasts of colours in transition differ from those before and after."""
+"""Waits until transitions have ended, because colours in transition have other contrasts."""
 
 
 @pytest.fixture(scope="module")
