@@ -349,7 +349,8 @@ fn is_opencv_pair(folder: &Folder, assets: &mut AssetRoot) -> bool {
     sides.iter().all(|source| detected(source).is_some_and(|format| format.name == "opencv"))
 }
 
-/// True for files whose names differ only in a number, or in the words left and right: one file per camera.
+/// True for a set of files with one camera each: their names differ only in a number or in the words left and right, or
+/// each file is in a different folder.
 fn is_set_of_cameras<'a>(sources: impl Iterator<Item = &'a InputFile>) -> bool {
     let sources: Vec<&InputFile> = sources.collect();
     let stems = sources.iter().map(|source| source.stem().unwrap_or_default().to_lowercase());

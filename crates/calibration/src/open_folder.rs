@@ -85,7 +85,7 @@ pub(crate) fn candidates(folder: &Folder) -> Vec<PathBuf> {
 }
 
 /// Files of a folder that may be calibrations by their extension: the only such file, or all small files; no file if
-/// there are too many. If the folder contains a single small file, it may have any extension.
+/// there are too many. If the folder contains a single file and that file is small, it may have any extension.
 pub(crate) fn small_files(folder: &Folder) -> Vec<PathBuf> {
     let small = |path: &PathBuf| path.metadata().is_ok_and(|data| data.len() <= MAX_BYTES);
     let paths = folder.names.iter().filter(|name| !name.starts_with('.')).map(|name| folder.path.join(name));

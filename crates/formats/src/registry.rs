@@ -106,7 +106,7 @@ pub fn read_model(path: &Path, budget: &Budget) -> Result<MeshFile> {
     read_mesh_file(open_input(path, &mut assets)?, &mut assets)
 }
 
-/// Bytes of a file of a known format, as far as its reader requires them in memory.
+/// Reads a file: if its format is known, the bytes that the format's reader requires in memory, otherwise all bytes.
 fn open_input(path: &Path, assets: &mut AssetRoot) -> Result<InputFile> {
     match named_format(path) {
         Some(format) => assets.read_head(path, format.head),

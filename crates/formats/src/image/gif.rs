@@ -11,7 +11,7 @@ use raycam_scene::{ErrorCode, Image, NoticeCode};
 use crate::error::Result;
 use crate::image::decoder::{Decoder, decode_checked, decoder_error};
 
-/// Byte that introduces a frame, and byte that ends the file.
+/// Bytes that introduce a frame, the end of the file, and an extension.
 const FRAME: u8 = b',';
 const END: u8 = b';';
 const EXTENSION: u8 = b'!';

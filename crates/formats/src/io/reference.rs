@@ -37,7 +37,8 @@ pub(crate) fn check(name: &[u8]) -> Result<(), &'static str> {
     Ok(())
 }
 
-/// Name in which each `\`, the separator on Windows, is replaced by `/`. A `\` before a space is a shell escape.
+/// Name in which each `\`, the separator on Windows, is replaced by `/`. A `\` before a space is a shell escape
+/// and is removed.
 pub(crate) fn with_slashes(name: &[u8]) -> Vec<u8> {
     let mut changed = Vec::with_capacity(name.len());
     for (i, &byte) in name.iter().enumerate() {

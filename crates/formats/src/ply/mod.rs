@@ -60,8 +60,9 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
 /// Number of bytes that must be in memory: the header of a binary file, if the file's length matches rows of vertices
 /// and triangles. If a row turns out to have another length, the rest of the file is also read.
 pub(crate) fn head(file: &File, size: u64) -> Option<u64> {
-    /// Maximum number of bytes in which the header must end, and maximum length of a row in bytes.
+    /// Number of bytes in which the header must end.
     const HEADER: u64 = 1 << 14;
+    /// Maximum length of a row in bytes.
     const ROW: usize = 256;
     let mut head = Vec::new();
     file.take(HEADER).read_to_end(&mut head).ok()?;
