@@ -186,8 +186,8 @@ impl Pose {
         Self::camera_from_world(Rotation::Matrix(r * r2), r * t2 + t)
     }
 
-    /// Replaces a matrix that is nearly a rotation by the nearest rotation; returns the largest difference between
-    /// their entries if it exceeds float32 rounding.
+    /// Replaces a matrix that is nearly a rotation by the nearest rotation, unless they differ only by float32
+    /// rounding; returns the largest difference between their entries, or `None` if nothing was replaced.
     pub(crate) fn orthonormalize(&mut self) -> Option<f64> {
         let Rotation::Matrix(matrix) = self.rotation else { return None };
         let (rotation, off) = nearest_rotation(matrix).ok()?;

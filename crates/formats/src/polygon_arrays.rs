@@ -269,7 +269,7 @@ fn unique_rows<const N: usize>(rows: impl ExactSizeIterator<Item = [u32; N]>) ->
     rows.enumerate().map(|(number, row)| *first.entry(row).or_insert(number as u32)).collect()
 }
 
-/// Removes and returns the first elements of a slice; `None` if the array has fewer values.
+/// Removes and returns the first elements of a slice; `None` if the slice has fewer elements.
 fn take<'a, T>(rest: &mut &'a [T], count: u64) -> Option<&'a [T]> {
     let (taken, left) = rest.split_at_checked(usize::try_from(count).ok()?)?;
     *rest = left;

@@ -41,7 +41,7 @@ pub(crate) fn refused_without_value(key: &str) -> Option<String> {
     lens.then(|| format!("{key} is empty; expected numbers (0 for no distortion), or remove the key"))
 }
 
-/// True if a node contains a number other than 0, at any depth.
+/// True if a node contains a number other than 0, or a pickled object, at any depth.
 fn has_value(node: &DocumentNode) -> bool {
     match &node.value {
         Value::Scalar(word) => word.parse::<f64>().map_or(word.starts_with("a pickled object"), |v| v != 0.0),

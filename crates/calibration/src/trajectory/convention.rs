@@ -11,8 +11,8 @@ use crate::{Pose, ReadHints, Rotation};
 const CAMERA_FROM_WORLD: [&str; 7] =
     ["extrinsic", "w2c", "world_to_cam", "world2cam", "world_to_camera", "camera_from_world", "cam_from_world"];
 
-/// Returns the convention that the caller or, otherwise, the file's name specifies; if neither does, a default is
-/// assumed with a notice.
+/// Returns the convention that the caller specifies. Otherwise, a convention is assumed with a notice: the direction
+/// that the file's name implies or world_from_camera, and OpenCV's axes.
 pub(crate) fn convention_of(name: &str, hints: &ReadHints, notices: &mut Vec<Notice>) -> PoseConvention {
     if let Some(stated) = hints.poses {
         return stated;

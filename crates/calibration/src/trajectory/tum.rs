@@ -91,7 +91,7 @@ fn line_of_intrinsics(text: &str) -> Option<Vec<f64>> {
     (values.len() == 4 || plausible && (values.len() == 9 || (quaternion - 1.0).abs() > 0.1)).then_some(values)
 }
 
-/// True for `calibration.txt` of a sequence: a single line fx fy cx cy.
+/// True for `calibration.txt` of a sequence: a single line of intrinsics (see [`line_of_intrinsics`]).
 pub(crate) fn detect_intrinsics(_: &InputFile, text: &str) -> bool {
     line_of_intrinsics(text).is_some()
 }

@@ -125,7 +125,7 @@ fn check_complete(bytes: &[u8], [columns, rows]: [usize; 2]) -> Option<()> {
     Some(())
 }
 
-/// True if a header line specifies other primaries, or pixels that are not square.
+/// True if a header line specifies other primaries, a colour correction, or pixels that are not square.
 fn changes_colors(key: &str, value: &str) -> bool {
     let expected: &[f32] = match key {
         "COLORCORR" => &[1.0; 3],

@@ -296,8 +296,7 @@ impl AssetRoot {
         None
     }
 
-    /// Sorted names in a folder inside the root; empty for a folder outside the root, and for a folder with too many
-    /// names.
+    /// Sorted names in a folder inside the root, up to [`MAX_LISTED`]; empty for a folder outside the root.
     fn listing(&mut self, folder: &Path) -> &[OsString] {
         if let Some(files) = &self.memory {
             self.listings.insert(folder.into(), files.folder_names(folder));

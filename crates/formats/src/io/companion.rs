@@ -50,8 +50,8 @@ pub(crate) fn optional_file(
     }
 }
 
-/// True if the error of an optional file does not prevent reading the model: all errors except exceeded budgets and a
-/// full disk.
+/// True if the error of an optional file does not prevent reading the model: all errors except exceeded budgets, errors
+/// of writing, and errors of `raycam_scene`, such as a full disk.
 pub(crate) fn can_be_left_out(error: &FormatError) -> bool {
     match error {
         FormatError::Named { source, .. } => can_be_left_out(source),

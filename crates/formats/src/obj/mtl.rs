@@ -357,7 +357,7 @@ impl Statement<'_> {
         Some(values.map(|value| value.clamp(0.0, most) as f32))
     }
 
-    /// The statement's number, clamped to 0..=1; `None` if the word is not a number.
+    /// The statement's number, clamped to 0..=1; `None` if the word is not a number, and for `Tr 1`.
     fn unit_number(&self, odd: &mut Diagnostics) -> Option<f32> {
         // Programs that use Tr as opacity instead of transparency write 1 for opaque.
         let value = self.number("0 to 1", 0.0..=1.0, odd)? as f32;

@@ -135,8 +135,8 @@ impl ShearedRay {
         same_sign(u, v, w, error).then_some(EdgeFunctions { values: [u, v, w], depths, error })
     }
 
-    /// Intersection of the line with a closed triangle; `None` if the line is parallel to the triangle's plane, and for
-    /// a triangle without area.
+    /// Intersection of the line with a closed triangle; `None` if the line misses the triangle or is parallel to its
+    /// plane, and for a triangle without area.
     #[inline(always)]
     pub fn intersect(&self, corners: [[f64; 3]; 3]) -> Option<Intersection> {
         let edges = self.edges(corners)?;
