@@ -128,7 +128,13 @@ def test_ignored_parts_of_metashape_files_give_notices(tmp_path: Path) -> None:
     reference = "<reference>GEOGCS[&quot;WGS 84&quot;]</reference></chunk><chunk label='2'></chunk>"
     file.write_text(document.replace("</chunk>", reference))
     told = " ".join(map(str, raycam.load_cameras(file).notices))
-    for word in ("2 chunks", "ECEF", "1 camera included, although disabled", "rolling shutter of 1", "initial calibration"):
+    for word in (
+        "2 chunks",
+        "ECEF",
+        "1 camera included, although disabled",
+        "rolling shutter of 1",
+        "initial calibration",
+    ):
         assert word in told
 
 

@@ -301,7 +301,9 @@ def test_browser_follows_looks_around_and_follows_again(class_server: Server, jo
     tab.wait("document.getElementById('camera').value === 'side'")
     tab.wait("document.getElementById('pixel-place').textContent === 'column 24, row 16 (held)'")
     tab.evaluate("document.getElementById('following-button').click()")
-    tab.wait("document.getElementById('following-text').textContent === 'You look around independently of the leader.'")
+    tab.wait(
+        "document.getElementById('following-text').textContent === 'You look around independently of the leader.'"
+    )
     drag(tab, begin, end)
     until(lambda: session.view.camera != view.camera)
     assert class_server.following is not None

@@ -189,7 +189,7 @@ def drag(tab: Tab, canvas: str, start: list[float], end: list[float]) -> None:
     tab.mouse("mouseReleased", *last, button="left", clickCount=1)
 
 
-def test_dragging_the_picture_turns_and_moves_the_camera(tab: Tab) -> None:
+def test_dragging_the_image_turns_and_moves_the_camera(tab: Tab) -> None:
     tab.evaluate("document.getElementById('reset').click()")
     selector = show(tab, "matrix")
     canvas = f"document.querySelectorAll('{selector} canvas')[1]"
@@ -215,7 +215,7 @@ def test_dragging_the_picture_turns_and_moves_the_camera(tab: Tab) -> None:
     tab.evaluate("document.getElementById('reset').click()")
 
 
-def test_sun_behind_the_camera_is_dragged_in_the_picture(tab: Tab) -> None:
+def test_sun_behind_the_camera_is_dragged_in_the_image(tab: Tab) -> None:
     selector = show(tab, "lights")
     canvas = f"document.querySelectorAll('{selector} canvas')[1]"
     before = tab.evaluate(f"document.querySelector('{selector} output').textContent")
@@ -311,7 +311,7 @@ def test_answers_are_checked_and_mistakes_get_hints(tab: Tab) -> None:
     assert [stored["edges"], stored["normal"]] == [True, True]
 
 
-def test_picture_of_the_ray_tracer_from_the_code_cells_equals_raycams_in_every_byte(tab: Tab) -> None:
+def test_image_of_the_ray_tracer_from_the_code_cells_equals_raycams_in_every_byte(tab: Tab) -> None:
     kind, text = run_cell(tab, "pointForward", "function pointForward(X, C, v) { return sub(X, C); }")
     assert (kind, "backward" in text) == ("wrong", True)
     kind, text = run_cell(tab, "normal", "function normal(a, b, c) { return cross(sub(b, a), sub(c, a)); }")

@@ -278,7 +278,7 @@ FAR = {
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_turned_picture_follows_the_pointer(seed: int, start: dict[str, Any]) -> None:
+def test_turned_image_follows_the_pointer(seed: int, start: dict[str, Any]) -> None:
     rng = np.random.default_rng(seed)
     numbers = {
         **random_cameras(start["numbers"], 12)[seed],
@@ -299,7 +299,7 @@ def test_turned_picture_follows_the_pointer(seed: int, start: dict[str, Any]) ->
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_rolled_picture_follows_the_pointer(seed: int, start: dict[str, Any]) -> None:
+def test_rolled_image_follows_the_pointer(seed: int, start: dict[str, Any]) -> None:
     numbers = {
         **random_cameras(start["numbers"], 12)[seed],
         **FAR,
@@ -322,7 +322,7 @@ def test_rolled_picture_follows_the_pointer(seed: int, start: dict[str, Any]) ->
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_moved_picture_follows_the_pointer(seed: int, start: dict[str, Any]) -> None:
+def test_moved_image_follows_the_pointer(seed: int, start: dict[str, Any]) -> None:
     rng = np.random.default_rng(seed)
     numbers = {
         **start["numbers"],
@@ -416,7 +416,7 @@ def test_points_of_the_bent_grid_equal_pixels_of_a_camera_with_distortion() -> N
         np.testing.assert_allclose(found, camera.project(points)[0], atol=1e-9)
 
 
-def test_noise_measured_from_two_pictures_equals_its_formula() -> None:
+def test_noise_measured_from_two_images_equals_its_formula() -> None:
     page = in_page(
         """const random = randomOf(8), found = [];
         for (let k = 0; k < 1000; k++) {
