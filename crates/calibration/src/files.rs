@@ -20,7 +20,7 @@ pub struct Calibration {
     pub(crate) used_convention: bool,
 }
 
-/// Adds a notice about the cameras with these names.
+/// Creates a notice about the cameras with these names.
 pub(crate) fn about_cameras<'a>(
     code: NoticeCode,
     names: impl ExactSizeIterator<Item = &'a str>,

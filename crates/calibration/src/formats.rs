@@ -411,7 +411,8 @@ fn detected(source: &InputFile) -> Option<&'static CalibrationFormat> {
     FORMATS.iter().find(|format| (format.detect)(source, text))
 }
 
-/// Reads the cameras in the bytes of a single file. `path` names the file in errors; no other file is read.
+/// Reads the cameras in the bytes of a single file. `path` names the file in errors; files to which it refers are read
+/// from the folder of `path`.
 ///
 /// # Errors
 /// See [`FormatError`].

@@ -26,7 +26,7 @@ const SINGLE_RAY_COST: usize = 4;
 /// by the packet.
 const MAX_SINGLE_RAYS: u32 = 2;
 
-/// Returns, for every ray of a batch, true if the ray hits anything.
+/// Sets `occluded` to true for every ray of a batch that hits anything, and to false for all other rays.
 #[inline(always)]
 pub fn occluded<I: Isa>(scene: &Scene, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
     occluded.fill(false);

@@ -113,7 +113,7 @@ impl Stack {
         }
     }
 
-    /// Removes entries that the ray enters after `t_max`.
+    /// Removes the entries from `base` on that the ray enters after `t_max`.
     #[inline(always)]
     pub fn cull(&mut self, base: usize, t_max: f32) {
         let mut len = base;

@@ -185,7 +185,8 @@ impl<'a> Cursor<'a> {
         Ok(items.iter().enumerate().map(item).collect())
     }
 
-    /// Numbers of a list, of nested lists, or of the `data` of a matrix with matching `rows` and `cols`.
+    /// Numbers of a list, of nested lists, of a text with several numbers, or of the `data` of a matrix whose size
+    /// matches.
     pub(crate) fn numbers(&self) -> Result<Vec<f64>> {
         if self.is_map() {
             let numbers = self.require("data")?.numbers()?;
@@ -252,7 +253,7 @@ impl<'a> Cursor<'a> {
         Ok(DMat3::from_cols_array(&self.array::<9>()?).transpose())
     }
 
-    /// Reads R and t from a 4x4 matrix, row by row.
+    /// Reads R and t from a 4x4 or 3x4 matrix, row by row.
     pub(crate) fn matrix4(&self) -> Result<(DMat3, DVec3)> {
         let numbers = self.numbers()?;
         let m: [f64; 12] = match numbers.len() {
@@ -272,7 +273,7 @@ impl<'a> Cursor<'a> {
         lens_named(name, coefficients).map_err(|message| self.fail_as(ErrorCode::InvalidLens, message))
     }
 
-    /// Adds a notice for every key that is not in `known`; a key that looks like a lens is an error.
+    /// Returns a notice for every key that is not in `known`; a key that looks like a lens is an error.
     pub(crate) fn unknown_keys(&self, known: &[&str]) -> Result<Vec<Notice>> {
         self.unread_keys(|key| known.contains(&key))
     }

@@ -214,7 +214,7 @@ impl NumpyArray {
         }
     }
 
-    /// Converts the array to lists of lists, for readers of documents.
+    /// Converts the array to lists of lists, for readers of documents; a large array becomes a text with its shape.
     pub(crate) fn node(&self) -> DocumentNode {
         let words: Vec<String> = match &self.elements {
             Elements::Numbers(values) if values.len() <= MAX_ELEMENTS => values.iter().map(f64::to_string).collect(),

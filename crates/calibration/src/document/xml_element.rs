@@ -58,7 +58,7 @@ impl<'f> XmlElement<'f> {
         self.children().find(|child| child.name() == name)
     }
 
-    /// All elements with this name inside this element, at any depth.
+    /// All elements with this name in the subtree of this element.
     pub(crate) fn all(&self, name: &'f str) -> impl Iterator<Item = XmlElement<'f>> + use<'f> {
         let file = self.file;
         let found = self.node.descendants().filter(move |node| node.is_element() && node.tag_name().name() == name);

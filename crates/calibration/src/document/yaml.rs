@@ -135,7 +135,7 @@ fn without_comments(text: &str) -> String {
     kept
 }
 
-/// Number of values in a tree.
+/// Number of nodes in a tree.
 fn count_values(node: &DocumentNode) -> usize {
     match &node.value {
         Value::Scalar(_) => 1,

@@ -20,7 +20,7 @@ pub(super) fn has_poses(root: &Cursor<'_>) -> bool {
         .any(|(_, at)| keys::is_keyed(at) && pose::read_r_t(&KeyView::new(at.clone())).is_ok_and(|pose| pose.is_some()))
 }
 
-/// Sets the poses of cameras without a pose: R and T under the cameras' names in `extrinsics.json` next to
+/// Sets the cameras' poses if no camera has one: R and T under the cameras' names in `extrinsics.json` next to
 /// `intrinsics.json`.
 pub(super) fn place_cameras(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
     if calibration.records.iter().any(|record| record.pose.is_some()) {

@@ -180,7 +180,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     Ok(calibration)
 }
 
-/// Adds a notice for each unknown key of a camera; keys that look like a lens are errors.
+/// Returns a notice for each unknown key of a camera; keys that look like a lens are errors.
 fn other_keys(root: &Cursor<'_>) -> Result<Vec<Notice>> {
     let mut notices = Vec::new();
     for (key, at) in root.entries()? {

@@ -82,7 +82,7 @@ impl Decoder<'_> {
         }
     }
 
-    /// Adds the notice about an orientation that rotates the image.
+    /// Stores the image's orientation; adds a notice if the orientation rotates or mirrors the image.
     pub(crate) fn orientation_notice(&mut self, orientation: Option<Orientation>) {
         self.orientation = orientation.unwrap_or(Orientation::NoTransforms);
         if self.orientation != Orientation::NoTransforms {

@@ -59,7 +59,7 @@ fn count_frames(bytes: &[u8]) -> Option<(usize, [u32; 2])> {
     Some((frames, first))
 }
 
-/// The size of a colour table.
+/// Size of a colour table in bytes.
 fn table_bytes(flags: u8) -> usize {
     if flags & 0x80 == 0 { 0 } else { 3 << ((flags & 7) + 1) }
 }

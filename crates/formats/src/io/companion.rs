@@ -30,7 +30,7 @@ const USUAL_FOLDERS: [&str; 9] = [
     "../images",
 ];
 
-/// File with this name, as written in the file `from`.
+/// File with this name, as written in the file `from`; `None`, with a notice, if the file cannot be read.
 pub(crate) fn optional_file(
     from: &Path,
     name: &[u8],

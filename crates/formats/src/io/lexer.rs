@@ -137,8 +137,8 @@ pub(crate) fn for_message(word: &[u8]) -> String {
     format!("{short:?}")
 }
 
-/// Message that a word is not a number. The message mentions decimal commas, which some programs write if the system's
-/// language uses them.
+/// Message that a word is not a number. If the word has a decimal comma, which some programs write if the system's
+/// language uses it, the message mentions the comma.
 pub(crate) fn not_a_number(word: &[u8]) -> String {
     let shown = for_message(word);
     let point: Vec<u8> = word.iter().map(|&byte| if byte == b',' { b'.' } else { byte }).collect();

@@ -92,7 +92,7 @@ pub(crate) fn tails(name: &[u8]) -> Vec<Vec<u8>> {
     (first..parts.len()).map(|start| parts[start..].join(&b'/')).filter(|tail| tail != name).collect()
 }
 
-/// Absolute path without `.` and `..`, computed only from its text.
+/// Path without `.` and `..`, computed only from its text.
 pub(crate) fn normalize(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
     for component in path.components() {

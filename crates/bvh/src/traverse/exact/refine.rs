@@ -46,7 +46,7 @@ impl Intersections {
         let ([ox, oy, oz], [dx, dy, dz]) = (&self.origin, &self.direction);
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = &self.corners;
         let [t, u, v] = &mut found;
-        // The code has no loop and no branch, so that the compiler vectorises it.
+        // The loop's body has no inner loop and no branch, so that the compiler vectorises the loop.
         for i in 0..LANES {
             let ray = RayPredicates { origin: [ox[i], oy[i], oz[i]], direction: [dx[i], dy[i], dz[i]] };
             let corners = [[ax[i], ay[i], az[i]], [bx[i], by[i], bz[i]], [cx[i], cy[i], cz[i]]];

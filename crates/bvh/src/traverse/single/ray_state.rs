@@ -197,7 +197,7 @@ impl<'a, const ANY_HIT: bool> RayState<'a, ANY_HIT> {
         }
     }
 
-    /// The t of the closest hit so far, or t_max.
+    /// The t up to which the ray is searched: the t of the closest hit so far, widened for ties, or the ray's t_max.
     #[inline(always)]
     fn t_max(&self) -> f32 {
         let limit = widen(self.hit.t, self.tie_width);

@@ -237,7 +237,7 @@ fn view_header(view: &MeshoptView) -> Result<ViewHeader, (ErrorCode, String)> {
     Ok(ViewHeader { mode, count: whole("count", view.count)?, stride: whole("byteStride", view.byte_stride)? })
 }
 
-/// Bytes of a URI: its own data, or a file of the same folder.
+/// Bytes to which a URI refers: the data in a data URI, or a file.
 pub(crate) fn read_uri(
     source: &InputFile,
     uri: &str,

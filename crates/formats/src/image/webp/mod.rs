@@ -1,6 +1,6 @@
 //! Reading of WebP by the decoder of `image`, after a check that the image is complete.
 //!
-//! Source: RFC 9649, 2.5 to 2.7 (container), and RFC 6386, 9.1 and 9.5 (lengths in a lossy picture).
+//! Source: RFC 9649, 2.5 to 2.7 (container), and RFC 6386, 9.1 and 9.5 (lengths in a lossy image).
 
 mod lossless;
 
@@ -33,7 +33,7 @@ pub(super) fn webp(file: &mut Decoder<'_>) -> Result<Image> {
     })
 }
 
-/// `Some` if the first image in these chunks is complete; for a lossy image, only the lengths of its partitions are
+/// `Some` if the first image in these chunks is complete; for a lossy image, only the length of its first partition is
 /// checked. Allocates nothing.
 fn check_complete(mut chunks: &[u8]) -> Option<()> {
     let mut alpha = None;
@@ -57,7 +57,7 @@ fn check_complete(mut chunks: &[u8]) -> Option<()> {
     None
 }
 
-/// Size of a lossy image whose partitions are all present.
+/// Size of a lossy image whose first partition is complete.
 fn lossy_size(chunk: &[u8]) -> Option<[usize; 2]> {
     let (head, rest) = chunk.split_first_chunk::<10>()?;
     let two = |at: usize| usize::from(u16::from_le_bytes([head[at], head[at + 1]]));
