@@ -103,7 +103,7 @@ fn trace_outlines(mask: &[bool], [width, height]: [usize; 2], left: usize, right
                     walked[place(at)] = true;
                 }
                 at = [at[0] + DIRECTIONS[direction][0], at[1] + DIRECTIONS[direction][1]];
-                // Prefer right turns, so that regions touching only at a corner stay separate polygons.
+                // Right turns are preferred, so that regions that touch only at a corner stay separate polygons.
                 let turn = [(direction + 1) % 4, direction, (direction + 3) % 4];
                 let next = turn.into_iter().find(|&next| leaves(at, next)).unwrap_or(direction);
                 if next != direction {

@@ -34,7 +34,7 @@ const MIN_RAYS: usize = 8;
 /// Maximum number of chunks that are traced individually before packets are tried again.
 const MAX_SKIPPED_CHUNKS: usize = 16;
 
-/// Minimum number of candidates per ray for testing each triangle of a leaf against all rays at once.
+/// Minimum number of rays per candidate triangle for testing each triangle of a leaf against all rays at once.
 const TRANSPOSE_THRESHOLD: u32 = 2;
 
 #[inline(always)]
