@@ -17,7 +17,7 @@ pub const MAX_SAMPLES: u32 = 1 << 24;
 pub const MAX_THREADS: usize = 1024;
 /// Maximum samples per pixel if `noise_threshold` or `time_limit` is given, but not `samples`.
 pub const ADAPTIVE_SAMPLES: u32 = 1 << 14;
-/// Maximum exposure in stops, up and down.
+/// Maximum absolute exposure in stops.
 const MAX_STOPS: f64 = 100.0;
 
 /// Defines [`RenderOptions`] and [`RENDER_OPTIONS`]. A row is an option's description, name, type, default and range.

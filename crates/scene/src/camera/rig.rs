@@ -129,7 +129,7 @@ impl Rig {
         self.body
     }
 
-    /// Motion of the body while the shutters are open.
+    /// Motion of the body while the shutters are open; `None` for cameras without a common shutter.
     pub fn motion(&self) -> Option<&ShutterMotion> {
         self.motion.as_ref()
     }

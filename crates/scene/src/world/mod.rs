@@ -1,4 +1,4 @@
-//! The world: all parts, by index.
+//! The world: meshes, materials, objects, lights and cameras, which refer to each other by index.
 
 mod at_time;
 mod bounds;

@@ -44,7 +44,7 @@ impl World {
         if let Some(rig) = &self.node_tree {
             rig.validate(&self)?;
         }
-        self.names = names; // The original value is restored, because it may contain additional numbers.
+        self.names = names; // The original names are restored, because their next numbers may be higher.
         self.notices = notices;
         Ok(self)
     }

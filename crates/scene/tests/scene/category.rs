@@ -1,4 +1,4 @@
-//! Categories: names, numbers, and both.
+//! Categories that are names, numbers, or a mixture of both.
 
 use glam::DAffine3;
 use raycam_scene::mesh::primitive;

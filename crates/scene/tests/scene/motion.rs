@@ -84,7 +84,7 @@ fn moved_cameras_keep_their_motion() {
     let camera = still().with_motion(motion).unwrap();
     let r = rotation(&mut random);
     let there = camera.at_pose(r, DVec3::new(5.0, 6.0, 7.0)).unwrap();
-    // The same points in the moving body's axes at the middle of the motion.
+    // Relative to the camera's pose in the middle of the motion, the rays are unchanged.
     for pixel in [DVec2::new(3.0, 9.0), DVec2::new(600.0, 400.0)] {
         let (a, b) = (camera.ray(pixel), there.ray(pixel));
         let local =

@@ -1,4 +1,4 @@
-//! Material descriptions: textures of every value, and overrides of a file's materials.
+//! Material descriptions: a texture for each value, and overrides of a file's materials.
 
 use crate::common::{FakeFiles, node};
 use raycam_scene::mesh::primitive;

@@ -52,7 +52,7 @@ fn memory_limit_does_not_change_lookups() {
     for size in [[1, 1], [63, 65], [64, 64], [130, 67], [3, 200], [257, 129]] {
         let points = points(size);
         for image in images(size) {
-            // The memory limits leave room for no tile, for one or a few tiles, and for all.
+            // The memory limits are large enough for no tile, for one tile, for a few tiles, and for all tiles.
             for limit in [1, 20_000, 140_000, 1 << 30] {
                 let memory = Arc::new(TextureCache::new(limit));
                 let paged = paged(&memory, &image);
@@ -97,7 +97,8 @@ fn threads_share_tiles_and_read_equal_values() {
             });
         }
     });
-    // Of forty tiles of 16 KiB, six are kept: most of 80,000 lookups do not find their tile in memory, but some do.
+    // The memory holds six of forty tiles of 16 KiB: most of the 80,000 lookups do not find their tile in memory, but
+    // some do.
     let PageInStats { tiles, bytes } = memory.page_in_stats();
     assert!((20_000..75_000).contains(&tiles), "{tiles}");
     assert!(bytes > tiles * 8_000 && bytes <= tiles * 16_384);

@@ -21,7 +21,7 @@ pub fn request(moving: &[usize]) -> Request {
     Request { moving: moving.to_vec(), physics: Vec::new(), target: None, seed: 1, seconds: 5.0, gravity: 9.81 }
 }
 
-/// Mesh of a surface of revolution with the radius r(z), for z from 0 to 1, closed by a bottom below it.
+/// Mesh of a bowl: the paraboloid z = `depth` (r / `radius`)² around the z axis, closed by a flat bottom below it.
 pub fn bowl(radius: f64, depth: f64, segments: u32) -> Mesh {
     let rings = 24;
     let mut mesh = Mesh::default();

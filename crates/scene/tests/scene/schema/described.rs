@@ -19,7 +19,7 @@ pub fn object_with(json: &str, files: &mut impl AssetLoader<Error = SceneError>)
     Ok(world)
 }
 
-/// Appends keys to those that every camera of these tests has.
+/// Builds a world with a camera that has the keys common to these tests, and the given keys.
 pub fn camera(json: &str) -> Result<World, SceneError> {
     build(&format!(r#"{{ "camera": {{ "size": [640, 480], {json} }} }}"#))
 }
@@ -27,7 +27,7 @@ pub fn camera(json: &str) -> Result<World, SceneError> {
 #[track_caller]
 pub fn assert_error(result: Result<World, SceneError>, expected: &str) {
     let given = result.expect_err("an error").to_string();
-    // The list of all names is long, and is covered by a separate test.
+    // The list of available names is removed, because it is long and covered by a separate test.
     let (short, _) = given.split_once(" (available: ").unwrap_or((&given, ""));
     assert_eq!(short, expected);
 }
