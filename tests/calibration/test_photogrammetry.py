@@ -131,7 +131,7 @@ def test_ignored_parts_of_metashape_files_give_notices(tmp_path: Path) -> None:
     for word in (
         "2 chunks",
         "ECEF",
-        "1 camera included, although disabled",
+        "1 camera included, though disabled",
         "rolling shutter of 1",
         "initial calibration",
     ):

@@ -35,9 +35,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         return Err(at.fail_as(ErrorCode::UnsupportedFeature, text));
     }
     if version > NEWEST {
-        let text = format!(
-            "version {shown} is newer than 1.2.14, the newest supported version; the file is read as version 1.2.14"
-        );
+        let text = format!("version {shown} is newer than the newest supported version, and is read as version 1.2.14");
         calibration.note(NoticeCode::AssumedConvention, text);
     }
     let mut intrinsics = HashMap::new();
@@ -86,8 +84,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.sort_by(|a, b| a.name.cmp(&b.name));
         calibration.note(
             NoticeCode::MissingValue,
-            "the file contains no poses; its intrinsics are returned as \
-            cameras at the origin",
+            "the file contains no poses; its intrinsics are returned as cameras at the origin",
         );
     } else if let Some(first) = lost.first() {
         calibration.note(

@@ -181,22 +181,12 @@ impl Files<'_> {
         let mut unplaced = 0;
         for (line, row) in rows_of(text) {
             let [time, sensor, image] = row[..] else {
-                return Err(FormatError::line(
-                    &file.path,
-                    line,
-                    format!("{}; expected time, sensor and image", counted(row.len(), "value")),
-                ));
+                let message = format!("{}; expected time, sensor and image", counted(row.len(), "value"));
+                return Err(FormatError::line(&file.path, line, message));
             };
             let camera = cameras.iter().find(|camera| camera.name == sensor);
             let camera = camera.ok_or_else(|| {
-                FormatError::line(
-                    &file.path,
-                    line,
-                    format!(
-                        "sensors.txt does not contain the camera \
-                    {sensor:?}"
-                    ),
-                )
+                FormatError::line(&file.path, line, format!("sensors.txt does not contain the camera {sensor:?}"))
             })?;
             let mut record = CameraRecord { name: image.into(), ..camera.clone() };
             record.image = Some(image.into());

@@ -132,8 +132,8 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
     let mut notice = |code, text: String| calibration.note(code, text);
     if let Some(first) = unplaced.first() {
         let count = counted(unplaced.len(), "camera");
-        let why = "without a transform (not aligned, or slaves of a rig)";
-        notice(NoticeCode::IgnoredElement, format!("{count} {why} omitted: {first} ..."));
+        let text = format!("{count} without a transform (not aligned, or slaves of a rig) omitted: {first} ...");
+        notice(NoticeCode::IgnoredElement, text);
     }
     if slaves > 0 {
         let place = "placed relative to the master, with the sensor's rotation and location, in the chunk's unit";
@@ -142,7 +142,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
     if disabled > 0 {
         notice(
             NoticeCode::HiddenPart,
-            format!("{} included, although disabled in Metashape", counted(disabled, "camera")),
+            format!("{} included, though disabled in Metashape", counted(disabled, "camera")),
         );
     }
     if rolling > 0 {
