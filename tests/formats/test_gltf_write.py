@@ -454,8 +454,8 @@ BALL = {"sphere": {"radius": 1}, "name": "ball"}
     ("change", "words"),
     [
         (lambda world: world.add_object(box={}, category="crate"), "categories of objects are omitted"),
-        (lambda world: world.add_object(plane={}, shadow_catcher=True), "1 shadow catchers are written"),
-        (lambda world: world.add_object(box={}, visible=False), "1 invisible objects are omitted"),
+        (lambda world: world.add_object(plane={}, shadow_catcher=True), "1 shadow catcher written"),
+        (lambda world: world.add_object(box={}, visible=False), "1 invisible object omitted"),
         (lambda world: world.add_object(box={}, type="metal", metal="gold"), "its index of refraction is converted"),
         (lambda world: world.add_light("sky", radiance=1), "light 0: sky is omitted"),
         (

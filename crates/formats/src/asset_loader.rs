@@ -15,8 +15,8 @@ impl AssetRoot {
     pub fn check_environment_shape(&mut self, name: &str, [columns, rows]: [u32; 2]) {
         if u64::from(columns) != 2 * u64::from(rows) {
             let message = format!(
-                "{columns} x {rows} pixels, but an environment image should be twice as wide as high; it is stretched \
-                 to latitude and longitude"
+                "an environment image should be twice as wide as high, but has {columns} x {rows} pixels; it is \
+                 stretched to cover all directions"
             );
             self.budget_and_notices().1.push(Notice::about(NoticeCode::Implausible, name, message));
         }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
-use raycam_scene::{ErrorCode, Mesh, MeshFile, Message, Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Mesh, MeshFile, Message, Notice, NoticeCode, counted};
 
 use crate::error::{FormatError, Location, Result};
 use crate::geometry::colors;
@@ -55,7 +55,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
             ErrorCode::NothingVisible.message(format!("no faces, only {count} vertices; there is nothing to render")),
         ));
     }
-    let face_colors = faces.colors.linear("faces", path, &mut notices);
+    let face_colors = faces.colors.linear("face", path, &mut notices);
     let (mut triangles, mut colors) = (Vec::new(), Vec::new());
     let positions = vertices.positions;
     let position = |c: Corner| positions[c.position as usize];
@@ -66,7 +66,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     let mut mesh = Mesh {
         triangles,
         face_colors: face_colors.map(|_| colors),
-        vertex_colors: vertices.colors.linear("vertices", path, &mut notices),
+        vertex_colors: vertices.colors.linear("vertex", path, &mut notices),
         normals: (!vertices.normals.is_empty()).then_some(vertices.normals),
         uvs: header.uvs.then_some(vertices.uvs),
         vertices: positions,
@@ -75,7 +75,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     let chosen = colors::choose(&mut mesh);
     let filled = directionless::fill_normals(&mut mesh);
     let filled = (filled > 0).then(|| {
-        let message = format!("{filled} normals without a direction are replaced by those of the faces");
+        let message = format!("{} without a direction replaced by the faces' normals", counted(filled, "normal"));
         Notice::new(NoticeCode::ReplacedValue, message)
     });
     notices.extend([chosen, filled].into_iter().flatten().map(|note| note.in_context(path.display())));
@@ -143,9 +143,10 @@ fn read_faces(rows: &mut LineReader<'_>, vertices: usize, faces: usize) -> Resul
         let mut words = rows.next("faces", number, faces)?;
         let size = words.next().and_then(lexer::integer).unwrap_or(-1);
         if size < 0 {
-            return Err(
-                rows.error(ErrorCode::WrongType.message(format!("face {number}: expected a number of corners")))
-            );
+            return Err(rows.error(
+                ErrorCode::WrongType
+                    .message(format!("face {number}: expected the number of corners, a whole number >= 0")),
+            ));
         }
         for corner in 0..size {
             let Some(word) = rows.word(&mut words) else {
@@ -233,7 +234,11 @@ impl<'a> LineReader<'a> {
                 }
             }
             if !prefix.is_empty() {
-                let message = format!("{}: only three dimensions are supported", lexer::for_message(first));
+                let message = format!(
+                    "{}: unsupported kind of OFF file; expected three dimensions (OFF, COFF, NOFF, STOFF or a \
+                     combination)",
+                    lexer::for_message(first)
+                );
                 return Err(FormatError::unsupported(self.path, message));
             }
             match words.clone().next() {
@@ -331,7 +336,7 @@ impl OffColors {
         if self.mapped > 0 {
             notices.push(Notice::new(
                 NoticeCode::MissingColors,
-                format!("{shown}: {} {what} with a colour map index are white", self.mapped),
+                format!("{shown}: {} with a colour map index shown in white", counted(self.mapped, what)),
             ));
         }
         if self.missing == self.values.len() {
@@ -341,20 +346,22 @@ impl OffColors {
             let missing = self.missing - self.mapped;
             notices.push(Notice::new(
                 NoticeCode::MissingColors,
-                format!("{shown}: {missing} {what} without a colour are white"),
+                format!("{shown}: {} without a colour shown in white", counted(missing, what)),
             ));
         }
         if self.translucent > 0 {
             notices.push(Notice::new(
                 NoticeCode::IgnoredTransparency,
-                format!("{shown}: the transparency of {} {what} is ignored", self.translucent),
+                format!("{shown}: the transparency of {} is ignored", counted(self.translucent, what)),
             ));
         }
         let largest = self.largest;
         if largest > 255.0 {
             notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{shown}: the colours of all {what} are ignored, because the largest value is {largest}; expected 0 to 255"),
+                format!(
+                    "{shown}: all {what} colours are ignored, because the largest value is {largest}; expected 0 to 255"
+                ),
             ));
             return None;
         }
@@ -362,19 +369,22 @@ impl OffColors {
             let odd = self.odd;
             notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{shown}: {odd} colour values of {what} are negative or not finite and are treated as 0"),
+                format!(
+                    "{shown}: {what} colours that are negative or not finite are treated as 0 ({})",
+                    counted(odd, "value")
+                ),
             ));
         }
         let bytes = largest > if self.fractions { 1.01 } else { 1.0 };
         if bytes && self.fractions {
             notices.push(Notice::new(
                 NoticeCode::AssumedConvention,
-                format!("{shown}: the colours of {what} contain fractions up to {largest} and are read as 0 to 255"),
+                format!("{shown}: the {what} colours contain fractions up to {largest} and are read as 0 to 255"),
             ));
         } else if largest > 1.0 && !bytes {
             notices.push(Notice::new(
                 NoticeCode::ClampedValue,
-                format!("{shown}: the colours of {what} contain values up to {largest}, which are clamped to 1"),
+                format!("{shown}: the {what} colours contain values up to {largest}, which are clamped to 1"),
             ));
         }
         let linear = |c: f64| match (c.is_nan(), bytes) {

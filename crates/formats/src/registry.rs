@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use glam::DAffine3;
-use raycam_scene::{ErrorCode, MeshFile, Notice, NoticeCode, Object, World};
+use raycam_scene::{ErrorCode, MeshFile, Notice, NoticeCode, Object, World, counted};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -243,8 +243,7 @@ fn check_parts(model: &mut MeshFile, path: &Path) -> Result<()> {
 
 /// Model of a world whose objects are joined into one. Every copy of a mesh is charged to the budget.
 fn flatten_world(world: World, path: &Path, assets: &mut AssetRoot) -> Result<MeshFile> {
-    let count = |count: usize, kind: &str| format!("{count} {kind}{}", if count == 1 { "" } else { "s" });
-    let [lights, cameras] = [count(world.lights.len(), "light"), count(world.cameras.len(), "camera")];
+    let [lights, cameras] = [counted(world.lights.len(), "light"), counted(world.cameras.len(), "camera")];
     let left_out = (!world.lights.is_empty() || !world.cameras.is_empty()).then(|| {
         let file = path.display();
         let message = format!("{file} is used as an object: its {lights} and {cameras} are omitted");

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU16, Ordering};
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
-use raycam_scene::{ErrorCode, Material, Mesh, MeshFile, MeshPart, Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Material, Mesh, MeshFile, MeshPart, Notice, NoticeCode, counted};
 
 use crate::error::{FormatError, Location, Result};
 use crate::geometry::ear_clipping;
@@ -129,7 +129,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     // Programs that write sequentially do not know the number of facets and write one of these values.
     let unknown = extra == 0 && (count == 0 || count == u32::MAX as usize);
     if count > held && !unknown {
-        let message = format!("{count} facets declared, but the file ends after {held}");
+        let message = format!("the header declares {count} facets, but the file ends after {held}");
         return Err(FormatError::byte(path, source.len(), ErrorCode::TruncatedFile.message(message)));
     }
     let mut used = held;
@@ -138,17 +138,17 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
         let left = after - FACET_BYTES * count;
         notices.push(Notice::new(
             NoticeCode::TrailingData,
-            format!("{}: {left} bytes after the last facet are ignored", path.display()),
+            format!("{}: {} after the last facet ignored", path.display(), counted(left, "byte")),
         ));
     } else if count != held {
         notices.push(Notice::new(
             NoticeCode::TruncatedData,
-            format!("{}: {count} facets declared, but {held} found and used", path.display()),
+            format!("{}: the header declares {count} facets; all {held} facets of the file are used", path.display()),
         ));
     } else if extra != 0 {
         notices.push(Notice::new(
             NoticeCode::TrailingData,
-            format!("{}: {extra} bytes after the last facet are ignored", path.display()),
+            format!("{}: {} after the last facet ignored", path.display(), counted(extra, "byte")),
         ));
     }
 
@@ -231,14 +231,18 @@ fn facet_colors(
         let odd = attributes.iter().filter(|&&bits| bits != 0).count();
         notices.push(Notice::new(
             NoticeCode::IgnoredKey,
-            format!("{}: the attribute bytes of {odd} facets are not colours and are ignored", path.display()),
+            format!(
+                "{}: the attribute bytes of {} are not colours and are ignored",
+                path.display(),
+                counted(odd, "facet")
+            ),
         ));
         return Ok(None);
     }
     if without > 0 {
         notices.push(Notice::new(
             NoticeCode::MissingColors,
-            format!("{}: {without} facets without a colour are grey", path.display()),
+            format!("{}: {} without a colour shown in grey", path.display(), counted(without, "facet")),
         ));
     }
     // In VisCAM files, blue is in the lowest bits.

@@ -65,8 +65,8 @@ impl Progressive {
         let region = settings.check(camera.size())?;
         if settings.noise_threshold.is_some() || settings.time_limit.is_some() {
             return fail(
-                "noise_threshold and time_limit are not supported by progressive images, which have no end of their \
-                 own; use render",
+                "noise_threshold and time_limit are not supported by progressive images, to which the caller adds \
+                 samples; use render",
             );
         }
         if settings.catchers != Catchers::Show {

@@ -97,7 +97,11 @@ pub fn brightest_samples(
     let region = settings.check(camera.size())?;
     let [width, height] = camera.size();
     if pixels.iter().any(|&[x, y]| x >= width || y >= height) {
-        return Err(RenderError::settings(format!("pixels are outside the image of {width} x {height}")));
+        return Err(RenderError::settings(format!(
+            "pixels: some are outside the image of {width} x {height}; expected columns 0 to {} and rows 0 to {}",
+            width - 1,
+            height - 1
+        )));
     }
     let camera = &world.geometry.camera_outside(camera);
     let request = RenderRequest { world, shutter: None, camera, settings, region };

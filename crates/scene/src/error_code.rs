@@ -70,7 +70,7 @@ codes! {
             "Add an object, or check that the file contains surfaces.";
         Syntax "syntax":
             "A file does not follow its format.",
-            "Check the place that the message names, or write the file again.";
+            "Check the location that the message names, or write the file again.";
         EmptyFile "empty_file":
             "A file is empty.",
             "Copy, download or export the file again.";
@@ -94,13 +94,13 @@ codes! {
             "Give each part one parent.";
         InvalidUri "invalid_uri":
             "A URI in a file is malformed.",
-            "Correct the URI; the message contains its place.";
+            "Correct the URI at the location that the message names.";
         TruncatedFile "truncated_file":
             "A file ends before its declared content.",
             "Copy or download the file again.";
         BudgetExceeded "budget_exceeded":
             "A file would require more memory or more elements than the budget allows.",
-            "Raise the budget if you trust the file.";
+            "Use smaller files, or set texture_memory if textures are large.";
         UnsupportedFeature "unsupported_feature":
             "A valid file uses a feature that is not supported.",
             "Export the file without this feature.";

@@ -174,7 +174,9 @@ impl MeshFile {
         let slots: usize = parts().map(|part| part.materials.len()).sum();
         if vertices > u32::MAX as usize || slots > usize::from(u16::MAX) {
             return Err(SceneError::world(format!(
-                "{vertices} vertices and {slots} materials are too many for one mesh"
+                "too many vertices or materials for one mesh: {vertices} and {slots}, limits {} and {}",
+                u32::MAX,
+                u16::MAX
             )));
         }
         for MeshPart { name, mesh, materials } in parts() {

@@ -214,7 +214,7 @@ codes! {
             "A file violates its format, but can still be read.",
             "Report the violation to the developers of the program that wrote the file.";
         DuplicateName "duplicate_name":
-            "A name is used twice, and only one use counts.",
+            "A name is defined twice, and only one of the definitions is used.",
             "Rename one of them.";
         MissingColors "missing_colors":
             "Parts without a colour are shown in a default colour.",
@@ -229,7 +229,7 @@ codes! {
             "A file does not specify a unit, an axis, a scale or a convention, and one was assumed.",
             "If the assumption is wrong, specify the convention with an argument.";
         PlacedCameras "placed_cameras":
-            "The axes, the origin or the unit of the cameras' world were determined from the file.",
+            "The file determines the axes, the origin or the unit of the camera poses.",
             "Move the cameras, or load the world in the same axes and unit.";
         RectifiedValues "rectified_values":
             "A file describes both the raw and the rectified cameras, and one of them is used.",

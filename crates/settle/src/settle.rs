@@ -122,7 +122,7 @@ fn try_once<'a>(
         let moving: Vec<usize> = (0..motions.len()).filter(|i| motions[*i] > REST_MOTION).collect();
         let motion = motions.iter().copied().fold(0.0, f64::max);
         if let Some(&worst) = moving.iter().max_by(|a, b| motions[**a].total_cmp(&motions[**b])) {
-            let text = format!("{} still moves by {:.2} mm in a second", simulation.name(worst), 1e3 * motion);
+            let text = format!("{} still moves by {:.2} mm per second", simulation.name(worst), 1e3 * motion);
             return Ok(Err(Rejection { bodies: moving, text }));
         }
         match judge(simulation) {

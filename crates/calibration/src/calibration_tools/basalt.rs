@@ -2,7 +2,7 @@
 //! doc/Calibration.md and its data files.
 
 use glam::DVec3;
-use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, yaml};
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -23,8 +23,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let sizes = root.require("resolution")?.list()?;
     if poses.len() != cameras.len() || sizes.len() != cameras.len() {
         return Err(root.fail(format_args!(
-            "T_imu_cam has {} entries, intrinsics {} and resolution {}; expected equal numbers",
-            poses.len(),
+            "T_imu_cam has {}, intrinsics {} and resolution {}; expected equal numbers",
+            counted(poses.len(), "entry"),
             cameras.len(),
             sizes.len()
         )));

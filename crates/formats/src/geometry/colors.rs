@@ -14,10 +14,16 @@ pub(crate) fn choose(mesh: &mut Mesh) -> Option<Notice> {
     let one = |colors: &[Rgb]| colors.windows(2).all(|pair| pair[0] == pair[1]);
     if one(vertices) && !one(faces) {
         mesh.vertex_colors = None;
-        return Some(Notice::new(NoticeCode::IgnoredColors, "vertex and face colours: only the face colours are used"));
+        return Some(Notice::new(
+            NoticeCode::IgnoredColors,
+            "the mesh has vertex and face colours; only the face colours are used",
+        ));
     }
     mesh.face_colors = None;
-    Some(Notice::new(NoticeCode::IgnoredColors, "vertex and face colours: only the vertex colours are used"))
+    Some(Notice::new(
+        NoticeCode::IgnoredColors,
+        "the mesh has vertex and face colours; only the vertex colours are used",
+    ))
 }
 
 /// Sets the colours of triangles with an image, and of their vertices, to white; vertices shared with other triangles

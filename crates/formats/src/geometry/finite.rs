@@ -1,7 +1,7 @@
 //! Vertices that are not finite, and omission of the faces that use such vertices.
 
 use glam::DVec3;
-use raycam_scene::Mesh;
+use raycam_scene::{Mesh, counted};
 
 /// Numbers of vertices that are not finite, and of triangles that use such vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,8 +17,8 @@ impl NonFinite {
         let Self { vertices, triangles } = self;
         match (vertices, triangles) {
             (0, _) => None,
-            (_, 0) => Some(format!("{vertices} unused vertices are not finite")),
-            _ => Some(format!("{triangles} faces omitted: their vertices are not finite")),
+            (_, 0) => Some(format!("{} with coordinates that are not finite", counted(vertices, "unused vertex"))),
+            _ => Some(format!("{} omitted: vertex coordinates are not finite", counted(triangles, "face"))),
         }
     }
 }

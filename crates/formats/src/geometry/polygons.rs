@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
-use raycam_scene::{Notice, NoticeCode};
+use raycam_scene::{Notice, NoticeCode, counted};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -38,7 +38,8 @@ impl DegenerateFaces {
     /// Notice about faces with fewer than 3 corners; `None` if there are none.
     pub(crate) fn notice(&self, path: &Path) -> Option<Notice> {
         let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
-        let message = format!("{path}: {count} faces with fewer than 3 corners are skipped, the first in {first}");
+        let message =
+            format!("{path}: {} with fewer than 3 corners omitted, the first in {first}", counted(count, "face"));
         Some(Notice::new(NoticeCode::DroppedGeometry, message))
     }
 }

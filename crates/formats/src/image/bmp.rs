@@ -15,7 +15,9 @@ pub(super) fn bmp(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     decode_checked(file, decoder, |file| {
         let found = BmpHeader::parse(file.bytes).map(|header| header.check_complete(file.bytes));
-        found.flatten().ok_or_else(|| file.fault(ErrorCode::TruncatedFile, "truncated, or with runs beyond the image"))
+        found
+            .flatten()
+            .ok_or_else(|| file.fault(ErrorCode::TruncatedFile, "truncated, or its runs extend beyond the image"))
     })
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use ::image::metadata::Orientation;
 use ::image::{ColorType, DynamicImage, ImageDecoder, ImageError};
 use bytemuck::Pod;
-use raycam_scene::{ColorUse, ErrorCode, Image, Message, Notice, NoticeCode, Texels};
+use raycam_scene::{ColorUse, ErrorCode, Image, Message, Notice, NoticeCode, Texels, counted};
 
 use crate::budget::Budget;
 use crate::error::{FormatError, Result};
@@ -123,7 +123,7 @@ impl Decoder<'_> {
         if replaced > 0 {
             self.notice(
                 NoticeCode::ReplacedValue,
-                format!("{replaced} values are infinite or NaN; they are read as {LARGEST} and 0"),
+                format!("infinite values and NaN are read as {LARGEST} and 0 ({})", counted(replaced, "value")),
             );
         }
         Texels::Float(texels)

@@ -36,10 +36,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     // All values of the file are divided by this factor.
     let exposure = metadata.exposure.unwrap_or(1.0);
     let fault = |file: &Decoder<'_>| {
-        file.fault(
-            ErrorCode::OutOfRange,
-            format!("EXPOSURE is {exposure}; expected the factor by which all values were multiplied"),
-        )
+        file.fault(ErrorCode::OutOfRange, format!("EXPOSURE is {exposure}; expected a finite number greater than 0"))
     };
     if !(exposure > 0.0 && exposure.is_finite()) {
         return Err(fault(file));
@@ -48,7 +45,7 @@ pub(super) fn hdr(file: &mut Decoder<'_>) -> Result<Image> {
     let mut image = decode_checked(file, decoder, |file| {
         let lines = after_resolution(rest).unwrap_or_default();
         check_complete(lines, size)
-            .ok_or_else(|| file.fault(ErrorCode::TruncatedFile, "truncated, or with runs longer than a line"))
+            .ok_or_else(|| file.fault(ErrorCode::TruncatedFile, "truncated, or its runs are longer than a line"))
     })?;
     if exposure != 1.0
         && let Texels::Float(texels) = &mut image.texels

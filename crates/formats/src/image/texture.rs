@@ -87,8 +87,8 @@ pub(crate) fn optional_texture(
 fn alpha_notice(path: &Path, texture: &Texture) -> Option<Notice> {
     texture.image.texels.has_alpha().then(|| {
         let message = format!(
-            "{}: alpha is ignored unless the material uses it; set map_d in an MTL file, or alpha = \"blend\" for the \
-             object",
+            "{}: the alpha channel is ignored, because no material uses it; set map_d in an MTL file, or alpha = \
+             \"blend\" for the object",
             path.display()
         );
         Notice::new(NoticeCode::UnusedAlpha, message)

@@ -28,7 +28,7 @@ pub(super) fn tga(file: &mut Decoder<'_>) -> Result<Image> {
     let decoder = TgaDecoder::new(Cursor::new(file.bytes));
     let decoder = decoder.map_err(|e| decoder_error(file, e))?;
     decode_checked(file, decoder, |file| {
-        let message = "truncated, or with an index outside its colour map";
+        let message = "truncated, or contains an index outside its colour map";
         check_complete(file.bytes).ok_or_else(|| file.fault(ErrorCode::TruncatedFile, message))
     })
 }

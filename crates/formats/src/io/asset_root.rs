@@ -227,7 +227,7 @@ impl AssetRoot {
     /// Same as [`Self::locate`] for an absolute path, which must be inside the root.
     fn locate_at(&self, path: &Path) -> Result<(PathBuf, PathBuf), Fault> {
         if let Some(files) = &self.memory {
-            let missing = || io::Error::new(io::ErrorKind::NotFound, "no file with this name was given");
+            let missing = || io::Error::new(io::ErrorKind::NotFound, "not among the files that were provided");
             let found = files.bytes_of(path).map(|_| (path.to_path_buf(), path.to_path_buf()));
             return found.ok_or_else(|| Fault::Io(FormatError::Io { path: path.into(), source: missing() }));
         }

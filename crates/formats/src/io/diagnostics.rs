@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::Path;
 
-use raycam_scene::{Notice, NoticeCode};
+use raycam_scene::{Notice, NoticeCode, counted};
 
 use crate::error::Location;
 
@@ -143,7 +143,7 @@ impl Diagnostics {
         let path = path.display();
         let mut notices: Vec<Notice> = self.groups.into_iter().map(|group| group.notice(&path)).collect();
         if self.suppressed > 0 {
-            let message = format!("{path}: {} further notices are not listed", self.suppressed);
+            let message = format!("{path}: {} not listed", counted(self.suppressed, "further notice"));
             notices.push(Notice::new(NoticeCode::MoreNotices, message));
         }
         notices

@@ -190,7 +190,7 @@ impl Chunk {
             b"vn" => {
                 let given = DVec3::from(numbers(line, rest, "vn", 3)?);
                 if !given.is_finite() {
-                    let message = "vn with numbers that are not finite; the face's normal is used";
+                    let message = "vn contains numbers that are not finite; the face's normal is used";
                     self.odd.note(NoticeCode::ReplacedValue, Location::Line(line), message);
                 }
                 let normal = given.normalize_or_zero().as_vec3();
@@ -280,7 +280,12 @@ impl Chunk {
                 .ok_or_else(|| (line, ErrorCode::WrongType.message(format!("v: {}", lexer::not_a_number(word)))))?;
             match values.get_mut(count) {
                 Some(slot) => *slot = value,
-                None => return Err((line, ErrorCode::WrongShape.message("v has more than 7 numbers"))),
+                None => {
+                    return Err((
+                        line,
+                        ErrorCode::WrongShape.message("v has more than 7 numbers; expected 3, or 6 with a colour"),
+                    ));
+                }
             }
             count += 1;
         }

@@ -20,9 +20,8 @@ impl IgnoredStatements {
         }
         if self.0.len() == MAX_KEYWORDS {
             return Err(ErrorCode::WrongFormat.message(format!(
-                "{} is unknown keyword number {}; this is probably not an OBJ file",
-                lexer::for_message(key),
-                MAX_KEYWORDS + 1
+                "{} is unknown, as are {MAX_KEYWORDS} other keywords; this is probably not an OBJ file",
+                lexer::for_message(key)
             )));
         }
         self.0.push((key.into(), line));

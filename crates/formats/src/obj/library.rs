@@ -49,7 +49,8 @@ impl Library {
         if let Some(own) = there.or_else(|| assets.in_other_case(path, names.first()?))
             && let Some(source) = companion::optional_file(path, &own, assets, notices)?
         {
-            let named = if obj.libraries.is_empty() { "no mtllib" } else { "its mtllib is missing" };
+            let named =
+                if obj.libraries.is_empty() { "the file has no mtllib" } else { "the file of mtllib is missing" };
             let (path, own) = (path.display(), source.path.display());
             notices.push(Notice::new(
                 NoticeCode::SubstitutedFile,
@@ -120,7 +121,7 @@ impl Library {
                 let count = more.len();
                 notices.push(Notice::new(
                     NoticeCode::IgnoredElement,
-                    format!("{path}: no usemtl, so none of the {count} materials of its library is used"),
+                    format!("{path}: the file has no usemtl, so none of the {count} materials of its library is used"),
                 ));
                 None
             }

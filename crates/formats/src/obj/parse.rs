@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8, srgb_from_linear};
-use raycam_scene::{ErrorCode, Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Notice, NoticeCode, counted};
 
 use crate::error::{FormatError, Result};
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
@@ -208,8 +208,8 @@ impl ObjBuilder {
                     ),
                 ));
             } else if value > count as i64 {
-                let (one, many) = (INDEX_NAMES[kind], many[kind]);
-                let message = format!("f: {one} {value}, but the file has {count} {many}");
+                let one = INDEX_NAMES[kind];
+                let message = format!("f: {one} {value}, but the file has {}", counted(count, one));
                 return Err(FormatError::line(path, line, ErrorCode::IndexOutOfRange.message(message)));
             }
         }
@@ -229,14 +229,14 @@ impl ObjBuilder {
             if without > 0 {
                 obj.notices.push(Notice::new(
                     NoticeCode::MissingColors,
-                    format!("{shown}: {without} vertices without a colour are white"),
+                    format!("{shown}: {} without a colour shown in white", counted(without, "vertex")),
                 ));
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
         }
         if let Some(line) = self.odd_color_line {
             let (code, what) = settle_colors(&mut obj.colors, self.color_bounds);
-            obj.notices.push(Notice::new(code, format!("{shown}:{line}: a vertex colour outside 0 to 1; {what}")));
+            obj.notices.push(Notice::new(code, format!("{shown}:{line}: a vertex colour is outside 0 to 1; {what}")));
         }
         if !self.polypaint.is_empty() {
             obj.notices.extend(polypaint(&mut obj.colors, &self.polypaint, obj.positions.len(), path));
@@ -277,8 +277,11 @@ fn polypaint(colors: &mut Vec<Rgb>, paint: &[[u8; 3]], vertices: usize, path: &P
         colors.extend(paint.iter().map(|&color| linear_from_srgb8(color)));
         return None;
     }
-    let (path, count) = (path.display(), paint.len());
-    let message = format!("{path}: {count} colours in #MRGB comments for {vertices} vertices are ignored");
+    let count = counted(paint.len(), "colour");
+    let message = format!(
+        "{}: colours in #MRGB comments are ignored: {count} for {vertices} vertices; expected one per vertex",
+        path.display()
+    );
     Some(Notice::new(NoticeCode::IgnoredColors, message))
 }
 

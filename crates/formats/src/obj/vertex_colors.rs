@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{Material, MaterialModel, MeshFile, Notice, NoticeCode};
+use raycam_scene::{Material, MaterialModel, MeshFile, Notice, NoticeCode, counted};
 
 use crate::geometry::colors;
 
@@ -34,7 +34,7 @@ pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
     if hidden > 0 {
         model.notices.push(Notice::new(
             NoticeCode::IgnoredColors,
-            format!("{shown}: {hidden} faces have an image, so their vertex colours are ignored"),
+            format!("{shown}: vertex colours are ignored on faces with an image ({})", counted(hidden, "face")),
         ));
     }
     let mut whitened = 0;
@@ -58,7 +58,7 @@ pub(crate) fn settle(model: &mut MeshFile, path: &Path) {
     if whitened > 0 {
         model.notices.push(Notice::new(
             NoticeCode::IgnoredColors,
-            format!("{shown}: vertex colours replace Kd and Ks of {whitened} materials"),
+            format!("{shown}: vertex colours replace Kd and Ks of {}", counted(whitened, "material")),
         ));
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raycam_scene::{ErrorCode, Message, Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Message, Notice, NoticeCode, counted};
 
 use crate::error::{FormatError, Result};
 use crate::io::ByteSource;
@@ -173,7 +173,8 @@ impl<'a> Body<'a> {
         if length >= 0.0 && length.fract() == 0.0 && length.is_finite() {
             return Ok(length as usize);
         }
-        Err(self.error(ErrorCode::OutOfRange.message(format!("a list of {length} items exceeds the limit"))))
+        Err(self
+            .error(ErrorCode::OutOfRange.message(format!("a list of {length} items; expected a whole number >= 0"))))
     }
 
     /// Notices after the last row: rows longer than declared, and bytes after the end.
@@ -186,8 +187,9 @@ impl<'a> Body<'a> {
                     notices.push(Notice::new(
                         NoticeCode::TrailingData,
                         format!(
-                            "{path}: {count} rows have more values than the header declares, which are ignored; the \
-                             first is in line {first}"
+                            "{path}: values beyond those that the header declares are ignored in {}, the first in \
+                             line {first}",
+                            counted(*count, "row")
                         ),
                     ));
                 }
@@ -203,7 +205,7 @@ impl<'a> Body<'a> {
                 if left > 0 {
                     notices.push(Notice::new(
                         NoticeCode::TrailingData,
-                        format!("{path}: {left} bytes after the last row are ignored"),
+                        format!("{path}: {} after the last row ignored", counted(left, "byte")),
                     ));
                 }
             }

@@ -3,8 +3,8 @@
 //! Whole numbers are sRGB with 8 bits or, for ushort, 16; floating-point numbers are linear, 0..=1. Files with other
 //! ranges are common: ushort and float with 0..=255.
 
-use raycam_scene::NoticeCode;
 use raycam_scene::color::{Rgb, linear_from_srgb};
+use raycam_scene::{NoticeCode, counted};
 
 use crate::ply::scalar::ScalarType;
 
@@ -44,9 +44,11 @@ impl PlyColors {
         match self.kind {
             ScalarType::F32 | ScalarType::F64 if most <= 1.01 => Some(Scale { white: 1.0, linear: true, guess: None }),
             ScalarType::F32 | ScalarType::F64 if most <= 255.0 => {
-                whole(255.0, Some("floating-point colours beyond 1 are treated as 0 to 255"))
+                whole(255.0, Some("floating-point colours are treated as 0 to 255, because some are greater than 1"))
             }
-            ScalarType::U16 if most <= 255.0 => whole(255.0, Some("ushort colours up to 255 are treated as 0 to 255")),
+            ScalarType::U16 if most <= 255.0 => {
+                whole(255.0, Some("ushort colours are treated as 0 to 255, because none is greater than 255"))
+            }
             ScalarType::U16 => whole(65535.0, None),
             _ if most <= 255.0 => whole(255.0, None),
             _ if most <= 65535.0 => whole(65535.0, Some("colours beyond 255 are treated as 0 to 65535")),
@@ -58,7 +60,7 @@ impl PlyColors {
     /// `note` receives the notices.
     pub(crate) fn settle(self, mut note: impl FnMut(NoticeCode, String)) -> (Option<Vec<Rgb>>, bool) {
         let Some(Scale { white, linear, guess }) = self.scale() else {
-            note(NoticeCode::IgnoredColors, "colours of an unknown range are ignored".into());
+            note(NoticeCode::IgnoredColors, "the colours are ignored, because their range is unknown".into());
             return (None, false);
         };
         if let Some(guess) = guess {
@@ -67,7 +69,10 @@ impl PlyColors {
         let numbers = self.values.as_flattened();
         let odd = numbers.iter().filter(|value| !(0.0..=white).contains(*value)).count();
         if odd > 0 {
-            note(NoticeCode::ClampedValue, format!("{odd} colour values outside 0 to {white} are clamped"));
+            note(
+                NoticeCode::ClampedValue,
+                format!("colour values outside 0 to {white} are clamped ({})", counted(odd, "value")),
+            );
         }
         let value = |value: f64| {
             // The conversion maps NaN to 0.

@@ -20,7 +20,7 @@ use std::io::Read;
 use std::path::Path;
 
 use raycam_scene::color::Rgb;
-use raycam_scene::{ErrorCode, Mesh, MeshFile, Notice, NoticeCode};
+use raycam_scene::{ErrorCode, Mesh, MeshFile, Notice, NoticeCode, counted};
 
 use crate::error::{FormatError, Result};
 use crate::geometry::colors;
@@ -188,7 +188,10 @@ impl<'a> Ply<'a> {
             let own_uvs = !row.uvs.is_empty();
             if own_uvs && row.uvs.len() != 2 * row.corners.len() {
                 let (uvs, corners) = (row.uvs.len(), row.corners.len());
-                let message = format!("face {number}: {uvs} texture coordinates for {corners} corners");
+                let message = format!(
+                    "face {number}: {uvs} numbers of texture coordinates for {corners} corners; expected {}",
+                    2 * corners
+                );
                 return Err(body.error(ErrorCode::WrongShape.message(message)));
             }
             for (i, &index) in row.corners.iter().enumerate() {
@@ -260,7 +263,7 @@ impl<'a> Ply<'a> {
     /// Skips an unused element.
     fn skip_element(&mut self, element: &Element, body: &mut Body<'_>) -> Result<()> {
         if element.count > 0 {
-            self.unused.push(format!("element {} ({} rows)", element.name, element.count));
+            self.unused.push(format!("element {} ({})", element.name, counted(element.count, "row")));
         }
         let columns = Columns::new(element);
         let mut row = Row::default();
@@ -291,7 +294,7 @@ impl<'a> Ply<'a> {
         if filled > 0 {
             notes.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{filled} normals without a direction are replaced by the faces' normals"),
+                format!("{} without a direction replaced by the faces' normals", counted(filled, "normal")),
             ));
         }
         self.notices.extend(notes.into_iter().map(|note| note.in_context(path.display())));
@@ -300,7 +303,7 @@ impl<'a> Ply<'a> {
         if textured {
             textures::add(path, images_named, images, assets, &mut model)?;
         } else if !images_named.is_empty() {
-            let message = "its images are ignored, because there are no texture coordinates";
+            let message = "images are ignored, because the mesh has no texture coordinates";
             model.notices.push(Notice::new(NoticeCode::IgnoredElement, format!("{}: {message}", path.display())));
         }
         model.notices.extend(self.odd.into_notices(path));

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use raycam_scene::{Material, MeshFile, Notice, NoticeCode, TextureSlot, Wrap};
+use raycam_scene::{Material, MeshFile, Notice, NoticeCode, TextureSlot, Wrap, counted};
 
 use crate::error::Result;
 use crate::geometry::colors;
@@ -59,7 +59,10 @@ pub(crate) fn add(
         if without > 0 {
             model.notices.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{shown}: {without} faces are shown without an image, because their texnumber has no image"),
+                format!(
+                    "{shown}: {} shown without an image, because texnumber refers to no image",
+                    counted(without, "face")
+                ),
             ));
             materials.push(plain);
         }
@@ -73,7 +76,7 @@ pub(crate) fn add(
     if hidden > 0 {
         model.notices.push(Notice::new(
             NoticeCode::IgnoredColors,
-            format!("{shown}: {hidden} faces have an image, so their colours are ignored"),
+            format!("{shown}: colours are ignored on faces with an image ({})", counted(hidden, "face")),
         ));
     }
     model.materials = materials;

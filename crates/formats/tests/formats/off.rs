@@ -39,7 +39,7 @@ fn whole_colours_are_srgb_and_fractions_linear() {
     assert_eq!(some.parts[0].mesh.face_colors.as_ref().unwrap()[1], [1.0; 3]);
     let notices = texts(&some.notices).join("\n");
     assert!(
-        notices.contains("1 faces with a colour map index") && notices.contains("transparency of 1 faces"),
+        notices.contains("1 face with a colour map index") && notices.contains("transparency of 1 face"),
         "{notices}"
     );
     let cube = read_model(&data("comments.off"), &Budget::default()).unwrap();
@@ -56,9 +56,7 @@ fn faces_with_one_or_two_corners_are_skipped() {
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
     let colors = mesh.face_colors.as_deref().unwrap();
     assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
-    assert!(
-        read.notices[0].to_string().ends_with("2 faces with fewer than 3 corners are skipped, the first in line 7")
-    );
+    assert!(read.notices[0].to_string().ends_with("2 faces with fewer than 3 corners omitted, the first in line 7"));
 }
 
 #[test]
@@ -126,7 +124,10 @@ fn off_errors_contain_the_line() {
         ("OFF\n4 0 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n", "a.off: no faces, only 4 vertices; there is nothing to render"),
         ("OFF\nmany\n", "a.off:2: expected the numbers of vertices, faces and edges"),
         ("OFF\n", "a.off:1: the numbers of vertices and faces are missing"),
-        ("4OFF\n1 1 0\n", "a.off: \"4OFF\": only three dimensions are supported"),
+        (
+            "4OFF\n1 1 0\n",
+            "a.off: \"4OFF\": unsupported kind of OFF file; expected three dimensions (OFF, COFF, NOFF, STOFF or a combination)",
+        ),
         ("OFF BINARY\n", "a.off: binary OFF is not supported; save the file as text"),
         ("PLY\n", "a.off:1: \"PLY\": not an OFF file"),
         ("OFFS 3 1 0\n", "a.off:1: \"OFFS\": not an OFF file"),
@@ -149,7 +150,7 @@ fn colours_outside_the_specified_range_cause_notices() {
         ("300 0 0", None, "the colours of all faces are ignored, because the largest value is 300; expected 0 to 255"),
         ("255.0 0 0", Some([1.0, 0.0, 0.0]), "contain fractions up to 255 and are read as 0 to 255"),
         ("1.001 0 0.5", Some([1.0, 0.0, 0.5]), "contain values up to 1.001, which are clamped to 1"),
-        ("-1 1 0", Some([0.0, 1.0, 0.0]), "1 colour values of faces are negative or not finite"),
+        ("-1 1 0", Some([0.0, 1.0, 0.0]), "face colours that are negative or not finite"),
     ] {
         let model = model("a.off", format!("OFF\n4 1 0\n{SQUARE}3 0 1 2 {color}\n"));
         assert_eq!(model.parts[0].mesh.face_colors.as_ref().map(|colors| colors[0]), expected, "{color}");
@@ -163,7 +164,10 @@ fn only_one_of_two_sources_of_colour_is_used() {
     let model = model("a.off", format!("COFF\n4 1 0\n{vertices}4 0 1 2 3 200 120 40\n"));
     let mesh = &model.parts[0].mesh;
     assert!(mesh.vertex_colors.is_some() && mesh.face_colors.is_none());
-    assert_eq!(texts(&model.notices), ["a.off: vertex and face colours: only the vertex colours are used"]);
+    assert_eq!(
+        texts(&model.notices),
+        ["a.off: the mesh has vertex and face colours; only the vertex colours are used"]
+    );
 }
 
 #[test]

@@ -161,7 +161,7 @@ fn number_types_do_not_change_faces() {
                 let thin = model("a.ply", square(big, length, index, &faces));
                 assert_eq!(thin.parts[0].mesh.triangles, triangles.triangles);
                 let said = &thin.notices[0].message;
-                let expected = "2 faces with fewer than 3 corners are skipped, the first in the row";
+                let expected = "2 faces with fewer than 3 corners omitted, the first in the row";
                 assert!(said.contains(expected), "{said}");
             }
         }
@@ -234,8 +234,7 @@ fn values_beyond_the_declared_columns_are_ignored_with_a_notice() {
     let plain = model("a.ply", ascii(&format!("{plain}\n3 0 1 2\n")));
     let long = model("a.ply", ascii(&format!("{long}\n3 0 1 2 9 1 1\n")));
     assert_eq!(long.parts[0].mesh, plain.parts[0].mesh);
-    let expected =
-        "a.ply: 4 rows have more values than the header declares, which are ignored; the first is in line 10";
+    let expected = "a.ply: values beyond those that the header declares are ignored in 4 rows, the first in line 10";
     assert_eq!((plain.notices.len(), texts(&long.notices)), (0, vec![expected.to_owned()]));
 }
 
@@ -311,9 +310,9 @@ fn colours_of_every_range_are_read_or_clamped() {
     let bytes = colored("uchar", ["255 0 0", "0 188 0", "51 102 204"]);
     assert!(bytes.1.is_empty(), "{:?}", bytes.1);
     for (kind, scale, said) in [
-        ("ushort", 1, "ushort colours up to 255 are treated as 0 to 255"),
+        ("ushort", 1, "ushort colours are treated as 0 to 255, because none is greater than 255"),
         ("ushort", 257, ""),
-        ("float", 1, "floating-point colours beyond 1 are treated as 0 to 255"),
+        ("float", 1, "floating-point colours are treated as 0 to 255, because some are greater than 1"),
         ("int", 1, ""),
         ("int", 257, "colours beyond 255 are treated as 0 to 65535"),
     ] {
@@ -331,7 +330,7 @@ fn colours_of_every_range_are_read_or_clamped() {
     assert_eq!(notices, ["a.ply: vertices: 3 colour values outside 0 to 1 are clamped"]);
     let (unknown, notices) = colored("float", ["1e6 0 0", "0 0 0", "0 0 0"]);
     assert!(unknown.is_empty());
-    assert_eq!(notices, ["a.ply: vertices: colours of an unknown range are ignored"]);
+    assert_eq!(notices, ["a.ply: vertices: the colours are ignored, because their range is unknown"]);
 }
 
 #[test]
@@ -348,11 +347,11 @@ fn only_one_of_two_sources_of_colour_is_used() {
     let both = model("a.ply", text(["200 120 40", "0 0 0", "9 9 9"], "200 120 40"));
     let mesh = &both.parts[0].mesh;
     assert!(mesh.vertex_colors.is_some() && mesh.face_colors.is_none());
-    assert_eq!(texts(&both.notices), ["a.ply: vertex and face colours: only the vertex colours are used"]);
+    assert_eq!(texts(&both.notices), ["a.ply: the mesh has vertex and face colours; only the vertex colours are used"]);
     let faces = model("a.ply", text(["255 255 255"; 3], "200 120 40"));
     let mesh = &faces.parts[0].mesh;
     assert!(mesh.vertex_colors.is_none() && mesh.face_colors.is_some());
-    assert_eq!(texts(&faces.notices), ["a.ply: vertex and face colours: only the face colours are used"]);
+    assert_eq!(texts(&faces.notices), ["a.ply: the mesh has vertex and face colours; only the face colours are used"]);
 }
 
 #[test]
@@ -381,9 +380,7 @@ fn each_image_becomes_a_separate_material() {
     let colors = mesh.vertex_colors.as_ref().unwrap();
     let of = |triangle: usize| mesh.triangles[triangle].map(|vertex| colors[vertex as usize]);
     assert_eq!((of(0), of(2), of(3)), ([[1.0; 3]; 3], [[1.0; 3]; 3], [[1.0, 0.0, 0.0]; 3]));
-    for said in
-        ["1 faces are shown without an image, because their", "3 faces have an image, so their colours are ignored"]
-    {
+    for said in ["1 face shown without an image, because", "colours are ignored on faces with an image (3 faces)"] {
         assert!(model.notices.iter().any(|notice| notice.to_string().contains(said)), "{:?}", model.notices);
     }
     mesh.validate().unwrap();
@@ -397,10 +394,10 @@ fn ignored_properties_are_listed() {
                 property int a\nend_header\n0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2 4\n5\n";
     let notices = model("a.ply", text).notices;
     let expected = "a.ply: ignored: vertex rgb (packed colours), vertex intensity, vertex red, face flags, \
-                    element edge (1 rows)";
+                    element edge (1 row)";
     assert_eq!(notices[1].message, expected);
     assert!(
-        notices[0].to_string().contains("its images are ignored, because there are no texture coordinates"),
+        notices[0].to_string().contains("images are ignored, because the mesh has no texture coordinates"),
         "{notices:?}"
     );
 }
@@ -421,7 +418,7 @@ fn normals_without_a_direction_are_replaced_by_face_normals() {
     for zero in ["0 0 0", "nan 0 0"] {
         let used = model("a.ply", text("0 0 0", zero));
         assert_eq!(used.parts[0].mesh.normals.as_ref().unwrap()[..2], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
-        assert_eq!(texts(&used.notices), ["a.ply: 1 normals without a direction are replaced by the faces' normals"]);
+        assert_eq!(texts(&used.notices), ["a.ply: 1 normal without a direction replaced by the faces' normals"]);
     }
 }
 
@@ -429,7 +426,7 @@ fn normals_without_a_direction_are_replaced_by_face_normals() {
 fn unused_vertices_that_are_not_finite_have_no_effect() {
     let model = model("a.ply", ascii("0 0 0\n1 0 0\n0 1 0\nnan 0 inf\n3 0 1 2\n"));
     assert_eq!(area(&model.parts[0].mesh), 0.5);
-    assert_eq!(texts(&model.notices), ["a.ply: 1 unused vertices are not finite"]);
+    assert_eq!(texts(&model.notices), ["a.ply: 1 unused vertex with coordinates that are not finite"]);
 }
 
 #[test]

@@ -56,12 +56,16 @@ fn file_length_has_priority_over_the_facet_count() {
     for count in [0, u32::MAX, 2] {
         let model = model("a.stl", binary(count));
         assert_eq!(model.parts[0].mesh.triangles.len(), 4);
-        assert!(model.notices[0].to_string().contains(&format!("{count} facets declared, but 4 found and used")));
+        assert!(
+            model.notices[0]
+                .to_string()
+                .contains(&format!("the header declares {count} facets; all 4 facets of the file are used"))
+        );
     }
     let padded = model("a.stl", [&binary(4)[..], &[0; 7]].concat());
     assert_eq!(padded.parts[0].mesh.triangles.len(), 4);
-    assert!(padded.notices[0].to_string().contains("7 bytes after the last facet are ignored"), "{:?}", padded.notices);
-    assert_eq!(error("a.stl", binary(5)), "a.stl: byte 284: 5 facets declared, but the file ends after 4");
+    assert!(padded.notices[0].to_string().contains("7 bytes after the last facet ignored"), "{:?}", padded.notices);
+    assert_eq!(error("a.stl", binary(5)), "a.stl: byte 284: the header declares 5 facets, but the file ends after 4");
 }
 
 #[test]
@@ -78,7 +82,7 @@ fn stl_errors_contain_line_or_byte() {
     bytes[84 + 50 + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
     let left = model("a.stl", bytes);
     assert_eq!(left.parts[0].mesh.triangles.len(), 3);
-    assert_eq!(texts(&left.notices), ["a.stl: 1 faces omitted: their vertices are not finite"]);
+    assert_eq!(texts(&left.notices), ["a.stl: 1 face omitted: vertex coordinates are not finite"]);
     let left = model("a.stl", text.replacen("vertex 0 0e0 0", "vertex 0 inf 0", 1));
     assert_eq!((left.parts[0].mesh.triangles.len(), left.notices.len()), (3, 1));
     assert_eq!(error("a.stl", "solid a\nendsolid a\n"), "a.stl: no facets; there is nothing to render");
@@ -166,7 +170,7 @@ fn facet_colours_of_viscam_and_magics_are_read() {
     // VisCAM files: bit 15 marks a colour, with red in the high bits; facets without bit 15 are grey.
     let (colors, notices) = colored("viscam", [0xfc00, 0x83e0, 0x801f, 0]);
     assert_eq!(colors.unwrap(), [red, green, blue, [0.8; 3]]);
-    assert_eq!(notices, ["a.stl: 1 facets without a colour are grey"]);
+    assert_eq!(notices, ["a.stl: 1 facet without a colour shown in grey"]);
     // Magics files: red is in the low bits, and bit 15 selects the colour of the whole object.
     let header = "COLOR=\u{0}\u{7f}\u{0}\u{7f},MATERIAL=";
     let (colors, notices) = colored(header, [0x001f, 0x03e0, 0x7c00, 0x8000]);

@@ -77,8 +77,8 @@ impl<'a> ShutterSlices<'a> {
         let SliceCount { slices, motion } = self.count;
         let step = self.count.coarse_step()?;
         let message = format!(
-            "objects move by up to {motion:.0} pixels during the exposure, which is divided into {slices} moments: {step:.1} \
-             pixels from one to the next, so that motion blur may consist of separate images; shorten the exposure, or \
+            "objects move by up to {motion:.0} pixels during the exposure. Motion blur averages {slices} moments, \
+             {step:.1} pixels apart, so separate images of an object may be visible; shorten the exposure, or \
              render shorter exposures and average them"
         );
         Some(Notice::new(NoticeCode::CoarseMotionBlur, message))

@@ -1,6 +1,6 @@
 //! Validation of a world before it is prepared.
 
-use raycam_scene::{MaterialModel, Object, World};
+use raycam_scene::{MaterialModel, Object, World, counted};
 
 use crate::error::RenderError;
 
@@ -13,9 +13,9 @@ pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
         material.validate().map_err(invalid)?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= world.textures.len()) {
             return fail(format!(
-                "material {i} refers to texture {}, but the world has {} textures",
+                "material {i} refers to texture {}, but the world has {}",
                 slot.texture,
-                world.textures.len()
+                counted(world.textures.len(), "texture")
             ));
         }
     }
@@ -39,8 +39,8 @@ pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
         let borders = materials.iter().filter(is_boundary).count();
         if borders != 0 && borders != materials.len() {
             return fail(format!(
-                "object {name:?}: {borders} of its {} materials are of type \"boundary\", which must be the material of \
-                 the whole object",
+                "object {name:?}: {borders} of its {} materials have the type \"boundary\"; use this type for all \
+                 materials of an object, or for none",
                 materials.len()
             ));
         }

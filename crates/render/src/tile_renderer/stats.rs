@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use raycam_scene::{Notice, NoticeCode};
+use raycam_scene::{Notice, NoticeCode, counted};
 
 use crate::film::estimator::PixelEstimator;
 use crate::settings::Settings;
@@ -48,8 +48,9 @@ impl RenderStats {
         }
         let object = !self.coplanar_object.load(Ordering::Relaxed) as u32;
         let message = format!(
-            "{pixels} pixels show surfaces of several objects in the same plane, for example of object {object}; the object \
-             that comes last in the world is shown; move the objects apart"
+            "surfaces of several objects lie in the same plane at {}, for example of object {object}; the last of \
+             these objects in the world is shown; move the objects apart",
+            counted(pixels as usize, "pixel")
         );
         notices.push(Notice::new(NoticeCode::CoplanarSurfaces, message));
     }
@@ -61,23 +62,24 @@ impl RenderStats {
         if let (Some(noise), Some(pilot)) = (settings.noise_threshold, pilot) {
             let mean = of(&self.samples) / pixels;
             let message = format!(
-                "noise_threshold = {noise} used {mean} samples per pixel on average, and {pilot} further samples to determine \
-                 their number"
+                "noise_threshold = {noise} used {mean} samples per pixel on average, and {pilot} additional \
+                 samples per pixel to determine this number"
             );
             notices.push(Notice::new(NoticeCode::SamplesUsed, message));
             let noisy = of(&self.noisy_pixels);
             if noisy > 0 {
                 let limit = settings.samples;
-                let message =
-                    format!("{noisy} pixels are still noisier than noise_threshold = {noise} after samples = {limit}");
+                let message = format!(
+                    "noise_threshold = {noise} was not reached at {} with samples = {limit}",
+                    counted(noisy as usize, "pixel")
+                );
                 notices.push(Notice::new(NoticeCode::NoiseLeft, message));
             }
         }
         if of(&self.rejected) > 0 {
             let message = format!(
-                "{} samples exceed float32 and are replaced by black; reduce the brightness of the \
-                lights",
-                of(&self.rejected)
+                "samples that exceed float32 are replaced by black ({}); reduce the brightness of the lights",
+                counted(of(&self.rejected) as usize, "sample")
             );
             notices.push(Notice::new(NoticeCode::TooBrightSamples, message));
         }
@@ -87,9 +89,9 @@ impl RenderStats {
             notices.push(Notice::new(
                 NoticeCode::ClampedSamples,
                 format!(
-                    "{} samples brighter than clamp = {limit} were reduced to this limit, so the image is darker \
-                 than without clamp",
-                    of(&self.clamped)
+                    "samples brighter than clamp = {limit} were reduced to this limit ({}), so the image is darker \
+                     than without clamp",
+                    counted(of(&self.clamped) as usize, "sample")
                 ),
             ));
         }

@@ -7,6 +7,7 @@ mod strength;
 pub(crate) mod traits;
 pub(crate) mod validate;
 
+use crate::counted::counted;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
@@ -265,8 +266,8 @@ impl Light {
         let texels = texels.iter().map(|texel| texel.map(|value| value.max(0.0))).collect();
         *image = Arc::new(Image::new(image.name.clone(), image.size, Texels::Float(texels)));
         let message = format!(
-            "image {file:?} of a light: {count} negative values are treated as 0, because light cannot \
-            be negative"
+            "image {file:?} of a light: negative values are treated as 0, because light cannot be negative ({})",
+            counted(count, "value")
         );
         Some(Notice::new(NoticeCode::ClampedValue, message))
     }

@@ -7,6 +7,7 @@ pub mod subdivide;
 pub mod surface;
 pub(crate) mod topology;
 
+use crate::counted::counted;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::color::Rgb;
@@ -251,5 +252,8 @@ fn check_length(name: &str, length: usize, count: usize, what: &str) -> Result<(
     if length == count {
         return Ok(());
     }
-    Err(SceneError::mesh(format!("{name} has {length} entries; expected one for each of the {count} {what}")))
+    Err(SceneError::mesh(format!(
+        "{name} has {}; expected one for each of the {count} {what}",
+        counted(length, "entry")
+    )))
 }

@@ -1,5 +1,6 @@
 //! Conversion of a texture's description to its image and its slot in a material.
 
+use crate::counted::counted;
 use std::sync::Arc;
 
 use crate::error::{Result, SceneError};
@@ -129,7 +130,8 @@ fn clamp_to_range(key: &str, image: Arc<Image>, notices: &mut Vec<Notice>) -> Ar
     let count = 1 + outside.count();
     let name = if image.name.is_empty() { String::new() } else { format!(" {:?}", image.name) };
     let message = format!(
-        "{count} values are clamped, for example {first}; expected {range}, as for the same key without a texture"
+        "values are clamped ({}, for example {first}); expected {range}, as for the same key without a texture",
+        counted(count, "value")
     );
     notices.push(Notice::about(NoticeCode::ClampedValue, format!("texture of {key}{name}"), message));
     let texels = texels.iter().map(|texel| texel.map(|value| value.clamp(0.0, largest))).collect();

@@ -1,5 +1,6 @@
 //! Changes of an object by the keys of its description; other properties stay unchanged.
 
+use crate::counted::counted;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -266,7 +267,8 @@ impl ObjectSpec {
             let (given, known) = (vertices.len(), mesh.vertices.len());
             if given != known {
                 return Err(SceneError::world(format!(
-                    "{given} vertices, but the mesh of {name:?} has {known}; add faces to replace the mesh"
+                    "{}, but the mesh of {name:?} has {known}; add faces to replace the mesh",
+                    counted(given, "vertex")
                 )));
             }
             if mesh.normals.is_some() && self.normals.is_none() {

@@ -1,5 +1,6 @@
 //! The world at a time.
 
+use crate::counted::counted;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
@@ -99,7 +100,10 @@ impl World {
         let names: Vec<&str> = animations.map(|animation| &animation.name[..]).collect();
         names.iter().position(|other| *other == name).ok_or_else(|| {
             let near = suggestion(name, names.iter().copied());
-            SceneError::unknown_name(format!("no animation named {name:?}; the world has {}{near}", names.len()))
+            SceneError::unknown_name(format!(
+                "no animation named {name:?}; the world has {}{near}",
+                counted(names.len(), "animation")
+            ))
         })
     }
 
@@ -113,8 +117,8 @@ impl World {
         match &self.node_tree {
             Some(rig) if animation < count => self.apply_pose(&rig.evaluate(Some((animation, time))), rig),
             _ => Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!(
-                "animation {animation} does not exist; the world has \
-                    {count} animations"
+                "animation {animation} does not exist; the world has {}",
+                counted(count, "animation")
             )))),
         }
     }

@@ -1,5 +1,6 @@
 //! Adding parts to a world, with validation.
 
+use crate::counted::counted;
 use std::sync::Arc;
 
 use crate::camera::{Camera, NamedCamera};
@@ -80,10 +81,10 @@ impl World {
         };
         if mesh.slot_count() > object.materials.len() {
             return fail(format!(
-                "object {:?} has {} materials; its mesh uses {} slots",
+                "object {:?} has {}; its mesh uses {}",
                 object.name,
-                object.materials.len(),
-                mesh.slot_count()
+                counted(object.materials.len(), "material"),
+                counted(mesh.slot_count(), "slot")
             ));
         }
         if let Some(material) = object.materials.iter().find(|&&material| material >= self.materials.len()) {

@@ -1,5 +1,6 @@
 //! Media inside meshes that are not closed.
 
+use crate::counted::counted;
 use glam::DVec3;
 
 use crate::mesh::Mesh;
@@ -17,8 +18,8 @@ impl World {
         if let Some((count, [a, b])) = boundary_edges(&self.meshes[object.mesh]) {
             let [a, b] = [a, b].map(|end| object.world_from_mesh.transform_point3(end).to_array());
             let message = format!(
-                "the mesh has {count} boundary edges (the first from {a:?} to {b:?}), so its medium has no defined inside; \
-                 close the mesh"
+                "the mesh has {} (the first from {a:?} to {b:?}), so its medium has no defined inside; close the mesh",
+                counted(count, "boundary edge")
             );
             self.notices.push(Notice::about(NoticeCode::OpenMedium, format!("object {:?}", object.name), message));
         }

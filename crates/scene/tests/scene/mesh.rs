@@ -43,7 +43,7 @@ fn mesh_errors_name_the_array_and_the_fault() {
     assert!(message(|m| m.face_colors = Some(vec![[0.5; 3]; 3])).contains("each of the 2 triangles"));
     assert!(message(|m| m.vertex_colors = Some(vec![[-0.1; 3]; 4])).contains("expected numbers from 0 to 1"));
     assert!(message(|m| m.vertex_colors = Some(vec![[f32::NAN; 3]; 4])).contains("expected numbers from 0 to 1"));
-    assert!(message(|m| m.material_slots = Some(vec![0])).contains("material_slots has 1 entries"));
+    assert!(message(|m| m.material_slots = Some(vec![0])).contains("material_slots has 1 entry"));
 }
 
 #[test]

@@ -54,7 +54,7 @@ fn objects_with_invalid_indices_or_transforms_are_refused() {
         Object::new("a", 0, vec![2], DAffine3::IDENTITY),
         r#"object "a" refers to material 2, but the world has 1 mat"#,
     );
-    fails(Object::new("a", 0, vec![], DAffine3::IDENTITY), "has 0 materials; its mesh uses 1 slots");
+    fails(Object::new("a", 0, vec![], DAffine3::IDENTITY), "has 0 materials; its mesh uses 1 slot");
     fails(Object::new("a", 0, vec![0], DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0))), "which is singular");
     fails(Object::new("a", 0, vec![0], DAffine3::from_translation(DVec3::NAN)), "every number must be finite");
     assert_eq!(world, before);

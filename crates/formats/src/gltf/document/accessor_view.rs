@@ -132,8 +132,10 @@ impl AccessorView<'_> {
             Component::U16 if unit => self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)) / 65535.0, make),
             Component::U16 => self.decode::<2, N, _, _>(|v| f32::from(u16::from_le_bytes(v)), make),
             Component::U32 => {
-                let message =
-                    format!("{}.componentType: 5125 is allowed only for indices ({})", self.place, self.wrong_format);
+                let message = format!(
+                    "{}.componentType: 5125 (32-bit integer) is allowed only for indices ({})",
+                    self.place, self.wrong_format
+                );
                 return Err(self.document.fault(ErrorCode::WrongType, message));
             }
         };

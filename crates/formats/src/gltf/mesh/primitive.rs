@@ -1,7 +1,7 @@
 //! Primitives of triangles as meshes.
 
 use glam::{DVec3, Vec3};
-use raycam_scene::{ErrorCode, Mesh, NoticeCode};
+use raycam_scene::{ErrorCode, Mesh, NoticeCode, counted};
 
 use crate::error::Result;
 use crate::geometry::finite;
@@ -139,15 +139,12 @@ impl PrimitiveReader<'_> {
             self.diagnostics.note(
                 NoticeCode::DroppedGeometry,
                 self.place,
-                format!(
-                    "{over} remaining corners do not \
-                form a triangle"
-                ),
+                format!("{} cannot form a triangle", counted(over, "corner")),
             );
             return Ok(None);
         }
         if over > 0 {
-            let message = "remaining corners do not form a triangle (MESH_PRIMITIVE_INCOMPATIBLE_MODE)";
+            let message = "the corners after the last triangle are omitted (MESH_PRIMITIVE_INCOMPATIBLE_MODE)";
             self.diagnostics.note(NoticeCode::DroppedGeometry, self.place, message);
         }
         Ok(Some(triangles))

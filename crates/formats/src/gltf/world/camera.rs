@@ -97,7 +97,7 @@ impl Builder<'_, '_> {
                 if !(x.is_normal() && y.is_normal()) {
                     return Err(fault(
                         ErrorCode::OutOfRange,
-                        ".orthographic: a magnification of 0 (CAMERA_XMAG_YMAG_ZERO)",
+                        ".orthographic: xmag or ymag is 0; expected numbers greater than 0 (CAMERA_XMAG_YMAG_ZERO)",
                     ));
                 }
                 if x < 0.0 || y < 0.0 {

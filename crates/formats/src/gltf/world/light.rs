@@ -44,7 +44,7 @@ impl Builder<'_, '_> {
             self.diagnostics.note(
                 NoticeCode::IgnoredFeature,
                 &place,
-                "range is ignored: light is not cut off at a distance",
+                "range is ignored, because lights in raycam have no maximum distance",
             );
         }
         let position = world_from_node.translation.to_array();

@@ -205,7 +205,7 @@ impl Builder<'_, '_> {
                         world_from_mesh = DAffine3::IDENTITY;
                     }
                     None => {
-                        let message = "omitted: its transform reduces it to a line or a point";
+                        let message = "mesh omitted: the node's transform flattens it to a line or a point";
                         self.diagnostics.note(NoticeCode::DroppedGeometry, place, message);
                         continue;
                     }

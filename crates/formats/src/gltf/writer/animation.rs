@@ -28,7 +28,10 @@ impl Writer<'_> {
                 if targets.is_empty() {
                     self.note(
                         NoticeCode::IgnoredAnimation,
-                        format!("animation {:?}: a channel refers to a part that is not written", animation.name),
+                        format!(
+                            "animation {:?}: a channel is omitted, because its target is not written",
+                            animation.name
+                        ),
                     );
                     continue;
                 }

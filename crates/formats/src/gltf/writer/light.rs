@@ -24,7 +24,7 @@ impl Writer<'_> {
         let (mut json, rgb, position, direction) = match light {
             Light::Sun { direction, irradiance, angular_diameter } => {
                 if *angular_diameter > 0.0 {
-                    let message = "its angular diameter is omitted: glTF's directional lights have no size";
+                    let message = "its angular diameter is omitted, because glTF's directional lights have no size";
                     self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
                 }
                 let json = json!({ "type": "directional" });
@@ -32,7 +32,7 @@ impl Writer<'_> {
             }
             Light::Point { position, power, intensity, radius } => {
                 if *radius > 0.0 {
-                    let message = "its radius is omitted: glTF's point lights have no size";
+                    let message = "its radius is omitted, because glTF's point lights have no size";
                     self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
                 }
                 let rgb = spread(*power, *intensity, 4.0 * PI).unwrap_or_default();
@@ -41,7 +41,7 @@ impl Writer<'_> {
             }
             Light::Spot { position, direction, power, intensity, inner, outer, radius } => {
                 if *radius > 0.0 {
-                    let message = "its radius is omitted: glTF's spot lights have no size";
+                    let message = "its radius is omitted, because glTF's spot lights have no size";
                     self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
                 }
                 let [a, b] = [inner, outer].map(|angle| angle.to_radians().cos());
@@ -59,7 +59,7 @@ impl Writer<'_> {
                 let kind = kind.as_ref().and_then(Value::as_object);
                 let kind = kind.and_then(|object| object.keys().next().cloned());
                 let kind = kind.unwrap_or_default();
-                let message = format!("{kind} is omitted: KHR_lights_punctual does not support this type");
+                let message = format!("omitted, because KHR_lights_punctual does not support the type {kind}");
                 self.note(NoticeCode::NotWritten, format!("light {number}: {message}"));
                 return None;
             }

@@ -16,7 +16,7 @@ pub(crate) mod transform;
 use std::collections::{BTreeMap, BTreeSet};
 
 use raycam_scene::render_options::RenderOptions;
-use raycam_scene::{Notice, NoticeCode, Up, World};
+use raycam_scene::{Notice, NoticeCode, Up, World, counted};
 use serde_json::{Map, Value, json};
 
 use self::binary::BinaryChunk;
@@ -81,15 +81,18 @@ impl Writer<'_> {
         }
         let hidden = world.objects.iter().filter(|object| !object.visible).count();
         if hidden > 0 {
-            self.note(NoticeCode::NotWritten, format!("{hidden} invisible objects are omitted"));
+            self.note(NoticeCode::NotWritten, format!("{} omitted", counted(hidden, "invisible object")));
         }
         let catchers = world.objects.iter().filter(|object| object.shadow_catcher).count();
         if catchers > 0 {
-            self.note(NoticeCode::NotWritten, format!("{catchers} shadow catchers are written as ordinary surfaces"));
+            self.note(
+                NoticeCode::NotWritten,
+                format!("{} written with an ordinary surface", counted(catchers, "shadow catcher")),
+            );
         }
         let backed = world.cameras.iter().filter(|named| named.camera.background().is_some()).count();
         if backed > 0 {
-            self.note(NoticeCode::NotWritten, format!("the backgrounds of {backed} cameras are omitted"));
+            self.note(NoticeCode::NotWritten, format!("the background of {} is omitted", counted(backed, "camera")));
         }
         if world.objects.iter().any(|object| object.category.is_some()) {
             self.note(NoticeCode::NotWritten, "categories of objects are omitted");

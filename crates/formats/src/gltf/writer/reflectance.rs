@@ -12,8 +12,7 @@ impl Writer<'_> {
             self.note(
                 NoticeCode::NotWritten,
                 format!(
-                    "material {name:?}: its priority among overlapping bodies is omitted, which glTF cannot \
-                    represent"
+                    "material {name:?}: its priority among overlapping media is omitted, because glTF has no priorities"
                 ),
             );
         }

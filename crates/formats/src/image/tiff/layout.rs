@@ -92,7 +92,11 @@ impl Layout {
         let photometric = photometric(file, tags, samples)?;
         let colors = photometric.colors();
         if !(colors..=64).contains(&samples) || chunk.contains(&0) {
-            let message = format!("{samples} samples per pixel in chunks of {chunk:?}; expected {colors} to 64");
+            let message = format!(
+                "{samples} samples per pixel in tiles or strips of {} x {} pixels; expected {colors} to 64 \
+                 samples, and at least 1 x 1 pixels",
+                chunk[0], chunk[1]
+            );
             return Err(file.fault(ErrorCode::OutOfRange, message));
         }
         let predicts = matches!(compression, 5 | 8 | 32946 | ZSTD);

@@ -12,7 +12,7 @@ mod layout;
 mod samples;
 
 use ::image::metadata::Orientation;
-use raycam_scene::{ErrorCode, Image, NoticeCode};
+use raycam_scene::{ErrorCode, Image, NoticeCode, counted};
 
 use crate::error::Result;
 use crate::image::decoder::{Decoder, grouped};
@@ -44,7 +44,10 @@ pub(super) fn tiff(file: &mut Decoder<'_>) -> Result<Image> {
     if layout.format == SampleFormat::Signed {
         let negative = samples.iter().filter(|&&sample| sample < 0.0).count();
         if negative > 0 {
-            file.notice(NoticeCode::ClampedValue, format!("{negative} negative values are read as 0"));
+            file.notice(
+                NoticeCode::ClampedValue,
+                format!("negative values are read as 0 ({})", counted(negative, "value")),
+            );
             samples.iter_mut().for_each(|sample| *sample = sample.max(0.0));
         }
     }
@@ -88,7 +91,7 @@ impl Colors {
         if spare > 0 {
             file.notice(
                 NoticeCode::IgnoredFeature,
-                format!("{spare} channels that are neither colours nor alpha are ignored"),
+                format!("{} without colours or alpha ignored", counted(spare, "channel")),
             );
         }
         let mut palette = Vec::new();

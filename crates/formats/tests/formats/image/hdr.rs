@@ -9,7 +9,7 @@ use crate::image::damage_is_found_before;
 
 #[test]
 fn damaged_hdr_is_refused_before_pixels_are_stored() {
-    let message = "truncated, or with runs longer than a line";
+    let message = "truncated, or its runs are longer than a line";
     damage_is_found_before(".hdr", message, |bytes| Ok(Box::new(HdrDecoder::new(bytes)?)));
 }
 

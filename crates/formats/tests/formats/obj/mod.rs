@@ -110,7 +110,7 @@ fn vertex_colours_are_read_as_srgb() {
     assert_eq!((colors[0][0], colors[1], colors[2]), (1.0, [0.0; 3], [1.0; 3]));
     let model = read_model(&data("nancolor.obj"), &Budget::default()).unwrap();
     assert!(model.parts[0].mesh.vertex_colors.is_none());
-    assert!(model.notices[0].to_string().contains(":7: a vertex colour outside 0 to 1"), "{:?}", model.notices);
+    assert!(model.notices[0].to_string().contains(":7: a vertex colour is outside 0 to 1"), "{:?}", model.notices);
 }
 
 #[test]
@@ -214,14 +214,14 @@ fn faces_with_one_or_two_corners_are_skipped() {
     assert_eq!(read.parts[0].mesh.uvs, None);
     assert_eq!(
         read.notices[0].message.rsplit('/').next().unwrap(),
-        "a.obj: 3 faces with fewer than 3 corners are skipped, the first in line 6"
+        "a.obj: 3 faces with fewer than 3 corners omitted, the first in line 6"
     );
     // The skipped faces are distributed over many pieces of the file, which are read separately.
     let row = "f 1 2 3\nf 1 2\n# 0123456789 0123456789 0123456789 0123456789\n";
     let long = model("a.obj", format!("{thin}{}", row.repeat(40_000)));
     assert_eq!(long.parts[0].mesh.triangles.len(), 40_000);
     assert!(
-        long.notices[0].to_string().ends_with("40000 faces with fewer than 3 corners are skipped, the first in line 7")
+        long.notices[0].to_string().ends_with("40000 faces with fewer than 3 corners omitted, the first in line 7")
     );
 }
 
@@ -255,8 +255,8 @@ fn obj_errors_contain_line_and_index() {
         ("f 1 2 5000000000\n", "a.obj:4: f: vertex 5000000000, but the file has 3 vertices"),
         ("f 1 2 -4\n", "a.obj:4: f: vertex -4, but there are only 3 before it"),
         ("f 0 1 2\n", "a.obj:4: f: vertex index 0; expected indices from 1"),
-        ("f 1/2 2/1 3/1\nvt 0 0\n", "a.obj:4: f: texture coordinate 2, but the file has 1 texture coordinates"),
-        ("f 1//2 2//1 3//1\nvn 0 0 1\n", "a.obj:4: f: normal 2, but the file has 1 normals"),
+        ("f 1/2 2/1 3/1\nvt 0 0\n", "a.obj:4: f: texture coordinate 2, but the file has 1 texture coordinate"),
+        ("f 1//2 2//1 3//1\nvn 0 0 1\n", "a.obj:4: f: normal 2, but the file has 1 normal"),
         ("f 1 2\n", "a.obj: no faces (f), only 3 vertices; there is nothing to render"),
         ("f 1 9\n", "a.obj:4: f: vertex 9, but the file has 3 vertices"),
         ("f 1 -9\n", "a.obj:4: f: vertex -9, but there are only 3 before it"),
@@ -303,11 +303,11 @@ fn faces_with_infinite_vertices_are_omitted() {
         // The vertex that is not finite is first unused, then used by a triangle and by a square.
         let unused = model("a.obj", format!("{three}v {odd}\nf 1 2 3\n"));
         assert_eq!(area(&unused.parts[0].mesh), 0.5);
-        let expected = "a.obj: 1 unused vertices are not finite";
+        let expected = "a.obj: 1 unused vertex with coordinates that are not finite";
         assert_eq!(texts(&unused.notices), [expected]);
         let used = model("a.obj", format!("{three}v {odd}\nv 1 1 0\nf 1 2 3\nf 1 2 4\nf 1 2 4 5\nf 2 5 3\n"));
         assert_eq!(area(&used.parts[0].mesh), 1.0, "{odd}");
-        assert_eq!(texts(&used.notices), ["a.obj: 2 faces omitted: their vertices are not finite"]);
+        assert_eq!(texts(&used.notices), ["a.obj: 2 faces omitted: vertex coordinates are not finite"]);
     }
 }
 
@@ -321,7 +321,7 @@ fn attributes_that_are_not_finite_are_ignored() {
     assert_eq!(mesh.normals.as_deref(), Some(&[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]][..]));
     let [uvs, normals] = &texts(&model.notices)[..] else { panic!("{:?}", model.notices) };
     assert!(uvs.starts_with("a.obj:4, 5: vt NaN 0 is not finite; treated as 0 0"), "{uvs}");
-    assert!(normals.starts_with("a.obj:7: vn with numbers that are not finite"), "{normals}");
+    assert!(normals.starts_with("a.obj:7: vn contains numbers that are not finite"), "{normals}");
 }
 
 #[test]
@@ -339,7 +339,7 @@ fn vertex_colours_as_fractions_bytes_or_hexadecimal_are_read_or_clamped() {
     assert!(unit.1.is_empty() && bytes.1.contains("treated as 0 to 255"), "{} {}", unit.1, bytes.1);
     let nearly = colors(["1.0000001 0 0", "-0.001 1 0", "0 0 1"]);
     assert_eq!(nearly.0, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-    assert!(nearly.1.contains(":1: a vertex colour outside 0 to 1; all vertex colours"), "{}", nearly.1);
+    assert!(nearly.1.contains(":1: a vertex colour is outside 0 to 1; all vertex colours"), "{}", nearly.1);
     // ZBrush writes colours in hexadecimal after a mask.
     let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     let painted = model("a.obj", format!("{three}#MRGB ffff0000ff00ff00\n#MRGB ff0000ff\nf 1 2 3\n"));
@@ -347,7 +347,10 @@ fn vertex_colours_as_fractions_bytes_or_hexadecimal_are_read_or_clamped() {
     assert_eq!(painted.parts[0].mesh.vertex_colors.as_deref(), Some(&primary[..]));
     assert!(painted.notices.is_empty(), "{:?}", painted.notices);
     let short = model("a.obj", format!("{three}#MRGB ffff0000\nf 1 2 3\n"));
-    assert_eq!(texts(&short.notices), ["a.obj: 1 colours in #MRGB comments for 3 vertices are ignored"]);
+    assert_eq!(
+        texts(&short.notices),
+        ["a.obj: colours in #MRGB comments are ignored: 1 colour for 3 vertices; expected one per vertex"]
+    );
 }
 
 #[test]
@@ -367,14 +370,14 @@ fn only_one_of_two_sources_of_colour_is_used() {
     };
     // Vertex colours have priority over Kd; Kd is used for parts without them.
     let kd = read("o a\nusemtl kd\nf 1 2 3\no b\nusemtl kd\nf 4 5 6\n");
-    assert!(told(&kd, "vertex colours replace Kd and Ks of 1 materials"), "{:?}", kd.notices);
+    assert!(told(&kd, "vertex colours replace Kd and Ks of 1 material"), "{:?}", kd.notices);
     let color = |part: usize| kd.materials[kd.parts[part].materials[0]].color;
     assert_eq!((color(0), color(1)), ([1.0; 3], [0.5, 0.25, 0.0]));
     assert_eq!(kd.parts[0].mesh.vertex_colors.as_deref(), Some(&[[1.0, 0.0, 0.0]; 3][..]));
     assert_eq!(kd.parts[1].mesh.vertex_colors, None);
     // An image has priority over vertex colours, also if a vertex belongs to both.
     let map = read("usemtl map\nf 1 2 3\n");
-    assert!(told(&map, "1 faces have an image, so their vertex colours are ignored"), "{:?}", map.notices);
+    assert!(told(&map, "vertex colours are ignored on faces with an image (1 face)"), "{:?}", map.notices);
     assert_eq!(map.parts[0].mesh.vertex_colors, None);
     let both = read("usemtl map\nf 1 2 3\nusemtl kd\nf 3 2 1\n");
     let mesh = &both.parts[0].mesh;

@@ -314,7 +314,7 @@ impl BackgroundSpec {
     pub fn build(&self, up: Up) -> Result<Background> {
         let BackgroundTable { image, fit, camera } = &self.0;
         if *fit == BackgroundFit::Cover && camera.is_some() {
-            let message = "\"fit\" is \"cover\", for which no camera is used; use one of them";
+            let message = "cannot be combined with fit = \"cover\", which uses no camera; use only one of them";
             return Err(SceneError::schema(ErrorCode::ConflictingValues, "camera", message));
         }
         let built = camera.as_ref().map(|spec| spec.build(up)).transpose();

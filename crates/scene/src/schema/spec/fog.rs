@@ -38,12 +38,12 @@ impl FogSpec {
             (Some(visibility), None) => [(visibility_constant() / check_visibility(visibility)?) as f32; 3],
             (None, Some(extinction)) => rgb(extinction),
             (None, None) => {
-                let message = "the fog has no density; give visibility in metres or extinction per metre";
+                let message = "the fog has no density; set visibility in metres or extinction per metre";
                 return Err(SceneError::schema(ErrorCode::MissingValue, "", message));
             }
             (Some(_), Some(_)) => {
                 let message =
-                    "visibility and extinction are both given; give one of them (extinction = ln 20 / visibility)";
+                    "visibility and extinction are both given; use only one of them (extinction = ln 20 / visibility)";
                 return Err(SceneError::schema(ErrorCode::ConflictingValues, "extinction", message));
             }
         };

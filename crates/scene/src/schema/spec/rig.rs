@@ -86,7 +86,8 @@ impl RigSpec {
         let mut sensors = Vec::new();
         for (i, spec) in std::mem::take(&mut self.lidar).into_iter().enumerate() {
             if spec.trajectory.is_some() {
-                let message = "a lidar on a rig moves with the rig; remove it, or move the rig by [[video.keyframe]]";
+                let message = "a lidar on a rig moves with the rig; remove the lidar's trajectory, or move the rig \
+                               with [[video.keyframe]]";
                 return Err(SceneError::schema(
                     ErrorCode::ConflictingValues,
                     format!("{}.trajectory", key("lidar", i)),

@@ -128,7 +128,7 @@ with_pose! {
     pose {
         location: "The lidar's position.",
         target: "A point that the lidar's x axis points to, instead of angles.",
-        up: "The direction that is up, with `target`; the world's up axis if not given.",
+        up: "Direction that points up, with `target`; default: the world's up axis.",
         R: "The rotation from the axes of the world, or of the rig's body, to the sensor axes.",
         C: "The lidar's position, with `R`.",
     }
@@ -150,7 +150,7 @@ with_pose! {
     pose {
         location: "The sensor's position. Without a pose, the sensor is where its description places it.",
         target: "A point that the sensor's x axis points to, instead of angles.",
-        up: "The direction that is up, with `target`; the world's up axis if not given.",
+        up: "Direction that points up, with `target`; default: the world's up axis.",
         R: "The rotation from the axes of the world, or of the rig's body, to the sensor axes.",
         C: "The sensor's position, with `R`.",
     }

@@ -4,6 +4,7 @@ pub(crate) mod paged;
 pub(crate) mod tiles;
 pub(crate) mod unlinked_file;
 
+use crate::counted::counted;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -159,8 +160,11 @@ impl PageInStats {
     pub fn notice_since(&self, before: &Self) -> Option<Notice> {
         let (tiles, bytes) = (self.tiles - before.tiles, self.bytes - before.bytes);
         (tiles > 0).then(|| {
-            let message =
-                format!("{tiles} texture tiles ({}) were read back from the temporary file", mebibytes(bytes));
+            let message = format!(
+                "{} ({}) read back from the temporary file",
+                counted(tiles as usize, "texture tile"),
+                mebibytes(bytes)
+            );
             Notice::new(NoticeCode::TexturesPaged, message)
         })
     }

@@ -14,7 +14,7 @@ fn mesh_colours_are_multiplied_by_the_material_colour() {
     assert_eq!(color(&format!(r#"{{ "box": {{}}, "face_colors": {faces} }}"#)), [1.0; 3]);
     assert_eq!(color(&format!(r#"{{ "box": {{}}, "face_colors": {faces}, "color": [0.5, 0.5, 0.5] }}"#)), [0.5; 3]);
     let too_few = object(r#"{ "box": {}, "face_colors": [[1, 0, 0]] }"#).unwrap_err().to_string();
-    assert_eq!(too_few, "face_colors has 1 entries; expected one for each of the 12 triangles");
+    assert_eq!(too_few, "face_colors has 1 entry; expected one for each of the 12 triangles");
 }
 
 #[test]
