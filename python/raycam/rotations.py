@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from .arguments import Floats, product
+from .elementary import cos, sin
 
 __all__ = ["WORLD_FROM_REFERENCE", "rotation_of", "turn_about"]
 
@@ -17,7 +18,7 @@ WORLD_FROM_REFERENCE = {"z": np.eye(3), "y": np.array([[0.0, -1.0, 0.0], [0.0, 0
 def turn_about(axis: Floats, angle: float) -> Floats:
     """Returns the rotation matrix about a unit axis by `angle` radians (Rodrigues)."""
     x, y, z = (float(value) for value in axis)
-    c, s = math.cos(angle), math.sin(angle)
+    c, s = float(cos(angle)), float(sin(angle))
     k = 1.0 - c
     return np.array(
         [

@@ -7,6 +7,7 @@ mod arrays;
 mod buffer_pool;
 mod camera;
 mod cancel;
+mod elementary;
 mod error;
 mod interruptible;
 mod notice;
@@ -31,6 +32,8 @@ mod core {
     use crate::camera::{Camera, intrinsics_from_focal, intrinsics_from_fov, lens_coefficients, lens_models};
     #[pymodule_export]
     use crate::cancel::Cancel;
+    #[pymodule_export]
+    use crate::elementary::elementary;
     #[pymodule_export]
     use crate::notice::codes;
     #[pymodule_export]

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import _core
 from ..arguments import Floats
+from ..elementary import log, tan
 
 __all__ = ["beam_rays", "hexagonal_set"]
 
@@ -46,7 +47,7 @@ def hexagonal_set(samples: int) -> tuple[Floats, Floats]:
 def _moment(share: float) -> float:
     """Returns the integral of -ln(1 - u) from 0 to `share`."""
     rest = 1.0 - share
-    return share + (rest * math.log(rest) if rest > 1e-12 else 0.0)
+    return share + (rest * float(log(rest)) if rest > 1e-12 else 0.0)
 
 
 def beam_rays(
@@ -74,7 +75,7 @@ def beam_rays(
         "rotations": np.ascontiguousarray(rotations),
         "samples": places,
         "width": tuple(width),
-        "half_tangents": [math.tan(angle / 2.0) for angle in divergence],
+        "half_tangents": [float(tan(angle / 2.0)) for angle in divergence],
         "threads": threads,
     }
     starts, ways = _core.lidar_beam_rays(beams)

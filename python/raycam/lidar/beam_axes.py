@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
-from .pattern import Pattern, cosines, sines
+from ..elementary import cos, sin
+from .pattern import Pattern
 from .pose import transform
 from .random_numbers import standard_normals
 
@@ -50,6 +51,6 @@ def rotate_about_z(directions: Floats, angles: Floats) -> Floats:
     """Returns the directions [n, 3] rotated about z by `angles` [n], in radians."""
     if not angles.any():
         return directions
-    c, s = cosines(angles.tolist()), sines(angles.tolist())
+    c, s = cos(angles), sin(angles)
     x, y = directions[:, 0], directions[:, 1]
     return np.stack([c * x - s * y, s * x + c * y, directions[:, 2]], axis=1)

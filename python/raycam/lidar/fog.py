@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
+from ..elementary import exp
 from .echoes import FWHM_TO_SIGMA
 from .paths import HIT_FIELDS, Contributions
 
@@ -87,16 +88,10 @@ def soft_echo(visibility: float, pulse_length: float) -> tuple[float, float]:
     sigma = max(pulse_length * FWHM_TO_SIGMA, STEP)
     alpha, beta = attenuation(visibility), BACKSCATTER / visibility
     count = round((min(REACH, OVERLAP[1] + 8.0 * sigma + 2.0) - OVERLAP[0]) / STEP)
-    places = [OVERLAP[0] + (i + 0.5) * STEP for i in range(count)]
-    profile = [
-        math.pi
-        * beta
-        * min(1.0, (s - OVERLAP[0]) / (OVERLAP[1] - OVERLAP[0]))
-        * math.exp(-2.0 * alpha * s)
-        / s**2
-        for s in places
-    ]
-    pulse = [math.exp(-0.5 * (i * STEP / sigma) ** 2) for i in range(count)]
+    places = OVERLAP[0] + (np.arange(count) + 0.5) * STEP
+    overlap = np.minimum(1.0, (places - OVERLAP[0]) / (OVERLAP[1] - OVERLAP[0]))
+    profile = (math.pi * beta * overlap * exp(-2.0 * alpha * places) / places**2).tolist()
+    pulse = exp(-0.5 * (np.arange(count) * STEP / sigma) ** 2).tolist()
 
     def height(at: int) -> float:
         return STEP * sum(value * pulse[abs(at - i)] for i, value in enumerate(profile))
@@ -109,7 +104,7 @@ def soft_echo(visibility: float, pulse_length: float) -> tuple[float, float]:
         else:
             high -= third
     best = max(range(low, high + 1), key=height)
-    return places[best], height(best)
+    return float(places[best]), height(best)
 
 
 def fog_contributions(

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .pattern import Pattern, check_count, cosines, grid_pattern, sines
+from ..elementary import cos, sin
+from .pattern import Pattern, check_count, grid_pattern
 
 __all__ = ["hesai_pattern"]
 
@@ -30,9 +31,9 @@ def hesai_pattern(
     check_count(columns * len(elevations))
     times = np.arange(columns)[:, None] / (columns * rate) + np.asarray(fire_times)[None, :]
     offset = np.array([math.radians(angle) for angle in azimuths])
-    angles = (2.0 * math.pi * rate * times + offset).reshape(-1).tolist()
-    cos_a, sin_a = cosines(angles).reshape(times.shape), sines(angles).reshape(times.shape)
+    angles = 2.0 * math.pi * rate * times + offset
+    cos_a, sin_a = cos(angles), sin(angles)
     tilt = [math.radians(angle) for angle in elevations]
-    cos_p, sin_p = cosines(tilt), sines(tilt)
+    cos_p, sin_p = cos(tilt), sin(tilt)
     directions = np.stack([cos_a * cos_p, -sin_a * cos_p, np.broadcast_to(sin_p, cos_a.shape)], axis=-1)
     return grid_pattern(times, directions, np.zeros(3), np.arange(len(elevations)))

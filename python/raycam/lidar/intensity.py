@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ..elementary import log
+
 __all__ = ["device_intensity", "near_ir_counts", "signal_counts"]
 
 MAX_COUNT = 65535
@@ -25,7 +27,7 @@ def device_intensity(family: str, reflectivity: npt.NDArray[np.float32]) -> npt.
         return linear
     below = np.rint(np.clip(reflectivity, 0.0, 1.0) * 100.0)
     bright = np.clip(reflectivity, 1.0, LARGEST)
-    above = 100.0 + np.ceil(155.0 * np.log(bright) / np.log(LARGEST))
+    above = 100.0 + np.ceil(155.0 * log(bright) / log(LARGEST))
     number: npt.NDArray[np.uint8] = np.where(reflectivity > 1.0, above, below).astype(np.uint8)
     return number
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
+from ..elementary import cos
 from .lidar import Lidar
 from .pulse_tracer import PulseTracer
 from .scan_notices import LOST, warn_of_device, warn_of_empty_scan, warn_of_times
@@ -64,6 +65,6 @@ def measured_faces(world: World, lidar: Lidar, *, threads: int | None = None) ->
     return MeasuredFaces(
         np.stack([fields["instance"], fields["triangle"]], axis=1),
         fields["barycentric"],
-        np.cos(np.radians(fields["incidence"].astype(float))),
+        cos(np.radians(fields["incidence"].astype(float))),
         fields["front"].astype(bool),
     )

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Floats, floats, one_of, real, whole
+from ..elementary import cos, sin
 from ..errors import LidarError, nearest
-from .pattern import Pattern, check_count, cosines, free_pattern, grid_pattern, sines
+from .pattern import Pattern, check_count, free_pattern, grid_pattern
 
 __all__ = ["MIRRORS", "frame_rate", "mirror_pattern", "mirror_table"]
 
@@ -129,8 +130,8 @@ def _turned_facets(angles: Floats) -> Floats:
     The mirror is turned by `angles` [n] in radians from 45 degrees. A mirror that turns by an angle turns the
     beam by twice the angle.
     """
-    turns = (0.25 * math.pi + angles).tolist()
-    normals = np.stack([cosines(turns), sines(turns), np.zeros(len(turns))], axis=1)
+    turns = 0.25 * math.pi + angles
+    normals = np.stack([cos(turns), sin(turns), np.zeros(len(turns))], axis=1)
     return reflect(BEAM, normals)
 
 
@@ -158,7 +159,7 @@ def _oscillating(table: dict[str, Any], rate: float, frame: int) -> Pattern:
     """
     moments, clock = _clock(table, rate, frame)
     phase = clock * table["frequency"]
-    swings = sines((2.0 * math.pi * np.fmod(phase, 1.0)).tolist())
+    swings = sin(2.0 * math.pi * np.fmod(phase, 1.0))
     angles = math.radians(table["field_of_view"]) / 4.0 * swings
     half_turns = np.floor(2.0 * phase).astype(np.int64)
     first = int(half_turns[0]) if len(half_turns) else 0
@@ -172,11 +173,11 @@ def _conical(table: dict[str, Any], rate: float, frame: int) -> Pattern:
     """
     moments, clock = _clock(table, rate, frame)
     turns = np.fmod(clock * table["frequency"], 1.0)
-    angles = (2.0 * math.pi * turns).tolist()
+    angles = 2.0 * math.pi * turns
     tilt = math.radians(table["tilt"])
     across, along = np.array([0.0, 1.0, 0.0]), np.cross(CONE_AXIS, [0.0, 1.0, 0.0])
-    around = cosines(angles)[:, None] * across + sines(angles)[:, None] * along
-    normals = math.cos(tilt) * CONE_AXIS + math.sin(tilt) * around
+    around = cos(angles)[:, None] * across + sin(angles)[:, None] * along
+    normals = cos(tilt) * CONE_AXIS + sin(tilt) * around
     rings = np.floor(clock * table["frequency"]).astype(np.int64)
     first = int(rings[0]) if len(rings) else 0
     return free_pattern(reflect(CONE_BEAM, normals), moments, (rings - first).astype(np.int32))
@@ -207,11 +208,11 @@ def _survey(table: dict[str, Any], rate: float, frame: int) -> Pattern:
     times = np.arange(len(azimuths))[:, None] * line + within
     turns = azimuths[:, None] + table["azimuths"][2] * (within / line)
     up = np.broadcast_to(np.radians(elevations), times.shape)
-    flat, height = cosines(up.reshape(-1).tolist()), sines(up.reshape(-1).tolist())
-    angles = np.radians(turns).reshape(-1).tolist()
-    directions = np.stack([flat * cosines(angles), flat * sines(angles), height], axis=1)
+    flat, height = cos(up), sin(up)
+    angles = np.radians(turns)
+    directions = np.stack([flat * cos(angles), flat * sin(angles), height], axis=-1)
     rings = np.arange(len(elevations))
-    return grid_pattern(times, directions.reshape(*times.shape, 3), np.zeros(3), rings)
+    return grid_pattern(times, directions, np.zeros(3), rings)
 
 
 MIRRORS: dict[str, Callable[[dict[str, Any], float, int], Pattern]] = {

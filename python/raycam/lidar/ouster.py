@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from .pattern import Pattern, check_count, cosines, grid_pattern, sines
+from ..arguments import lengths
+from ..elementary import cos, sin
+from .pattern import Pattern, check_count, grid_pattern
 
 __all__ = ["OusterUnit", "ouster_metadata", "ouster_pattern"]
 
@@ -46,15 +48,15 @@ def ouster_pattern(unit: OusterUnit, columns: int, rate: float) -> Pattern:
     encoder = [2.0 * math.pi * (1.0 - column / columns) for column in range(columns)]
     azimuth = [-math.radians(angle) for angle in unit.beam_azimuth_angles]
     altitude = [math.radians(angle) for angle in unit.beam_altitude_angles]
-    cos_e, sin_e = cosines(encoder)[:, None], sines(encoder)[:, None]
-    cos_b, sin_b = cosines(azimuth), sines(azimuth)
-    cos_p, sin_p = cosines(altitude), sines(altitude)
+    cos_e, sin_e = cos(encoder)[:, None], sin(encoder)[:, None]
+    cos_b, sin_b = cos(azimuth), sin(azimuth)
+    cos_p, sin_p = cos(altitude), sin(altitude)
     cos_eb, sin_eb = cos_e * cos_b - sin_e * sin_b, sin_e * cos_b + cos_e * sin_b
     flat = np.broadcast_to(sin_p, cos_eb.shape)
     directions = np.stack([cos_eb * cos_p, sin_eb * cos_p, flat], axis=-1)
     beam = np.array(unit.beam_to_lidar_transform).reshape(4, 4)
     sensor = np.array(unit.lidar_to_sensor_transform).reshape(4, 4)
-    offset = math.sqrt(beam[0, 3] ** 2 + beam[1, 3] ** 2 + beam[2, 3] ** 2) / 1000.0
+    offset = float(lengths(beam[:3, 3])) / 1000.0
     across, up = beam[0, 3] / 1000.0, beam[2, 3] / 1000.0
     origins = np.stack([across * cos_e, across * sin_e, np.full_like(cos_e, up)], axis=-1)
     turn, shift = sensor[:3, :3], sensor[:3, 3] / 1000.0
@@ -82,7 +84,7 @@ def ouster_metadata(
             "beam_altitude_angles": list(unit.beam_altitude_angles),
             "beam_azimuth_angles": list(unit.beam_azimuth_angles),
             "beam_to_lidar_transform": beam,
-            "lidar_origin_to_beam_origin_mm": math.sqrt(beam[3] ** 2 + beam[7] ** 2 + beam[11] ** 2),
+            "lidar_origin_to_beam_origin_mm": float(lengths(beam[3:12:4])),
         },
         "lidar_intrinsics": {"lidar_to_sensor_transform": list(unit.lidar_to_sensor_transform)},
         "imu_intrinsics": {"imu_to_sensor_transform": np.eye(4).reshape(-1).tolist()},

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +10,7 @@ import numpy.typing as npt
 from ..arguments import Floats
 from ..errors import LidarError
 
-__all__ = ["MAX_PULSES", "Integers", "Pattern", "cosines", "sines"]
+__all__ = ["MAX_PULSES", "Integers", "Pattern"]
 
 Integers = npt.NDArray[np.int32]
 
@@ -137,16 +135,3 @@ def unit_vectors(vectors: Floats) -> Floats:
         )
     unit: Floats = vectors / length[:, None]
     return unit
-
-
-def cosines(angles: Iterable[float]) -> Floats:
-    """Returns the cosines of angles in radians, equal on every processor.
-
-    The last bit of NumPy's cosines depends on the processor.
-    """
-    return np.fromiter(map(math.cos, angles), np.float64)
-
-
-def sines(angles: Iterable[float]) -> Floats:
-    """Returns the sines of angles in radians; see `cosines`."""
-    return np.fromiter(map(math.sin, angles), np.float64)

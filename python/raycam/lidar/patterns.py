@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from ..elementary import cos, sin, tan
 from ..errors import LidarError
 from .hesai import hesai_pattern
 from .mirrors import mirror_pattern
 from .ouster import OusterUnit, ouster_pattern
-from .pattern import Pattern, check_count, cosines, free_pattern, grid_pattern, sines
+from .pattern import Pattern, check_count, free_pattern, grid_pattern
 from .risley import Prism, risley_pattern
 from .velodyne import Laser, velodyne_pattern
 
@@ -37,7 +38,7 @@ def velodyne_lasers(table: dict[str, Any]) -> list[Laser]:
     turns = table.get("rot_corrections", [0.0] * len(elevations))
     # All beams of a device intersect at its focal point, at this distance from the axis.
     focal = table.get("focal_distance", 0.0)
-    heights = table.get("heights") or [-focal * math.tan(math.radians(angle)) for angle in elevations]
+    heights = table.get("heights") or [float(-focal * tan(math.radians(angle))) for angle in elevations]
     return [
         Laser(math.radians(elevation), math.radians(turn), height=height)
         for elevation, turn, height in zip(elevations, turns, heights, strict=True)
@@ -91,11 +92,11 @@ def _golden(description: dict[str, Any], rate: float, frame: int) -> Pattern:
     index = np.arange(count)
     low, high = (math.radians(angle) for angle in table["azimuths"])
     turn = np.fmod((index + frame * count) * GOLDEN_TURN, 1.0)
-    azimuth = (low + (high - low) * turn).tolist()
-    bottom, top = (math.sin(math.radians(angle)) for angle in table["elevations"])
+    azimuth = low + (high - low) * turn
+    bottom, top = sin(np.radians(table["elevations"]))
     up = bottom + (top - bottom) * (index + 0.5) / count
     flat = np.sqrt(1.0 - up * up)
-    directions = np.stack([flat * cosines(azimuth), flat * sines(azimuth), up], axis=1)
+    directions = np.stack([flat * cos(azimuth), flat * sin(azimuth), up], axis=1)
     return free_pattern(directions, index / table["pulse_rate"])
 
 
@@ -103,8 +104,8 @@ def _line(description: dict[str, Any], rate: float, frame: int) -> Pattern:
     """Returns the pattern of a planar scanner, whose mirror turns counterclockwise in steps."""
     table = description["line"]
     steps = np.arange(table["first_step"], table["last_step"] + 1)
-    azimuths = (2.0 * math.pi * (steps - table["front_step"]) / table["steps_per_turn"]).tolist()
-    directions = np.stack([cosines(azimuths), sines(azimuths), np.zeros(len(steps))], axis=1)[:, None]
+    azimuths = 2.0 * math.pi * (steps - table["front_step"]) / table["steps_per_turn"]
+    directions = np.stack([cos(azimuths), sin(azimuths), np.zeros(len(steps))], axis=1)[:, None]
     times = (steps - table["first_step"]) / (table["steps_per_turn"] * rate)
     return grid_pattern(times[:, None], directions, np.zeros(3), [0])
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
+from ..elementary import exp
 from .beam import beam_rays
 from .beam_axes import azimuth_errors, rotate_about_z
 from .fog import attenuation, find_fog, fog_contributions, soft_echo
@@ -92,7 +93,7 @@ class PulseTracer:
             found.energy = found.energy * np.interp(found.length, distances, shares)
         if fog is None:
             return found
-        found.energy = found.energy * np.exp(-2.0 * attenuation(fog.visibility) * found.fogged)
+        found.energy = found.energy * exp(-2.0 * attenuation(fog.visibility) * found.fogged)
         inside = np.flatnonzero(fog.contains(origins[:, 0]))
         still = np.zeros(len(inside)) if drift is None else drift[inside, 0]
         return self._with_fog_echoes(found, fog.visibility, block.start + inside, still)

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arguments import Floats
-from .pattern import Pattern, check_count, cosines, free_pattern, sines
+from ..elementary import cos, sin
+from .pattern import Pattern, check_count, free_pattern
 
 __all__ = ["Prism", "risley_pattern"]
 
@@ -44,14 +45,14 @@ def risley_pattern(prisms: Sequence[Prism], pulse_rate: float, rate: float, fram
     beam[:, 0] = 1.0
     for prism in prisms:
         turns = np.fmod(pulses * (prism.frequency / pulse_rate), 1.0)
-        angles = (2.0 * math.pi * turns).tolist()
+        angles = 2.0 * math.pi * turns
         tilt = math.radians(prism.wedge)
         side = 1.0 if prism.flat_first else -1.0
         slanted = np.stack(
             [
-                np.full(count, math.cos(tilt)),
-                side * math.sin(tilt) * cosines(angles),
-                side * math.sin(tilt) * sines(angles),
+                np.full(count, cos(tilt)),
+                side * sin(tilt) * cos(angles),
+                side * sin(tilt) * sin(angles),
             ],
             axis=1,
         )

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats, flag, real
+from ..elementary import acos
 from ..errors import LidarError, Notice, nearest
 from ..io.atomic_files import write
 from .files.ouster_packets import save_ouster_packets
@@ -180,7 +181,7 @@ class Scan(Mapping[str, Array]):
         vertical = "xyz".index(self._up)
         turns, _ = self._lidar.track.at(self["time"])
         ways = transform(turns, self._pattern.directions[self["pulse"]])
-        down = np.degrees(np.arccos(np.clip(-ways[:, vertical], -1.0, 1.0)))
+        down = np.degrees(acos(np.clip(-ways[:, vertical], -1.0, 1.0)))
         left = (ways * turns[:, :, 1]).sum(axis=1)
         angles: npt.NDArray[np.float32] = np.where(left > 0.0, -down, down).astype(np.float32)
         return angles

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Floats
+from ..elementary import cos, sin
 from ..errors import LidarError
-from .pattern import Pattern, check_count, cosines, grid_pattern, sines
+from .pattern import Pattern, check_count, grid_pattern
 
 __all__ = ["Laser", "velodyne_pattern", "velodyne_rings"]
 
@@ -67,8 +68,8 @@ def velodyne_pattern(lasers: Sequence[Laser], offsets: Sequence[float], cycle: f
     check_count(columns * len(lasers))
     times = np.arange(columns)[:, None] * cycle + np.asarray(offsets)[None, :]
     turn = 2.0 * math.pi * rate * times
-    angles = (turn - np.array([laser.rot_correction for laser in lasers])).reshape(-1).tolist()
-    cos_a, sin_a = cosines(angles).reshape(times.shape), sines(angles).reshape(times.shape)
+    angles = turn - np.array([laser.rot_correction for laser in lasers])
+    cos_a, sin_a = cos(angles), sin(angles)
     near, far = _decode(lasers, cos_a, sin_a, None), _decode(lasers, cos_a, sin_a, FAR)
     per_metre = far - near
     size = np.sqrt(per_metre[..., 0] ** 2 + per_metre[..., 1] ** 2 + per_metre[..., 2] ** 2)
@@ -86,8 +87,8 @@ def _decode(lasers: Sequence[Laser], cos_a: Floats, sin_a: Floats, distance: flo
     used. Positions are therefore linear in the distance, and each beam is a line.
     """
     column = {name: np.array([asdict(laser)[name] for laser in lasers], dtype=float) for name in _NUMBERS}
-    cos_v = cosines(column["vert_correction"].tolist())
-    sin_v = sines(column["vert_correction"].tolist())
+    cos_v = cos(column["vert_correction"])
+    sin_v = sin(column["vert_correction"])
     left, up, constant = (
         column["horiz_offset_correction"],
         column["vert_offset_correction"],

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
+from ..elementary import exp
 from .echoes import FWHM_TO_SIGMA
 from .paths import Contributions
 
@@ -50,6 +51,6 @@ def sample_waveforms(
             own = np.flatnonzero(count[block] > number)
             row = first[block][own] + number
             apart = (length[block][own] - found.length[row])[:, None] + offsets
-            sums[own] += found.energy[row][:, None] * np.exp(-0.5 * (apart / sigma) ** 2)
+            sums[own] += found.energy[row][:, None] * exp(-0.5 * (apart / sigma) ** 2)
         waves[block] = sums
     return waves

@@ -76,7 +76,7 @@ impl Beams<'_> {
         let side = if flat < MIN_HORIZONTAL { [0.0, 1.0, 0.0] } else { [-y / flat, x / flat, 0.0] };
         let above = [y * side[2] - z * side[1], z * side[0] - x * side[2], x * side[1] - y * side[0]];
         let angle = TAU * self.turns[beam];
-        let (cos, sin) = (angle.cos(), angle.sin());
+        let (cos, sin) = (libm::cos(angle), libm::sin(angle));
         for (at, [a, b]) in self.samples.iter().enumerate() {
             let (u, v) = (cos * a - sin * b, sin * a + cos * b);
             let [right, up] = [u * self.width[0] / 2.0, v * self.width[1] / 2.0];

@@ -94,7 +94,7 @@ pub fn returned_light(
         let length = hits.lengths[i].max(MIN_DISTANCE);
         let share = hits.shares[if hits.shares.len() == 1 { 0 } else { i }];
         let energy = share * material.opacity * material.returned_share(albedo, texel, cosine) / (length * length);
-        (cosine, cosine.acos().to_degrees() as f32, energy)
+        (cosine, libm::acos(cosine).to_degrees() as f32, energy)
     };
     with_pool(threads, || {
         let mut found = ReturnedLight::default();
@@ -119,7 +119,7 @@ impl LidarMaterial {
         let [strength, exponent] = self.phong;
         let mirrored = (2.0 * cosine * cosine - 1.0).clamp(0.0, 1.0);
         let phong = match strength != 0.0 && mirrored > 0.0 {
-            true => strength * (exponent + 2.0) / 2.0 * mirrored.powf(exponent) * cosine,
+            true => strength * (exponent + 2.0) / 2.0 * libm::pow(mirrored, exponent) * cosine,
             false => 0.0,
         };
         lambert + phong + self.rough_part(albedo, cosine) + self.sheeting(cosine)
@@ -157,9 +157,9 @@ impl LidarMaterial {
         let (Some(&[first, lowest]), Some(&[last, value])) = (table.first(), table.last()) else {
             return PI * self.retroreflection * (cosine * cosine * cosine);
         };
-        let angle = cosine.acos().to_degrees();
+        let angle = libm::acos(cosine).to_degrees();
         let coefficient = if angle > last {
-            let end = last.to_radians().cos();
+            let end = libm::cos(last.to_radians());
             if end > MIN_COSINE { value * fourth(cosine / end) } else { value }
         } else if angle <= first {
             lowest

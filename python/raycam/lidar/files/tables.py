@@ -19,6 +19,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from ...elementary import cos, sin
 from ...errors import LidarError
 from ..lidar import MAX_RING, Lidar
 from .reading import finite, read_text
@@ -200,10 +201,9 @@ def _read_text_table(path: Path) -> dict[str, Any]:
         rows.append(values)
     if not rows:
         raise LidarError(f"{path}: the table has no rows", code="missing_value")
-    directions = [
-        [math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)]
-        for e, a in ((math.radians(row[2]), math.radians(row[1])) for row in rows)
-    ]
+    azimuth, elevation = np.radians([row[1:3] for row in rows]).T
+    flat = cos(elevation)
+    directions = np.stack([flat * cos(azimuth), flat * sin(azimuth), sin(elevation)], axis=1).tolist()
     first = rows[0][0]
     table: dict[str, Any] = {"directions": directions, "times": [row[0] - first for row in rows]}
     if at["ring"] is not None:
