@@ -142,7 +142,7 @@ def test_server_with_another_token_is_distinguished_from_no_server(
     relay.cut(other.address)
     try:
         tab.wait(
-            "document.getElementById('message').textContent.includes('Open the address that it printed')"
+            "document.getElementById('message').textContent.includes('open the address that it printed')"
         )
         assert tab.evaluate(SHOWN) == before
         assert not other.sessions
