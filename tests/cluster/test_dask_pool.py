@@ -44,7 +44,7 @@ def test_script_without_a_main_guard_raises_with_the_remedy(tmp_path: Path) -> N
     ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=PATIENCE)
     assert ended.returncode == 1
     last = ended.stderr.splitlines()[-1]
-    assert last.startswith("raycam.errors.SettingsError: local:1: its processes do not start")
+    assert last.startswith("raycam.errors.SettingsError: local:1: the worker processes do not start")
     assert "if __name__ == '__main__':" in last
     assert "bootstrapping phase" not in ended.stderr
 

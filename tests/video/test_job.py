@@ -194,7 +194,7 @@ def test_job_commands_report_and_finish_shards(
     assert run("verify frames") == 1
     told = capsys.readouterr()
     assert told.out.startswith("frames/frame_0003.png: the result was created with")
-    assert "frames: 1 files are damaged or missing" in told.err
+    assert "frames: 1 file damaged or missing" in told.err
     whole = results(here / "frames")
     assert run(video) == 0
     capsys.readouterr()

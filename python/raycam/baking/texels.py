@@ -15,6 +15,7 @@ import numpy.typing as npt
 from ..arguments import Bools, Floats
 from ..errors import Notice
 from ..notices import warn
+from ..one_line import counted
 
 __all__ = ["Texels", "covered_texels", "find_texels", "warn_of_overlap"]
 
@@ -154,8 +155,8 @@ def warn_of_overlap(texels: Texels, name: object) -> None:
     if texels.overlapping:
         warn(
             Notice(
-                f"object {name!r}: {texels.overlapping} texels belong to several faces, because islands of its texture "
-                "coordinates overlap; the first face determines the value of such a texel",
+                f"object {name!r}: {counted(texels.overlapping, 'texel')} shared by several faces, because islands "
+                "of its texture coordinates overlap; the first face determines a shared texel's value",
                 "overlapping_islands",
             )
         )

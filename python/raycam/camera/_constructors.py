@@ -197,14 +197,17 @@ class Constructors(CameraGeometry):
         if the last row is not 0 0 0 1 (with a hint if the matrix is transposed), or the 3x3 part is not a rotation.
         """
         if size is None:
-            raise CameraError("expected size, (width, height) in pixels", code="missing_value")
+            raise CameraError("size is missing; expected (width, height) in pixels", code="missing_value")
         given = [value for value in (world_from_camera, camera_from_world) if value is not None]
         if len(given) != 1:
-            raise CameraError("expected one of world_from_camera and camera_from_world", code="missing_value")
+            raise CameraError(
+                f"expected either world_from_camera or camera_from_world, got {'both' if given else 'neither'}",
+                code="missing_value",
+            )
         name = "camera_from_world" if world_from_camera is None else "world_from_camera"
         table = floats(name, given[0], (4, 4), (3, 4), error=CameraError)
         if len(table) == 4 and table[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
-            hint = ": it is transposed" if table[:, 3].tolist() == [0.0, 0.0, 0.0, 1.0] else ""
+            hint = "; the matrix is transposed" if table[:, 3].tolist() == [0.0, 0.0, 0.0, 1.0] else ""
             raise CameraError(
                 f"{name} has the last row {table[3]}; expected 0 0 0 1{hint}", code="invalid_matrix"
             )

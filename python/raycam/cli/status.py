@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import JobError
+from ..one_line import counted
 from .options.command import Command
 
 if TYPE_CHECKING:
@@ -72,8 +73,8 @@ def _verify(options: argparse.Namespace) -> None:
     if wrong:
         print(*wrong.values(), sep="\n")
         raise JobError(
-            f"{options.folder}: {len(wrong)} files are damaged or missing; damaged files were renamed to .damaged, and "
-            "running the job's command again restores all of them",
+            f"{options.folder}: {counted(len(wrong), 'file')} damaged or missing; damaged files were renamed to "
+            ".damaged, and running the job's command again restores all of them",
             code="damaged_job",
         )
     state = job.status()

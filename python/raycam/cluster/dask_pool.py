@@ -105,8 +105,8 @@ def _local(address: str, count: int) -> Any:
             )
         except RuntimeError as fault:
             raise SettingsError(
-                f"{address}: its processes do not start ({fault}). They import the script that starts them, so "
-                "the script's actions must be inside: if __name__ == '__main__':",
+                f"{address}: the worker processes do not start ({fault}). They import the script that starts them, "
+                "so the script's actions must be inside: if __name__ == '__main__':",
                 code="cluster_unreachable",
             ) from None
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arguments import Floats
 from ..errors import SettingsError
+from ..one_line import counted
 
 __all__ = ["GRAVITY", "LEAST_POSES", "BodyMotion", "specific_force"]
 
@@ -43,7 +44,7 @@ class BodyMotion:
         """
         if len(times) < LEAST_POSES or (np.diff(times) <= 0.0).any():
             raise SettingsError(
-                f"imu requires at least {LEAST_POSES} poses, and ascending times; got {len(times)} poses",
+                f"imu requires at least {LEAST_POSES} poses, and ascending times; got {counted(len(times), 'pose')}",
                 code="missing_value",
             )
         turns = quaternions.copy()

@@ -11,6 +11,7 @@ from typing import Any, Protocol, cast
 from ..arguments import whole
 from ..camera import Background
 from ..errors import SettingsError, WorldError
+from ..one_line import counted
 from ..world import World
 
 __all__ = ["MAX_WORLDS", "WorldSequence", "Worlds"]
@@ -74,7 +75,7 @@ class WorldSequence:
         if isinstance(worlds, Sized):
             if count is not None and count != len(worlds):
                 raise SettingsError(
-                    f"count is {count}, but worlds has {len(worlds)} entries; omit count",
+                    f"count is {count}, but worlds contains {counted(len(worlds), 'world')}; omit count",
                     code="conflicting_values",
                 )
             count = len(worlds)
@@ -143,7 +144,7 @@ class WorldSequence:
                 raise
             if world is None:
                 raise WorldError(
-                    f"the iterator ended after {self._next} worlds, but count is {self.count}",
+                    f"the iterator ended after {counted(self._next, 'world')}, but count is {self.count}",
                     code="conflicting_values",
                 )
             self._cached[self._next] = self._checked(world, self._next)

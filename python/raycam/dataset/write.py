@@ -24,6 +24,7 @@ from ..io import atomic_files
 from ..jobs.job import Job
 from ..jobs.worker import FrameResult
 from ..notices import distinct, warn, warn_all
+from ..one_line import counted
 from ..randomize import Recipe
 from ..render import render
 from ..render.arguments import UNPOSED, is_unposed_within, world_of
@@ -106,7 +107,8 @@ def views(
         moments = [float(time) for time in times]
     if len(moments) != len(chosen_cameras):
         raise SettingsError(
-            f"{len(moments)} times for {len(chosen_cameras)} cameras; expected one time for each camera",
+            f"{counted(len(moments), 'time')} for {counted(len(chosen_cameras), 'camera')}; expected one time for "
+            "each camera",
             code="wrong_shape",
         )
     found = []
@@ -441,9 +443,9 @@ def late_times(plan: Plan) -> list[Notice]:
         return []
     first = out[0]
     unit = next((f" (probably {name} since 1970)" for least, name in UNITS if first >= least), "")
-    many = f"all {len(out)} times" if len(out) == len(times) else f"{len(out)} of {len(times)} times"
+    many = f"all times ({len(out)})" if len(out) == len(times) else f"some times ({len(out)} of {len(times)})"
     message = (
-        f"{many} are outside the world's motion (0 to {max(ends):g} s), the first is {first!r}{unit}; the world "
+        f"{many} are outside the world's motion (0 to {max(ends):g} s), for example {first!r}{unit}, so the world "
         "does not move at these times; use seconds from the motion's beginning (--time-offset first)"
     )
     return [Notice(message, "outside_times")]

@@ -96,9 +96,9 @@ class NewtonScene:
             self.world.add_object(name=name, **keys)
             self.shapes.append(shape)
             self._scales.append(scale)
-        for what, count in (("particles", "particle_count"), ("triangles of cloth", "tri_count")):
+        for what, count in (("particles", "particle_count"), ("cloth triangles", "tri_count")):
             if getattr(model, count, 0):
-                text = f"{getattr(model, count)} {what} of the model are not shown; only shapes are"
+                text = f"the model's {what} are not shown ({getattr(model, count)}), because only shapes are supported"
                 notices.append(Notice(text, "ignored_element"))
         return notices
 

@@ -174,7 +174,7 @@ def _load_package(task: FrameTask) -> JobPackage:
             _cache_package(package)
             return package
     raise PackageNotFound(
-        f"{platform.node()} finds no job {task.job[:12]} at {task.package}{strange}; place the job's "
+        f"{platform.node()}: job {task.job[:12]} not found at {task.package}{strange}; place the job's "
         "folder where every worker can read it under the same path"
     )
 

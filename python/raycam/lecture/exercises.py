@@ -148,7 +148,7 @@ def check_plane_distance(plane_distance: Callable[[Floats, Floats, Floats], Any]
         hints = [
             (np.asarray(-expected), "The sign is wrong: the numerator is n·(a - C), not n·(C - a)."),
             (np.asarray(1 / expected), "Numerator and denominator are swapped."),
-            (expected * np.linalg.norm(r), "t counts in lengths of r: do not normalise r."),
+            (expected * np.linalg.norm(r), "t is in units of the length of r: do not normalise r."),
             (np.asarray(_plane_distance(triangle, -C, r)), "The sign of C is wrong: the ray starts at +C."),
         ]
         return Verdict(False, _hint(given, hints, _difference("t", given, np.asarray(expected))))

@@ -16,6 +16,7 @@ from ..camera import Camera
 from ..errors import Notice, SettingsError, with_code
 from ..io.oriented_photo import Orientation, read_oriented
 from ..notices import distinct, warn
+from ..one_line import counted
 from ..srgb import linear_from_srgb
 
 __all__ = ["PhotoSource", "Photos", "Pyramid"]
@@ -110,7 +111,8 @@ class PhotoSource:
         if not np.isfinite(found).all():
             count = int((~np.isfinite(found)).any(axis=2).sum())
             raise SettingsError(
-                f"photograph {name!r} has {count} pixels that are not finite; mask them with an alpha channel of 0",
+                f"photograph {name!r} has {counted(count, 'pixel')} with NaN or infinite values; mask them with an "
+                "alpha channel of 0",
                 code="invalid_value",
             )
         return found

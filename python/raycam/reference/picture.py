@@ -146,5 +146,8 @@ def _floats(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
         wanted = ", ".join("n" if side == -1 else str(side) for side in shape)
         raise ValueError(f"{name} must be [{wanted}], not {list(array.shape)}")
     if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite, but {np.count_nonzero(~np.isfinite(array))} values are not")
+        raise ValueError(
+            f"{name} must be finite, but contains NaN or infinite values "
+            f"({np.count_nonzero(~np.isfinite(array))} of {array.size})"
+        )
     return array

@@ -16,6 +16,7 @@ from ..arguments import Bools, Floats, is_tensor, numbers
 from ..camera import Background, Camera, check_camera
 from ..errors import FormatError, Notice, SettingsError, WorldError
 from ..io.oriented_photo import read_oriented
+from ..one_line import counted
 from ..srgb import linear_from_srgb, srgb_from_linear
 
 __all__ = ["numpy_background", "picture_behind"]
@@ -150,9 +151,7 @@ def _warped(
     outside = int(np.count_nonzero(weight == 0))
     if outside:
         share = 100 * outside / weight.size
-        message = (
-            f"{name}: {outside} pixels ({share:.3g} %) of the frame are outside the photograph and are black"
-        )
+        message = f"{name}: {counted(outside, 'pixel')} ({share:.3g} %) outside the photograph shown in black"
         notices.append(Notice(message, "uncovered_background"))
     seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
     return linear_from_srgb(seen), notices

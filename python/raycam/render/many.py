@@ -351,7 +351,7 @@ def _arrays(
         arrays[name] = array
     if given:
         raise SettingsError(
-            f"out has {', '.join(given)}, which is not among the channels {', '.join(names)}",
+            f"out: unknown channels {', '.join(given)}; options: {', '.join(names)}",
             code="unknown_name",
         )
     return arrays

@@ -56,8 +56,9 @@ def blank_notices(
         if integrator in MEDIA_INTEGRATORS and _shows_media(world, camera):
             return
         message = (
-            "nothing is visible: no object covers the centre of a pixel; the camera is at "
-            f"{_place(camera)} and looks along {_numbers(camera.R[2])}, the world's bounds are {_bounds(world)}"
+            f"nothing is visible: no object covers the centre of a pixel. The camera is at {_place(camera)}, its "
+            f"viewing direction is {_numbers(camera.R[2])}, and the world's bounds are {_bounds(world)}; check the "
+            "camera's pose"
         )
         yield Notice(message, "nothing_visible")
         return

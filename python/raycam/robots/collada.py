@@ -100,7 +100,7 @@ class _Converter:
             turn[:3, :3] = TO_Z_UP[up]
         elif up in TO_Z_UP:
             text = (
-                f"the up axis {up} is ignored, as in RViz; if parts of the robot are turned, use"
+                f"the up axis {up} is ignored, as in RViz; if parts of the robot appear rotated, use"
                 ' world.add_robot(..., up_axis="apply")'
             )
             self._note("ignored_key", text)

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from ..arguments import Floats, floats
 from ..errors import SettingsError
+from ..one_line import counted
 
 __all__ = ["write_joint_states"]
 
@@ -73,7 +74,8 @@ def write_joint_states(
         )
         if len(columns[name]) != len(stamps):
             raise SettingsError(
-                f"joint {name!r}: got {len(columns[name])} positions for {len(stamps)} times",
+                f"joint {name!r}: got {counted(len(columns[name]), 'position')} for {counted(len(stamps), 'time')}; "
+                "expected equal numbers",
                 code="wrong_shape",
             )
     with path.open("wb") as file:

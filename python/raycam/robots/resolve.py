@@ -71,7 +71,7 @@ class FileResolver:
             return self._checked(Path(unquote(rest)), [self.root])
         if scheme:
             raise Missing(
-                f"{scheme}:// names are not supported; download the file and name it relative to the robot"
+                f"{scheme}:// names are not supported; download the file and use a path relative to the robot's file"
             )
         if text.startswith("$("):
             raise Missing("the name contains a xacro expression; rename the robot's file to .xacro")
@@ -86,7 +86,7 @@ class FileResolver:
 
     def _in_package(self, package: str, inner: str) -> Path:
         if not package or package in (".", ".."):
-            raise Missing("the package has no name")
+            raise Missing("the package name is missing; expected package://NAME/PATH")
         folders = self._package_folders(package)
         if not folders:
             raise Missing(f"package {package!r} not found; searched {', '.join(map(str, self._searched()))}")

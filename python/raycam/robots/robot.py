@@ -174,7 +174,7 @@ class Robot:
         if len(counts) > 1:
             raise WorldError(
                 f"robot {self.name!r}: joints have different numbers of values "
-                f"({' and '.join(map(str, sorted(counts)))})",
+                f"({' and '.join(map(str, sorted(counts)))}); expected equal numbers",
                 code="wrong_shape",
             )
         found = np.tile(self._values, (next(iter(counts), 1), 1))

@@ -430,7 +430,9 @@ def _shape(document: _Document, part: Element) -> Visual | None:
             raise document.fail(shape, "<mesh> has no <uri>", "missing_value")
         scale = numbers("scale", 3) if shape.find("scale") else (1.0, 1.0, 1.0)
         if 0.0 in scale:
-            raise document.fail(shape, "a mesh's scale must not contain 0", "out_of_range")
+            raise document.fail(
+                shape, f"a mesh's scale must not contain 0, got {list(scale)}", "out_of_range"
+            )
         if shape.find("submesh") is not None:
             document.note(shape, "<submesh> is not supported; the whole mesh is shown", "ignored_key")
         geometry = Geometry("mesh", (), _located(document, uri.text.strip()), (scale[0], scale[1], scale[2]))
@@ -473,7 +475,9 @@ def _material(document: _Document, part: Element) -> Material:
         words = color.text.split()
         values = read_numbers(color, 3 if len(words) == 3 else 4, document.fail)
         if not all(0 <= value <= 1 for value in values):
-            raise document.fail(color, "colours must be between 0 and 1", "out_of_range")
+            raise document.fail(
+                color, f"colours must be between 0 and 1, got {color.text.strip()}", "out_of_range"
+            )
         opacity = values[3] if len(values) == 4 else 1.0
         rgba = (values[0], values[1], values[2], opacity)
     emissive = element.find("emissive")

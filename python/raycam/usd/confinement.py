@@ -168,7 +168,9 @@ class Confinement:
                 named = value.value if isinstance(value.value, str) else ""
                 if not named:
                     errors = "; ".join(value.errors) or "the value is not a string"
-                    reason = Fault("file_unreadable", f"the layer's expression has no value: {errors}")
+                    reason = Fault(
+                        "file_unreadable", f"the expression in the layer's path cannot be evaluated: {errors}"
+                    )
             known = len(self._layers)
             opened = reason or (self._opened(layer, named) if named else None)
             if isinstance(opened, Fault):

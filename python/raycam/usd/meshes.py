@@ -157,7 +157,7 @@ class Meshes:
             groups = [replace(own, faces=own.faces[~shape.unusable[own.faces]]) for own in groups]
         groups = [own for own in groups if len(own.faces)]
         if not groups:
-            raise Reason("all faces are holes or unusable")
+            raise Reason("the mesh has no valid faces: all are holes or refer to invalid vertices")
         left_handed = UsdGeom.Gprim(prim).GetOrientationAttr().Get(self._time) == UsdGeom.Tokens.leftHanded
         mirrored = baked is not None and np.linalg.det(baked[:3, :3]) < 0
         counts = shape.faces.counts

@@ -151,7 +151,7 @@ def _gif(path: Path, size: tuple[int, int], fps: float) -> Iterator[Add]:
     """
     if fps > GIF_MAX_FPS:
         raise SettingsError(
-            f"a GIF shows at most {GIF_MAX_FPS} frames a second, not {fps:g}", code="out_of_range"
+            f"a GIF shows at most {GIF_MAX_FPS} frames per second, not {fps:g}", code="out_of_range"
         )
     if not has_av():
         with atomic_files.atomic_path(path) as temporary:

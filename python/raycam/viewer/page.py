@@ -107,7 +107,7 @@ def page(
     notices = list(frame.notices)
     if half:
         rounded = [name for name in HALF if name in frame]
-        notices.append(Notice("rounded to float16 in this page", "rounded_values", rounded))
+        notices.append(Notice("values are rounded to float16 in this page", "rounded_values", rounded))
     doubts = [*_unlike(frame, compare), *_unnamed(frame, world)]
     warn_all(doubts)
     first = sorted([*frame, *more], key=lambda name: name != "color")

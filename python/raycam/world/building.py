@@ -177,7 +177,7 @@ class WorldBuilding(WorldContents):
             )
         compiled = models[0].mujoco
         if models[0].lights or (compiled is not None and compiled.model.nlight):
-            text = f"{os.fspath(path)}: the file's lights are not added; raycam.load loads them, too"
+            text = f"{os.fspath(path)}: the file's lights are not added; raycam.load loads the robot with its lights"
             warn(Notice(text, "ignored_element"))
         robot = self._add_model(
             models[0],

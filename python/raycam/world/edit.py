@@ -38,13 +38,16 @@ def describe_object_change(keys: dict[str, Any]) -> dict[str, Any]:
     for part in (keys.pop("material", None) or {},):
         twice = keys.keys() & part.keys()
         if twice:
-            raise WorldError(f"{', '.join(sorted(twice))}: given twice", code="duplicate_name")
+            raise WorldError(
+                f"{', '.join(sorted(twice))}: passed twice, directly and in material", code="duplicate_name"
+            )
         keys |= part
     keys = object_keys(None, keys)
     if "faces" in keys:
         if "triangles" in keys:
             raise WorldError(
-                "faces and triangles are the same key; give one of them", code="conflicting_values"
+                "faces and triangles are two names of the same key; use only one of them",
+                code="conflicting_values",
             )
         keys["triangles"] = keys.pop("faces")
     if is_usd(keys.get("mesh")):

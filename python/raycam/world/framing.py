@@ -275,9 +275,7 @@ def _direction(direction: str | npt.ArrayLike, up: str) -> Floats:
     """The unit vector from the centre to the camera."""
     if isinstance(direction, str):
         if direction not in DIRECTIONS:
-            raise SettingsError(
-                nearest("side to look from", direction, list(DIRECTIONS)), code="unknown_name"
-            )
+            raise SettingsError(nearest("view direction", direction, list(DIRECTIONS)), code="unknown_name")
         vector = product(np.array([DIRECTIONS[direction]]), axes_of(up))[0]
     else:
         vector = floats("direction", direction, (3,), error=SettingsError)

@@ -157,7 +157,7 @@ class _Builder:
             more = len(faults) - SHOWN_FAULTS
             rest = f"; and {more} more" if more > 0 else ""
             raise FormatError(
-                f"{self._robot.description.file}: {len(faults)} meshes cannot be used: "
+                f"{self._robot.description.file}: meshes that cannot be used ({len(faults)}): "
                 + "; ".join(list(faults.values())[:SHOWN_FAULTS])
                 + f"{rest}; pass packages=[...] or folder=, or show boxes instead with"
                 ' world.add_robot(..., missing="box")',

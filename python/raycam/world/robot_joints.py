@@ -12,6 +12,7 @@ from ..arguments import Floats
 from ..camera import Camera
 from ..errors import SettingsError, WorldError, nearest
 from ..notices import warn_all
+from ..one_line import counted
 from ..robots import JointValues, MountedCamera, Robot, place_camera
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ def follow_joints(
     for number, one in enumerate(placed):
         if len(one) not in (1, len(placed)):
             raise SettingsError(
-                f"joints: got {len(one)} joint vectors for {len(placed)} cameras; "
+                f"joints: got {counted(len(one), 'joint vector')} for {counted(len(placed), 'camera')}; "
                 "pass one vector per camera, or one camera",
                 code="wrong_shape",
             )

@@ -36,7 +36,7 @@ def aim_light(world: WorldContents, keys: dict[str, Any]) -> dict[str, Any]:
     for taken in ("direction",) if kind != "area" else ("u", "v"):
         if taken in keys:
             raise WorldError(
-                f"target and {taken} cannot be combined, because both aim the light; give one of them",
+                f"target and {taken} cannot be combined, because both aim the light; use only one of them",
                 code="conflicting_values",
             )
     if "position" not in keys:
@@ -64,7 +64,7 @@ def _point(world: WorldContents, target: Any) -> Floats:
         return floats("target", target, (3,), error=WorldError)
     names = {item.name: item.id for item in world.objects}
     if target not in names:
-        raise WorldError(nearest("object to aim at", target, list(names)), code="unknown_name")
+        raise WorldError(nearest("target object", target, list(names)), code="unknown_name")
     corners = world.triangles(names[target]).reshape(-1, 3)
     middle: Floats = (corners.min(axis=0) + corners.max(axis=0)) / 2
     return middle

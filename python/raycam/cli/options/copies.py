@@ -78,7 +78,10 @@ def derive_cameras(cameras: Found, options: argparse.Namespace) -> Found:
     if not has_copies(options):
         return cameras
     if options.crop is not None and len(options.crop) != 4:
-        raise SettingsError("--crop: expected X,Y,WIDTH,HEIGHT, as in 0,0,320,240", code="invalid_value")
+        raise SettingsError(
+            f"--crop: expected X,Y,WIDTH,HEIGHT, as in 0,0,320,240, got {len(options.crop)} numbers",
+            code="invalid_value",
+        )
     maps: dict[str, object] = {}
     if options.rectify:
         made: Found = _rectified(_flat(cameras), options, maps)

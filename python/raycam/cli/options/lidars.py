@@ -128,7 +128,7 @@ def chosen_lidar(world: World, options: argparse.Namespace, settings: dict[str, 
     if name is None:
         if len(own) != 1:
             found = f"the world has the lidars {', '.join(own)}" if own else "the world file has no lidar"
-            raise SettingsError(f"{found}; select one with --lidar NAME", code="missing_value")
+            raise SettingsError(f"{found}; select a lidar with --lidar NAME", code="missing_value")
         name = next(iter(own))
     is_own = any(name in (key, key.rpartition("/")[2]) for key in own)
     angles = [getattr(options, angle) for angle in ("roll", "pitch", "yaw")]

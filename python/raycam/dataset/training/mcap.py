@@ -27,6 +27,7 @@ from ...annotations.flow import check_rectified
 from ...arguments import Floats, real
 from ...camera import Camera
 from ...errors import CameraError, SettingsError
+from ...one_line import counted
 from ..plan import Format, Index, Made, Plan, Record, View, k_with_integer_centers
 from .cdr import BODY, WORLD, Cdr, body_of, mount_of, quaternion, transform
 from .mcap_imu import IMU_DEFINITION, check_imu, imu_records
@@ -110,8 +111,8 @@ def distortion(camera: Camera) -> tuple[str, list[float]]:
     if camera.model == "fisheye":
         return "equidistant", values
     raise SettingsError(
-        f"ROS does not support lens model {camera.model!r} with {len(values)} coefficients; supported: opencv (4, 5 "
-        "or 8), fisheye",
+        f"ROS does not support lens model {camera.model!r} with {counted(len(values), 'coefficient')}; supported: "
+        "opencv (4, 5 or 8), fisheye",
         code="unsupported_camera",
     )
 

@@ -54,7 +54,7 @@ class MujocoScene:
         if covered:
             names = ", ".join(repr(element_name(model, "geom", geom)) for geom in covered[:5])
             more = f" and {len(covered) - 5} more" if len(covered) > 5 else ""
-            text = f"geoms {names}{more} are omitted: later geoms of the same shape and place cover them"
+            text = f"geoms covered by later geoms of the same shape and position are omitted: {names}{more}"
             notices.append(Notice(text, "ignored_element"))
         for kind, count, shown in ((GEOM_OBJECT, model.ngeom, groups), (SITE_OBJECT, model.nsite, sites)):
             group = getattr(model, f"{element_prefix(kind)}_group")

@@ -111,8 +111,8 @@ def read_ouster(path: Path, device: str | None) -> dict[str, Any]:
 def _report_product(path: Path, line: object) -> None:
     """Issues a notice about an unknown product line."""
     text = (
-        f"{path}: unknown prod_line {line!r}; numbers that the file does not contain, such as ranges and noise, are "
-        "those of an OS1; pass them as settings, or a device as the second argument of load_lidar"
+        f"{path}: unknown prod_line {line!r}; the values of an OS1 are used for ranges, noise and other settings "
+        "that the file does not contain; pass these settings, or a device as the second argument of load_lidar"
     )
     warn(Notice(text, "assumed_device"))
 

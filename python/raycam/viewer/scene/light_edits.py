@@ -14,6 +14,7 @@ import numpy as np
 from ..._core import srgb_from_linear
 from ...arguments import Floats, real
 from ...errors import SettingsError, WorldError
+from ...one_line import counted
 from ...srgb import linear_from_srgb
 from ...world import World
 from ...world.framing import without_ground
@@ -67,7 +68,8 @@ def edit_light(world: World, number: int, key: str, value: Any) -> World:
     lights = world.lights
     if number >= len(lights):
         raise WorldError(
-            f"light {number} does not exist; the world has {len(lights)} lights", code="index_out_of_range"
+            f"light {number} does not exist; the world has {counted(len(lights), 'light')}",
+            code="index_out_of_range",
         )
     light = lights[number]
     if key == "remove" and value is True:

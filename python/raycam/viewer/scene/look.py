@@ -99,7 +99,7 @@ class Look:
         lights = [name for name in ("studio", "sun", "hdri") if name in given]
         if len(lights) > 1:
             raise SettingsError(
-                f"{' and '.join(lights)} cannot be combined in a view; give one of them",
+                f"{' and '.join(lights)} cannot be combined in a view; use only one of them",
                 code="conflicting_values",
             )
         light: Any = {"hdri": "sky"}.get(lights[0], lights[0]) if lights else "own"

@@ -146,7 +146,7 @@ class View:
         if time > seconds:
             lasts = f"the motion lasts {seconds:g} s" if seconds else "nothing in this world moves"
             raise SettingsError(
-                f"time {time:g} s is after the end of the motion: {lasts}", code="out_of_range"
+                f"time {time:g} s is after the end of the motion; {lasts}", code="out_of_range"
             )
         animations, variants = [each.name for each in base.animations], base.variants
         animation, variant = given.get("animation", ""), given.get("variant", "")
