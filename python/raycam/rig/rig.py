@@ -105,7 +105,7 @@ class Rig(DictSerializable, Mapping[str, Camera]):
         `CameraError` for a camera with its centre at infinity.
         """
         if not cameras:
-            raise CameraError("a rig requires at least one camera", code="missing_value")
+            raise CameraError("cameras is empty; a rig requires at least one camera", code="missing_value")
         for key, camera in cameras.items():
             if not isinstance(camera, Camera):
                 raise CameraError(

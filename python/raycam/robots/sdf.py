@@ -501,7 +501,9 @@ def _color(document: _Document, element: Element) -> tuple[float, float, float]:
     count = 3 if len(element.text.split()) == 3 else 4
     red, green, blue = read_numbers(element, count, document.fail)[:3]
     if not all(0 <= value <= 1 for value in (red, green, blue)):
-        raise document.fail(element, "colours must be between 0 and 1", "out_of_range")
+        raise document.fail(
+            element, f"colours must be between 0 and 1, got {element.text.strip()}", "out_of_range"
+        )
     return red, green, blue
 
 

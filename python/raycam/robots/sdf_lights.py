@@ -124,6 +124,8 @@ def ambient_light(world: Element, fail: Fail) -> SdfLight | None:
     )
     if len(color) != 3 or min(color) < 0:
         raise fail(
-            ambient or world, "<ambient> must have 3 or 4 numbers that are not negative", "wrong_shape"
+            ambient or world,
+            f"<ambient> must have 3 or 4 numbers that are not negative, got {list(color)}",
+            "wrong_shape",
         )
     return SdfLight("sky", {"radiance": list(color)}) if any(color) else None

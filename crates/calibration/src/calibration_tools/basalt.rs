@@ -31,7 +31,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     }
     for (i, ((pose, camera), size)) in poses.iter().zip(&cameras).zip(&sizes).enumerate() {
         let mut record = CameraRecord::new(format!("cam{i}"), PixelCenter::Integer);
-        let [width, height] = size.list()?.try_into().map_err(|_| size.fail("expected width and height"))?;
+        let sides = size.list()?;
+        let [width, height] = &sides[..] else {
+            return Err(size.fail(format_args!("{}; expected width and height", counted(sides.len(), "number"))));
+        };
         record.size = Some([width.count()?, height.count()?]);
         let get = |key: &str| pose.require(key)?.number();
         let rotation = Rotation::unit_quaternion([get("qw")?, get("qx")?, get("qy")?, get("qz")?])

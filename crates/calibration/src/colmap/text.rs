@@ -1,6 +1,7 @@
 //! COLMAP's text files: `cameras.txt`, `images.txt` and, if they exist, `rigs.txt` and `frames.txt`. Each line is a
 //! record.
 
+use raycam_scene::counted;
 use std::path::Path;
 use std::str::{FromStr, Lines, SplitAsciiWhitespace};
 
@@ -152,7 +153,8 @@ impl RecordReader for LineTokens<'_> {
         }
         let is_image = self.words.clone().nth(9).is_some_and(|name| name.parse::<f64>().is_err());
         if is_image || !self.words.clone().count().is_multiple_of(3) {
-            let mut message = "expected X Y POINT3D_ID, three numbers per point".to_owned();
+            let count = self.words.clone().count();
+            let mut message = format!("{}; expected X Y POINT3D_ID, three numbers per point", counted(count, "value"));
             if is_image {
                 message.push_str(
                     " (the line may be empty); this is the line of the next image, so the points line of \

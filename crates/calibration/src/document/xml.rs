@@ -16,7 +16,11 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
     let lines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
     let root = document.root_element();
     if root.tag_name().name() != "opencv_storage" {
-        return Err(FormatError::whole(path, "expected the root element <opencv_storage> of OpenCV's XML"));
+        let name = root.tag_name().name();
+        return Err(FormatError::whole(
+            path,
+            format!("the root element is <{name}>; expected <opencv_storage>, OpenCV's XML"),
+        ));
     }
     node(root, &lines, path, 0)
 }

@@ -311,7 +311,8 @@ fn refuse_lens_without_k(view: &KeyView<'_>) -> Result<()> {
     let Some(lens) = view.find_value(&keys::LENS)?.filter(|at| at.refuse_lens("d").is_err()) else { return Ok(()) };
     Err(match view.all(&keys::K).first() {
         Some(k) => k.fail("expected a camera matrix of 9 numbers, or fx fy cx cy"),
-        None => lens.fail("no camera matrix next to these coefficients: expected K, camera_matrix or fx fy cx cy"),
+        None => lens
+            .fail("the camera matrix of these lens coefficients is missing; expected K, camera_matrix or fx fy cx cy"),
     })
 }
 

@@ -106,8 +106,9 @@ impl Files<'_> {
             }
             let numbers: Option<Vec<f64>> = row.iter().skip(4).map(|word| word.parse().ok()).collect();
             let numbers = numbers.filter(|numbers| numbers.len() >= 2);
-            let numbers =
-                numbers.ok_or_else(|| fail("expected a model, the width, the height and parameters".into()))?;
+            let numbers = numbers.ok_or_else(|| {
+                fail(format!("{}; expected a camera model, width, height and parameters", row[3..].join(", ")))
+            })?;
             let side = |value: f64| (value.fract() == 0.0 && (1.0..65537.0).contains(&value)).then_some(value as u32);
             let (Some(width), Some(height)) = (side(numbers[0]), side(numbers[1])) else {
                 return Err(fail(format!(

@@ -92,7 +92,10 @@ fn add(
     let fx = number("FocalLength35mm", 0.0)? * longer / FILM;
     let fy = fx * number("AspectRatio", 1.0)?;
     if fx <= 0.0 || fy <= 0.0 {
-        return Err(at.fail("FocalLength35mm and AspectRatio must be greater than 0"));
+        let (focal, aspect) = (number("FocalLength35mm", 0.0)?, number("AspectRatio", 1.0)?);
+        return Err(at.fail(format_args!(
+            "FocalLength35mm is {focal}, AspectRatio is {aspect}; expected numbers greater than 0"
+        )));
     }
     record.k = Some(DMat3::from_cols(
         DVec3::new(fx, 0.0, 0.0),

@@ -102,6 +102,6 @@ fn k_by_columns(at: &Cursor<'_>) -> Result<DMat3> {
     let k = if k.z_axis == DVec3::Z && k.row(2) != DVec3::Z { k.transpose() } else { k };
     match k.row(2) == DVec3::Z {
         true => Ok(k),
-        false => Err(at.fail("expected K by columns: fx 0 0 0 fy 0 cx cy 1")),
+        false => Err(at.fail(format_args!("{:?}; expected K by columns: fx 0 0 0 fy 0 cx cy 1", k.to_cols_array()))),
     }
 }

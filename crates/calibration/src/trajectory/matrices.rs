@@ -252,8 +252,11 @@ pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<
         }
         let mut index = None;
         if layout == MatrixLayout::Lines(17) {
-            if numbers.remove(0).fract() != 0.0 {
-                return Err(fail("expected the index of a frame, a whole number, before 16 numbers".into()));
+            let first = numbers.remove(0);
+            if first.fract() != 0.0 {
+                return Err(fail(format!(
+                    "frame index {first}; expected a whole number before the 16 numbers of the pose"
+                )));
             }
             index = words(row).next().map(str::to_owned);
         }
@@ -322,7 +325,12 @@ fn lens_beside(
     let fail = |message: String| FormatError::whole(&file.path, message);
     let listed = data_lines(file.text()?).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
     let numbers = listed
-        .ok_or_else(|| fail("expected only numbers; the file's name indicates lens coefficients".into()))?
+        .ok_or_else(|| {
+            fail(
+                "the file contains words; expected only numbers, the lens coefficients, because of the file's name"
+                    .into(),
+            )
+        })?
         .concat();
     calibration.note(NoticeCode::UsedOtherFile, format!("the lens was read from {name}"));
     lens_of(hints.lens.unwrap_or(LensModel::OpenCv), &numbers).map_err(fail)

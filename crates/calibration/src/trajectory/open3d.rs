@@ -92,7 +92,10 @@ fn intrinsics(at: &Cursor<'_>, record: &mut CameraRecord) -> Result<()> {
     let matrix = at.require("intrinsic_matrix")?;
     let k = DMat3::from_cols_array(&matrix.array::<9>()?);
     if k.row(2) != DVec3::Z {
-        return Err(matrix.fail("expected K by columns, as written by Open3D: fx 0 0 skew fy 0 cx cy 1"));
+        let given = k.to_cols_array();
+        return Err(
+            matrix.fail(format_args!("{given:?}; expected K by columns, as in Open3D: fx 0 0 skew fy 0 cx cy 1"))
+        );
     }
     record.k = Some(k);
     record.size = Some([at.require("width")?.count()?, at.require("height")?.count()?]);

@@ -31,7 +31,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let (line, head) = block[0];
         let fail = |message: String| FormatError::line(path, line, message);
         if words(head).count() != 3 || block.len() != 5 {
-            return Err(fail("expected a line of three numbers, then four lines of four".into()));
+            return Err(fail(format!("{head:?}; expected a line of three numbers, then four lines of four")));
         }
         let values: Option<Vec<f64>> =
             block[1..].iter().flat_map(|(_, row)| words(row)).map(|word| word.parse().ok()).collect();

@@ -166,7 +166,10 @@ impl AssetRoot {
         }
         let io = |source| FormatError::Io { path: shown.clone(), source };
         if !fs::metadata(&real).map_err(io)?.is_file() {
-            return Err(io(io::Error::new(io::ErrorKind::InvalidInput, "expected a regular file")));
+            return Err(io(io::Error::new(
+                io::ErrorKind::InvalidInput,
+                "not a regular file (a folder, device, pipe or socket)",
+            )));
         }
         let mut bytes = Vec::new();
         File::open(&real).map_err(io)?.take(limit.min(self.budget.bytes)).read_to_end(&mut bytes).map_err(io)?;

@@ -142,7 +142,10 @@ impl HeaderParser<'_> {
                     Some(b"binary_little_endian") => Encoding::BinaryLittleEndian,
                     Some(b"binary_big_endian") => Encoding::BinaryBigEndian,
                     _ => {
-                        return Err(self.error("expected format ascii, binary_little_endian or binary_big_endian 1.0"));
+                        return Err(self.error(
+                            "unknown format; expected format ascii, binary_little_endian or binary_big_endian, \
+                             then 1.0",
+                        ));
                     }
                 });
                 // No other version was ever specified, so files with another number have the layout of version 1.0.
@@ -160,7 +163,7 @@ impl HeaderParser<'_> {
                 let name = words.next().map(lexer::name);
                 let count = words.next().and_then(lexer::integer).and_then(|n| usize::try_from(n).ok());
                 let (Some(name), Some(count)) = (name, count) else {
-                    return Err(self.error("expected element NAME COUNT"));
+                    return Err(self.error("incomplete element; expected element NAME COUNT"));
                 };
                 self.elements.push(Element { name, count, properties: Vec::new() });
             }
@@ -169,7 +172,9 @@ impl HeaderParser<'_> {
                     return Err(self.error("a property before the first element"));
                 }
                 let Some(property) = self.property(words) else {
-                    return Err(self.error("expected property KIND NAME or property list KIND KIND NAME"));
+                    return Err(
+                        self.error("incomplete property; expected property TYPE NAME or property list TYPE TYPE NAME")
+                    );
                 };
                 if let Some(element) = self.elements.last_mut() {
                     element.properties.push(property);

@@ -269,13 +269,13 @@ fn ply_errors_contain_line_or_byte() {
         (ascii(rows).replace("property float x", "property float w"), "a.ply: element vertex has no x, y and z"),
         (
             ascii(rows).replace("property float x", "property float"),
-            "a.ply:4: expected property KIND NAME or property list KIND KIND NAME",
+            "a.ply:4: incomplete property; expected property TYPE NAME or property list TYPE TYPE NAME",
         ),
         (
             ascii(rows).replace("ascii 1.0", "text 1.0"),
-            "a.ply:2: expected format ascii, binary_little_endian or binary_big_endian 1.0",
+            "a.ply:2: unknown format; expected format ascii, binary_little_endian or binary_big_endian, then 1.0",
         ),
-        (ascii(rows).replace("element vertex 4", "element vertex"), "a.ply:3: expected element NAME COUNT"),
+        (ascii(rows).replace("element vertex 4", "element vertex"), "a.ply:3: incomplete element; expected element NAME COUNT"),
         ("plywood".into(), "a.ply:1: not a PLY file"),
         ("ply\nformat ascii 1.0\n".into(), "a.ply:3: end_header is missing"),
         (

@@ -30,7 +30,7 @@ impl IesProfile {
                 && angles.iter().all(|angle| (0.0..=limit).contains(angle))
         };
         if !increases(&self.vertical, 180.0) {
-            return fail("invalid vertical angles; expected increasing angles within 0 to 180".into());
+            return fail("invalid vertical angles; expected increasing angles from 0 to 180 degrees".into());
         }
         let last = self.horizontal.last().copied().unwrap_or_default();
         if !increases(&self.horizontal, 360.0)
@@ -38,7 +38,9 @@ impl IesProfile {
             || !(last == 0.0 || last == 90.0 || last >= 180.0)
         {
             return fail(
-                "invalid horizontal angles; expected increasing angles from 0 to 0, 90, 180 or up to 360".into(),
+                "invalid horizontal angles; expected increasing angles that begin with 0 and end with 0, \
+                         90 or 180 to 360 degrees"
+                    .into(),
             );
         }
         if self.candela.len() != self.vertical.len() * self.horizontal.len() {

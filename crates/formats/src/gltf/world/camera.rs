@@ -79,14 +79,16 @@ impl Builder<'_, '_> {
                 if !(aspect.is_normal() && aspect > 0.0) {
                     return Err(fault(
                         ErrorCode::OutOfRange,
-                        ".perspective.aspectRatio: expected a number greater than 0 (VALUE_NOT_IN_RANGE)",
+                        &format!(
+                            ".perspective.aspectRatio: {aspect}; expected a number greater than 0 (VALUE_NOT_IN_RANGE)"
+                        ),
                     ));
                 }
                 let yfov = perspective.yfov;
                 if !(yfov.is_finite() && yfov > 0.0) {
                     return Err(fault(
                         ErrorCode::OutOfRange,
-                        ".perspective.yfov: expected a number greater than 0 (VALUE_NOT_IN_RANGE)",
+                        &format!(".perspective.yfov: {yfov}; expected a number greater than 0 (VALUE_NOT_IN_RANGE)"),
                     ));
                 }
                 let size = image_size(aspect);
@@ -97,7 +99,10 @@ impl Builder<'_, '_> {
                 if !(x.is_normal() && y.is_normal()) {
                     return Err(fault(
                         ErrorCode::OutOfRange,
-                        ".orthographic: xmag or ymag is 0; expected numbers greater than 0 (CAMERA_XMAG_YMAG_ZERO)",
+                        &format!(
+                            ".orthographic: xmag is {x}, ymag is {y}; expected numbers greater than 0 \
+                             (CAMERA_XMAG_YMAG_ZERO)"
+                        ),
                     ));
                 }
                 if x < 0.0 || y < 0.0 {
@@ -111,7 +116,10 @@ impl Builder<'_, '_> {
             ("perspective" | "orthographic", ..) => {
                 Err(fault(ErrorCode::MissingValue, ": the object required by its type is missing (UNDEFINED_PROPERTY)"))
             }
-            _ => Err(fault(ErrorCode::UnknownName, ".type: expected perspective or orthographic (VALUE_NOT_IN_LIST)")),
+            _ => Err(fault(
+                ErrorCode::UnknownName,
+                &format!(".type: {:?}; expected perspective or orthographic (VALUE_NOT_IN_LIST)", json.kind),
+            )),
         }
     }
 }
