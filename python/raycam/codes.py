@@ -59,11 +59,11 @@ _OWN_NOTICES = {
     ),
     "chosen_world": Code(
         "A folder or an archive contains several worlds or models, and one of them is shown.",
-        "Name the files to show.",
+        "Pass the paths of the files to show.",
     ),
     "watch_limit": Code(
         "The folder contains too many files, so only some of them are watched for changes.",
-        "Keep the world and its files in a folder of their own.",
+        "Put the world and its files into a separate folder.",
     ),
     "applied_orientation": Code(
         "A photo was rotated by its EXIF orientation, because only the rotated photo has its camera's shape.",
@@ -142,12 +142,12 @@ _OWN_NOTICES = {
         "Load the unit's calibration with raycam.load_lidar.",
     ),
     "assumed_device": Code(
-        "A calibration's device is unknown, so another device supplies the numbers that the file does not contain.",
-        "Pass a device, or the numbers as settings.",
+        "A calibration's device is unknown, so values that the file does not contain are those of another device.",
+        "Pass a device, or the values as settings.",
     ),
     "assumed_reflectance": Code(
         "Coloured materials have no reflectance at a lidar's wavelength, so their red channel was used.",
-        "Give the materials a red channel that is their reflectance at this wavelength.",
+        "Set the red channel of the materials' colours to their reflectance at this wavelength.",
     ),
     "empty_scan": Code(
         "A scan has no points.",
@@ -175,7 +175,7 @@ _OWN_NOTICES = {
     ),
     "missed_source": Code(
         "Texels have no surface of the source near them, and show the baked object itself.",
-        "Enlarge the cage, or check that both models are in the same place.",
+        "Enlarge the cage, or check that both models have the same position and size.",
     ),
     "coarse_texture": Code(
         "The photographs show more detail than the texture can hold.",
@@ -218,7 +218,7 @@ _OWN_ERRORS = {
     ),
     "not_settled": Code(
         "The falling objects did not come to rest inside their target without penetrating each other.",
-        "Use fewer objects, more room, more time or another seed.",
+        "Use fewer objects, a larger target, more time or another seed.",
     ),
     "missing_camera": Code(
         "A rig has only lidars, but an image or the data set's format requires a camera.",
@@ -266,7 +266,7 @@ _OWN_ERRORS = {
     ),
     "photograph_size": Code(
         "A photograph does not have its camera's size.",
-        "Use the photographs that the cameras belong to, or give their size with --size.",
+        "Use the photographs that the cameras belong to, or resize the cameras with --size.",
     ),
     "missing_photograph": Code(
         "A mapping of photographs lacks the name of a camera's photograph.",

@@ -75,7 +75,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     let chosen = colors::choose(&mut mesh);
     let filled = directionless::fill_normals(&mut mesh);
     let filled = (filled > 0).then(|| {
-        let message = format!("{} without a direction replaced by the faces' normals", counted(filled, "normal"));
+        let message = format!("replaced by the faces' normals: {} without a direction", counted(filled, "normal"));
         Notice::new(NoticeCode::ReplacedValue, message)
     });
     notices.extend([chosen, filled].into_iter().flatten().map(|note| note.in_context(path.display())));
@@ -336,7 +336,7 @@ impl OffColors {
         if self.mapped > 0 {
             notices.push(Notice::new(
                 NoticeCode::MissingColors,
-                format!("{shown}: {} with a colour map index shown in white", counted(self.mapped, what)),
+                format!("{shown}: shown in white: {} with a colour map index", counted(self.mapped, what)),
             ));
         }
         if self.missing == self.values.len() {
@@ -346,7 +346,7 @@ impl OffColors {
             let missing = self.missing - self.mapped;
             notices.push(Notice::new(
                 NoticeCode::MissingColors,
-                format!("{shown}: {} without a colour shown in white", counted(missing, what)),
+                format!("{shown}: shown in white: {} without a colour", counted(missing, what)),
             ));
         }
         if self.translucent > 0 {

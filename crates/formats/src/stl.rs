@@ -138,7 +138,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
         let left = after - FACET_BYTES * count;
         notices.push(Notice::new(
             NoticeCode::TrailingData,
-            format!("{}: {} after the last facet ignored", path.display(), counted(left, "byte")),
+            format!("{}: ignored: {} after the last facet", path.display(), counted(left, "byte")),
         ));
     } else if count != held {
         notices.push(Notice::new(
@@ -148,7 +148,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     } else if extra != 0 {
         notices.push(Notice::new(
             NoticeCode::TrailingData,
-            format!("{}: {} after the last facet ignored", path.display(), counted(extra, "byte")),
+            format!("{}: ignored: {} after the last facet", path.display(), counted(extra, "byte")),
         ));
     }
 
@@ -242,7 +242,7 @@ fn facet_colors(
     if without > 0 {
         notices.push(Notice::new(
             NoticeCode::MissingColors,
-            format!("{}: {} without a colour shown in grey", path.display(), counted(without, "facet")),
+            format!("{}: shown in grey: {} without a colour", path.display(), counted(without, "facet")),
         ));
     }
     // In VisCAM files, blue is in the lowest bits.

@@ -243,7 +243,7 @@ def disparities(shot: Shot, right: Camera, base: str, name: str) -> tuple[dict[s
         f"{base}/disp_occ_0/{name}_10.png": png(values),
         f"{base}/disp_noc_0/{name}_10.png": png(np.where(both, values, 0)),
     }
-    return files, loss_of("disparity", f"disparity of 0, below, or beyond {MAX_U16:.6g} pixels", exact)
+    return files, loss_of("disparity", f"disparity of at most 0 or above {MAX_U16:.6g} pixels", exact)
 
 
 def flows(shot: Shot, following: Shot, base: str, name: str) -> tuple[dict[str, bytes], Record]:

@@ -19,6 +19,7 @@ from typing import Protocol
 
 from ..errors import Error, JobError, Notice
 from ..io.temp_stream import TempStreamError
+from ..one_line import counted
 from .job_package import JobPackage
 from .worker import FrameResult, FrameTask, WorkerUnfit
 
@@ -247,7 +248,9 @@ class _Scheduler:
             text = str(fault).strip().partition("\n")[0]
             name = type(fault).__name__
             killed = (
-                f"{story.deaths} workers ended while they rendered this frame; last error: " if died else ""
+                f"{counted(story.deaths, 'worker')} ended while rendering this frame; last error: "
+                if died
+                else ""
             )
             return FailedFrame(
                 task.frame, f"{killed}{name}: {text}" if text else f"{killed}{name}", "\n".join(story.logs)

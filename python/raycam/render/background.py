@@ -151,7 +151,9 @@ def _warped(
     outside = int(np.count_nonzero(weight == 0))
     if outside:
         share = 100 * outside / weight.size
-        message = f"{name}: {counted(outside, 'pixel')} ({share:.3g} %) outside the photograph shown in black"
+        message = (
+            f"{name} does not cover {counted(outside, 'pixel')} ({share:.3g} %) of the frame, shown in black"
+        )
         notices.append(Notice(message, "uncovered_background"))
     seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)
     return linear_from_srgb(seen), notices

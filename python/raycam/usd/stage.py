@@ -308,9 +308,7 @@ class StageReader:
         solid = is_solid(objects.matrices)
         if not solid.all():
             count = np.count_nonzero(~solid)
-            self._note(
-                "ignored_element", prim, f"{count} instances are not shown: their transforms have scale 0"
-            )
+            self._note("ignored_element", prim, f"instances with scale 0 are not shown ({count})")
             kept = np.flatnonzero(solid)
             numbers, objects = numbers[kept], objects.take(kept)
         self._placement.add_many(numbers, objects)

@@ -108,7 +108,7 @@ def _notices_of_stage(
         notices.append(
             StageNotice(
                 "ignored_element",
-                f"{others} lights and cameras are ignored, because the file is loaded as one object",
+                f"lights and cameras ({others}) are ignored, because the file is loaded as one object",
             )
         )
     if len(variants) > 1 and options.variant is None:

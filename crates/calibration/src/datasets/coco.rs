@@ -52,7 +52,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     }
     if without > 0 {
         calibration
-            .note(NoticeCode::IgnoredElement, format!("{} without K, R and C omitted", counted(without, "image")));
+            .note(NoticeCode::IgnoredElement, format!("omitted: {} without K, R and C", counted(without, "image")));
     }
     Ok(calibration)
 }

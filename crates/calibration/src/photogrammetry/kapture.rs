@@ -198,7 +198,7 @@ impl Files<'_> {
         if unplaced > 0 {
             calibration.note(
                 NoticeCode::MissingValue,
-                format!("{} without a pose in trajectories.txt placed at the origin", counted(unplaced, "image")),
+                format!("placed at the origin: {} without a pose in trajectories.txt", counted(unplaced, "image")),
             );
         }
         Ok(calibration)

@@ -142,7 +142,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if lost > 0 {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{} with numbers that are not finite (lost frames) omitted", counted(lost, "pose")),
+            format!("omitted: {} with numbers that are not finite (lost frames)", counted(lost, "pose")),
         );
     }
     if hints.intrinsics.is_none() {

@@ -39,7 +39,7 @@ impl DegenerateFaces {
     pub(crate) fn notice(&self, path: &Path) -> Option<Notice> {
         let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
         let message =
-            format!("{path}: {} with fewer than 3 corners omitted, the first in {first}", counted(count, "face"));
+            format!("{path}: omitted: {} with fewer than 3 corners, the first in {first}", counted(count, "face"));
         Some(Notice::new(NoticeCode::DroppedGeometry, message))
     }
 }

@@ -113,7 +113,7 @@ fn search(from: &Path, written: &[u8], assets: &mut AssetRoot) -> Option<(Vec<u8
     for folder in USUAL_FOLDERS {
         let name = [folder.as_bytes(), b"/", base].concat();
         if assets.is_file(from, &name) {
-            return Some((name, "found in a folder with a usual name for images"));
+            return Some((name, "found in one of the folders that often contain images"));
         }
     }
     None

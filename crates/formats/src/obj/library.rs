@@ -50,7 +50,7 @@ impl Library {
             && let Some(source) = companion::optional_file(path, &own, assets, notices)?
         {
             let named =
-                if obj.libraries.is_empty() { "the file has no mtllib" } else { "the file of mtllib is missing" };
+                if obj.libraries.is_empty() { "the file has no mtllib" } else { "the file named in mtllib is missing" };
             let (path, own) = (path.display(), source.path.display());
             notices.push(Notice::new(
                 NoticeCode::SubstitutedFile,

@@ -229,7 +229,7 @@ impl ObjBuilder {
             if without > 0 {
                 obj.notices.push(Notice::new(
                     NoticeCode::MissingColors,
-                    format!("{shown}: {} without a colour shown in white", counted(without, "vertex")),
+                    format!("{shown}: shown in white: {} without a colour", counted(without, "vertex")),
                 ));
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);

@@ -294,7 +294,7 @@ impl<'a> Ply<'a> {
         if filled > 0 {
             notes.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("{} without a direction replaced by the faces' normals", counted(filled, "normal")),
+                format!("replaced by the faces' normals: {} without a direction", counted(filled, "normal")),
             ));
         }
         self.notices.extend(notes.into_iter().map(|note| note.in_context(path.display())));

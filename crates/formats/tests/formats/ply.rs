@@ -161,7 +161,7 @@ fn number_types_do_not_change_faces() {
                 let thin = model("a.ply", square(big, length, index, &faces));
                 assert_eq!(thin.parts[0].mesh.triangles, triangles.triangles);
                 let said = &thin.notices[0].message;
-                let expected = "2 faces with fewer than 3 corners omitted, the first in the row";
+                let expected = "omitted: 2 faces with fewer than 3 corners, the first in the row";
                 assert!(said.contains(expected), "{said}");
             }
         }
@@ -275,7 +275,10 @@ fn ply_errors_contain_line_or_byte() {
             ascii(rows).replace("ascii 1.0", "text 1.0"),
             "a.ply:2: unknown format; expected format ascii, binary_little_endian or binary_big_endian, then 1.0",
         ),
-        (ascii(rows).replace("element vertex 4", "element vertex"), "a.ply:3: incomplete element; expected element NAME COUNT"),
+        (
+            ascii(rows).replace("element vertex 4", "element vertex"),
+            "a.ply:3: incomplete element; expected element NAME COUNT",
+        ),
         ("plywood".into(), "a.ply:1: not a PLY file"),
         ("ply\nformat ascii 1.0\n".into(), "a.ply:3: end_header is missing"),
         (
@@ -418,7 +421,7 @@ fn normals_without_a_direction_are_replaced_by_face_normals() {
     for zero in ["0 0 0", "nan 0 0"] {
         let used = model("a.ply", text("0 0 0", zero));
         assert_eq!(used.parts[0].mesh.normals.as_ref().unwrap()[..2], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
-        assert_eq!(texts(&used.notices), ["a.ply: 1 normal without a direction replaced by the faces' normals"]);
+        assert_eq!(texts(&used.notices), ["a.ply: replaced by the faces' normals: 1 normal without a direction"]);
     }
 }
 

@@ -24,7 +24,9 @@ def format_color_vector(value: Any, length: int) -> npt.NDArray[np.float32]:
     array = np.asarray(value)
     whole = array.dtype.kind in "iu"
     if whole and array.size > 0 and array.max() == 1:
-        said = f"the colour {array.tolist()} is nearly black, because integers range to 255; use floats for 0 to 1"
+        said = (
+            f"the colour {array.tolist()} is nearly black, because integers are read as 0 to 255; use floats"
+        )
         warnings.warn(raycam.Notice(said, "implausible"), stacklevel=2)
     color = array.astype(np.float64) / (255.0 if whole else 1.0)
     if color.ndim == 0:

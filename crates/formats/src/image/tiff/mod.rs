@@ -91,7 +91,7 @@ impl Colors {
         if spare > 0 {
             file.notice(
                 NoticeCode::IgnoredFeature,
-                format!("{} without colours or alpha ignored", counted(spare, "channel")),
+                format!("ignored: {} without colours or alpha", counted(spare, "channel")),
             );
         }
         let mut palette = Vec::new();

@@ -364,7 +364,7 @@ fn materials_are_found_under_slightly_different_names() {
         ("mtllib a.mtl\n", "g x", &red[..], scarlet, "no usemtl; the only material of its library, \"Red\", is used"),
         ("mtllib a.mtl\n", "g x", two, plain, "no usemtl, so none of the 2 materials of its library is used"),
         ("", "usemtl Red", two, scarlet, "no mtllib;"),
-        ("mtllib gone.mtl\n", "usemtl Red", two, scarlet, "the file of mtllib is missing;"),
+        ("mtllib gone.mtl\n", "usemtl Red", two, scarlet, "the file named in mtllib is missing;"),
         ("mtllib a.mtl\n", "usemtl red", two, scarlet, "definitions differ in upper and lower case: red"),
         ("mtllib A.MTL\n", "usemtl Red", two, scarlet, "the same name with different upper and lower case"),
         ("mtllib a.mtl # of it\n", "usemtl Red # dark", two, scarlet, ""),
@@ -396,7 +396,7 @@ fn images_are_searched_inside_the_root_in_the_documented_order() {
         ("/home/me/wood.png", "wood.png", "found relative to the folder of the file"),
         ("../materials/textures/Wood.png", "wood.png", "with different upper and lower case"),
         ("http://example.com/wood.png", "wood.png", "found relative to the folder of the file"),
-        ("my wood.png", "textures/my wood.png", "found in a folder with a usual name for images"),
+        ("my wood.png", "textures/my wood.png", "found in one of the folders that often contain images"),
         ("wood.png # oak", "", ""),
     ] {
         let model = model(&format!("newmtl m 1\nmap_Kd {map}\n")).unwrap();
