@@ -52,7 +52,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     if faces.polygons.len() == 0 {
         return Err(FormatError::whole(
             path,
-            ErrorCode::NothingVisible.message(format!("no faces, only {count} vertices; there is nothing to render")),
+            ErrorCode::NothingVisible
+                .message(format!("no faces, only {}; there is nothing to render", counted(count, "vertex"))),
         ));
     }
     let face_colors = faces.colors.linear("face", path, &mut notices);
@@ -309,7 +310,7 @@ impl OffColors {
             }
             count => {
                 return Err({
-                    let message = format!("colour {number} has {count} numbers; expected 3 or 4");
+                    let message = format!("colour {number} has {}; expected 3 or 4", counted(count, "number"));
                     rows.error(ErrorCode::WrongShape.message(message))
                 });
             }

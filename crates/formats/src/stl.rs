@@ -406,7 +406,7 @@ impl TextParser<'_> {
         let corners = [&self.corners[..], &std::mem::take(&mut self.further)].concat();
         let (mut parts, mut steps) = (Vec::new(), MAX_POLYGON_STEPS);
         ear_clipping::triangulate(&corners, &mut steps, &mut parts).map_err(|_| {
-            let message = format!("a facet with {} vertices cannot be divided into triangles", corners.len());
+            let message = format!("a facet with {} cannot be divided into triangles", counted(corners.len(), "vertex"));
             FormatError::line(self.path, line, ErrorCode::TooLarge.message(message))
         })?;
         if let Some((_, weld, triangles)) = self.solids.last_mut() {

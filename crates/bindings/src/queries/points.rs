@@ -12,6 +12,7 @@ use raycam_render::queries::signed_distance::{self, Sign};
 use raycam_render::queries::velocity::{self, MovingPoints};
 use raycam_render::queries::visible::{self, PointPairs};
 use raycam_render::queries::{inside, winding};
+use raycam_scene::counted;
 use raycam_scene::mesh::surface::SurfaceTopology;
 
 use crate::arrays::{ArrayResult, DictResult, Floats, NewArray, array, rows};
@@ -269,7 +270,10 @@ type TopologyParts<'py> = (bool, bool, NewArray<'py, i32>, f64, usize);
 pub(crate) fn world_topology<'py>(py: Python<'py>, world: &World, object: usize) -> PyResult<TopologyParts<'py>> {
     let world = world.snapshot();
     let placed = world.objects.get(object).ok_or_else(|| {
-        settings_error(format!("object {object} does not exist; the world has {} objects", world.objects.len()))
+        settings_error(format!(
+            "object {object} does not exist; the world has {}",
+            counted(world.objects.len(), "object")
+        ))
     })?;
     let surface = py.detach(|| SurfaceTopology::new(&world.meshes[placed.mesh]));
     let edges: Vec<i32> = surface.boundary_edges.iter().flatten().map(|&vertex| vertex as i32).collect();

@@ -1,5 +1,6 @@
 //! Ground truth in addition to a frame's channels: flow, silhouettes, boxes.
 
+use raycam_scene::counted;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
@@ -121,7 +122,7 @@ pub(crate) fn oriented_boxes(py: Python<'_>, world: &World, objects: Vec<usize>)
         py.detach(|| objects.iter().map(|&object| inner.oriented_box(object).ok_or(object)).collect());
     let boxes = found.map_err(|object| {
         let count = inner.objects.len();
-        settings_error(format!("object {object} does not exist; the world has {count} objects"))
+        settings_error(format!("object {object} does not exist; the world has {}", counted(count, "object")))
     })?;
     Ok(boxes.iter().map(|one| (rows_of(one.rotation), one.center.to_array(), one.size.to_array())).collect())
 }

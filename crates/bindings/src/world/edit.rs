@@ -7,7 +7,7 @@ use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_scene::schema::{LightSpec, ObjectSpec, from_value};
-use raycam_scene::{Light, World as Inner};
+use raycam_scene::{Light, World as Inner, counted};
 
 use crate::arrays::Floats;
 use crate::camera::Camera;
@@ -42,9 +42,9 @@ impl Which {
 
 /// Affine transform from the numbers of a 4 x 4 or 3 x 4 matrix, row by row.
 pub(crate) fn affine(rows: &[f64]) -> PyResult<DAffine3> {
-    let (&[a, b, c, d, e, f, g, h, i, j, k, l], rest) = rows
-        .split_first_chunk::<12>()
-        .ok_or_else(|| world_error(format!("matrix: {} numbers; expected a matrix of 4 x 4 or 3 x 4", rows.len())))?;
+    let (&[a, b, c, d, e, f, g, h, i, j, k, l], rest) = rows.split_first_chunk::<12>().ok_or_else(|| {
+        world_error(format!("matrix: {}; expected 16 (4 x 4) or 12 (3 x 4)", counted(rows.len(), "number")))
+    })?;
     if !rest.is_empty() && rest != [0.0, 0.0, 0.0, 1.0] {
         return Err(world_error(format!(
             "matrix: the last row is {rest:?}; expected 0 0 0 1 (is the matrix transposed?)"

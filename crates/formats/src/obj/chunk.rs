@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 use raycam_scene::color::{Rgb, linear_from_srgb};
-use raycam_scene::{ErrorCode, Message, NoticeCode};
+use raycam_scene::{ErrorCode, Message, NoticeCode, counted};
 
 use crate::error::Location;
 use crate::geometry::polygons::{DegenerateFaces, Polygons};
@@ -306,7 +306,7 @@ impl Chunk {
                 self.colored += 1;
             }
             _ => {
-                let message = format!("v has {count} numbers; expected 3, or 6 with a colour");
+                let message = format!("v has {}; expected 3, or 6 with a colour", counted(count, "number"));
                 return Err((line, ErrorCode::WrongShape.message(message)));
             }
         }
@@ -396,7 +396,10 @@ fn numbers(line: usize, rest: &[u8], key: &str, least: usize) -> Result<[f64; 3]
         count += 1;
     }
     if count < least {
-        return Err((line, ErrorCode::WrongShape.message(format!("{key} has {count} numbers; expected {least}"))));
+        return Err((
+            line,
+            ErrorCode::WrongShape.message(format!("{key} has {}; expected {least}", counted(count, "number"))),
+        ));
     }
     Ok(values)
 }

@@ -215,7 +215,7 @@ impl ObjBuilder {
         }
         if obj.polygons.len() == 0 {
             let vertices = obj.positions.len();
-            let message = format!("no faces (f), only {vertices} vertices; there is nothing to render");
+            let message = format!("no faces (f), only {}; there is nothing to render", counted(vertices, "vertex"));
             return Err(FormatError::whole(path, ErrorCode::NothingVisible.message(message)));
         }
         if let Some(last) = self.cut_line {

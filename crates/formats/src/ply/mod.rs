@@ -273,7 +273,7 @@ impl<'a> Ply<'a> {
     fn model(mut self, images_named: &[Vec<u8>], assets: &mut AssetRoot) -> Result<MeshFile> {
         let path = self.path;
         if !self.has_faces() {
-            let message = format!("no faces, only {} vertices; there is nothing to render", self.declared);
+            let message = format!("no faces, only {}; there is nothing to render", counted(self.declared, "vertex"));
             return Err(FormatError::whole(path, ErrorCode::NothingVisible.message(message)));
         }
         if self.mesh.vertices.len() != self.declared {

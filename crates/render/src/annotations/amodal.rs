@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 use raycam_bvh::{ExactHit, ExactRay, ExactTriangles, INVALID_ID, Scene};
-use raycam_scene::Camera;
+use raycam_scene::{Camera, counted};
 use rayon::prelude::*;
 
 use crate::annotations::viewpoint::Viewpoint;
@@ -45,7 +45,10 @@ pub fn amodal_masks(
     let world = view.world;
     let count = world.geometry.instances.len();
     if let Some(object) = objects.iter().find(|&&object| object >= count) {
-        return Err(RenderError::settings(format!("object {object} does not exist; the world has {count} objects")));
+        return Err(RenderError::settings(format!(
+            "object {object} does not exist; the world has {}",
+            counted(count, "object")
+        )));
     }
     let camera = &world.geometry.camera_outside(view.camera);
     let canvas = [0, 1].map(|axis| u64::from(camera.size()[axis]) + 2 * u64::from(margin[axis]));

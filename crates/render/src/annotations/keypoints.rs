@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use glam::{DAffine3, DVec2, DVec3};
 use raycam_bvh::ExactHit;
 use raycam_scene::camera::Center;
-use raycam_scene::{Camera, Mesh, World};
+use raycam_scene::{Camera, Mesh, World, counted};
 use rayon::prelude::*;
 
 use crate::annotations::viewpoint::Viewpoint;
@@ -171,13 +171,16 @@ fn check(view: &Viewpoint, i: usize, anchor: &KeypointSource) -> Result<(), Rend
     };
     let Some(object) = view.world.geometry.instances.get(number) else {
         let count = view.world.geometry.instances.len();
-        return fail(format!("object {number} does not exist; the world has {count} objects"));
+        return fail(format!("object {number} does not exist; the world has {}", counted(count, "object")));
     };
     match *anchor {
         KeypointSource::Triangle { triangle, weights, .. } => {
             let count = object.mesh.mesh.triangles.len();
             if triangle >= count {
-                return fail(format!("triangle {triangle} does not exist; object {number} has {count} triangles"));
+                return fail(format!(
+                    "triangle {triangle} does not exist; object {number} has {}",
+                    counted(count, "triangle")
+                ));
             }
             let sum = weights.element_sum();
             // Weights rounded to float32 are accepted as a sum of 1.

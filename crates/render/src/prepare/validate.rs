@@ -22,18 +22,21 @@ pub(crate) fn validate(world: &World) -> Result<(), RenderError> {
     for Object { name, mesh: index, materials, world_from_mesh, .. } in &world.objects {
         let Some(mesh) = world.meshes.get(*index) else {
             return fail(format!(
-                "object {name:?} refers to mesh {index}, but the world has {} meshes",
-                world.meshes.len()
+                "object {name:?} refers to mesh {index}, but the world has {}",
+                counted(world.meshes.len(), "mesh")
             ));
         };
         let slots = mesh.slot_count().max(1);
         if materials.len() < slots {
             let given = materials.len();
-            return fail(format!("object {name:?} has {given} materials; its mesh requires {slots}"));
+            return fail(format!("object {name:?} has {}; its mesh requires {slots}", counted(given, "material")));
         }
         if let Some(material) = materials.iter().find(|&&material| material >= world.materials.len()) {
             let count = world.materials.len();
-            return fail(format!("object {name:?} refers to material {material}, but the world has {count} materials"));
+            return fail(format!(
+                "object {name:?} refers to material {material}, but the world has {}",
+                counted(count, "material")
+            ));
         }
         let is_boundary = |&&material: &&usize| world.materials[material].model == MaterialModel::Boundary;
         let borders = materials.iter().filter(is_boundary).count();

@@ -54,7 +54,10 @@ impl Mesh {
         let fail = |message: String| Err(SceneError::mesh(message));
         let (vertices, triangles) = (self.vertices.len(), self.triangles.len());
         if triangles == 0 {
-            return fail(format!("a mesh of {vertices} vertices without triangles; there is nothing to render"));
+            return fail(format!(
+                "a mesh of {} without triangles; there is nothing to render",
+                counted(vertices, "vertex")
+            ));
         }
         if triangles > MAX_TRIANGLES {
             return fail(format!("a mesh of {triangles} triangles; the maximum is {MAX_TRIANGLES}"));
@@ -66,7 +69,8 @@ impl Mesh {
         if let Some(i) = find_first_invalid(&self.triangles, inside) {
             let triangle = self.triangles[i];
             return fail(format!(
-                "triangle {i} has corners {triangle:?}, but there are {vertices} vertices; expected indices 0 to {}",
+                "triangle {i} has corners {triangle:?}, but the mesh has {}; expected indices 0 to {}",
+                counted(vertices, "vertex"),
                 vertices.saturating_sub(1)
             ));
         }

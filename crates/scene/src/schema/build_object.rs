@@ -1,5 +1,6 @@
 //! Conversion of an object's description to a placed mesh with its materials.
 
+use crate::counted::counted;
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::camera::sensor::LidarSurface;
@@ -210,7 +211,7 @@ pub(super) fn affine(rows: &[[f64; 4]]) -> Result<DAffine3> {
     let fail = |message: String| Err(SceneError::schema(ErrorCode::InvalidMatrix, "", message));
     let (&[a, b, c], rest) = rows.split_first_chunk::<3>().map_or((&[[0.0; 4]; 3], rows), |split| split);
     if rows.len() < 3 || rows.len() > 4 {
-        return fail(format!("{} rows of 4; expected 3 or 4 rows", rows.len()));
+        return fail(format!("{} of 4 numbers; expected 3 or 4 rows", counted(rows.len(), "row")));
     }
     if let Some(last) = rest.first().filter(|last| **last != [0.0, 0.0, 0.0, 1.0]) {
         return fail(format!("the last row is {last:?}; expected 0 0 0 1 (is the matrix transposed?)"));

@@ -1,5 +1,6 @@
 //! Serde representation of textures that stores a shared image only once.
 
+use crate::counted::counted;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -40,9 +41,10 @@ pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<
     let DeserializedTextures { images, textures } = DeserializedTextures::deserialize(deserializer)?;
     let texture = |(index, sampler): (usize, TextureSampler)| match images.get(index) {
         Some(image) => Ok(Arc::new(Texture { image: image.clone(), sampler })),
-        None => {
-            Err(D::Error::custom(format_args!("image {index} does not exist; the world has {} images", images.len())))
-        }
+        None => Err(D::Error::custom(format_args!(
+            "image {index} does not exist; the world has {}",
+            counted(images.len(), "image")
+        ))),
     };
     textures.into_iter().map(texture).collect()
 }

@@ -3,6 +3,7 @@
 mod rig;
 pub(crate) mod track;
 
+use crate::counted::counted;
 use glam::{DMat3, DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -89,22 +90,22 @@ impl Video {
     /// [`SceneError`] if the video moves unknown parts, or if its length is zero or infinite.
     pub(crate) fn validate(&self, objects: usize, rigs: usize, cameras: usize) -> Result<()> {
         if let Some((id, _)) = self.cameras.iter().find(|(id, _)| *id >= cameras) {
-            return Err(SceneError::World(
-                ErrorCode::IndexOutOfRange
-                    .message(format!("the video moves camera index {id}, but the world has {cameras} cameras")),
-            ));
+            return Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!(
+                "the video moves camera index {id}, but the world has {}",
+                counted(cameras, "camera")
+            ))));
         }
         if let Some((id, _)) = self.rigs.iter().find(|(id, _)| *id >= rigs) {
             return Err(SceneError::World(
                 ErrorCode::IndexOutOfRange
-                    .message(format!("the video moves rig index {id}, but the world has {rigs} rigs")),
+                    .message(format!("the video moves rig index {id}, but the world has {}", counted(rigs, "rig"))),
             ));
         }
         if let Some((id, _)) = self.objects.iter().find(|(id, _)| *id >= objects) {
-            return Err(SceneError::World(
-                ErrorCode::IndexOutOfRange
-                    .message(format!("the video moves object index {id}, but the world has {objects} objects")),
-            ));
+            return Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!(
+                "the video moves object index {id}, but the world has {}",
+                counted(objects, "object")
+            ))));
         }
         check_length(self.fps, self.seconds)
     }

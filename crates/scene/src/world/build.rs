@@ -40,9 +40,9 @@ impl World {
         material.validate()?;
         if let Some(slot) = material.texture_slots().into_iter().find(|slot| slot.texture >= self.textures.len()) {
             return Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!(
-                "texture {} does not exist; the world has {} textures",
+                "texture {} does not exist; the world has {}",
                 slot.texture,
-                self.textures.len()
+                counted(self.textures.len(), "texture")
             ))));
         }
         self.note_reflectance(&material);
@@ -73,10 +73,10 @@ impl World {
         let fail = |message: String| Err(SceneError::world(message));
         let Some(mesh) = self.meshes.get(object.mesh) else {
             return fail(format!(
-                "object {:?} refers to mesh {}, but the world has {} meshes",
+                "object {:?} refers to mesh {}, but the world has {}",
                 object.name,
                 object.mesh,
-                self.meshes.len()
+                counted(self.meshes.len(), "mesh")
             ));
         };
         if mesh.slot_count() > object.materials.len() {
@@ -89,9 +89,9 @@ impl World {
         }
         if let Some(material) = object.materials.iter().find(|&&material| material >= self.materials.len()) {
             return fail(format!(
-                "object {:?} refers to material {material}, but the world has {} materials",
+                "object {:?} refers to material {material}, but the world has {}",
                 object.name,
-                self.materials.len()
+                counted(self.materials.len(), "material")
             ));
         }
         let transform = object.world_from_mesh;

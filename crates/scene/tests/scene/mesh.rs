@@ -36,7 +36,7 @@ fn mesh_errors_name_the_array_and_the_fault() {
     assert!(message(|m| m.vertices[2].y = f64::NAN).contains("vertex 2 is [0.5, NaN, 0]"));
     assert!(message(|m| m.vertices[0].y = f64::INFINITY).contains("must be finite"));
     let out_of_range = message(|m| m.triangles[1][2] = 4);
-    assert_eq!(out_of_range, "triangle 1 has corners [0, 2, 4], but there are 4 vertices; expected indices 0 to 3");
+    assert_eq!(out_of_range, "triangle 1 has corners [0, 2, 4], but the mesh has 4 vertices; expected indices 0 to 3");
     assert!(message(|m| m.uvs = Some(vec![])).contains("uvs has 0 entries; expected one for each of the 4 vertices"));
     assert!(message(|m| m.normals = Some(vec![[f32::NAN; 3]; 4])).contains("normals[0] is [NaN, NaN, NaN]"));
     assert!(message(|m| m.face_colors = Some(vec![[1.5; 3]; 2])).contains("face_colors[0] is [1.5, 1.5, 1.5]"));

@@ -176,7 +176,8 @@ fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize
     }
     if length < source.len() {
         let extra = source.len() - length;
-        let message = format!("{extra} bytes after the declared end are ignored (GLB_LENGTH_MISMATCH)");
+        let message =
+            format!("bytes after the declared end are ignored, number of bytes: {extra} (GLB_LENGTH_MISMATCH)");
         diagnostics.note(NoticeCode::TrailingData, "the file", message);
     }
     Ok(length)

@@ -1,5 +1,6 @@
 //! Lens models.
 
+use crate::counted::counted;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -109,8 +110,8 @@ impl LensModel {
 /// Error for a wrong number of coefficients.
 pub(super) fn wrong_count(given: &[f64], model: LensModel, expected: &str) -> SceneError {
     SceneError::lens(format!(
-        "distortion {given:?} has {} coefficients; the {} model requires {expected}",
-        given.len(),
+        "distortion {given:?} has {}; the {} model requires {expected}",
+        counted(given.len(), "coefficient"),
         model.name()
     ))
 }

@@ -1,6 +1,7 @@
 //! OpenCV's main model: radial, tangential and thin prism distortion, tilted sensor. Formulas: OpenCV's documentation
 //! of `calib3d`.
 
+use crate::counted::counted;
 use std::f64::consts::FRAC_PI_2;
 
 use glam::{DMat3, DVec2, DVec3};
@@ -27,9 +28,9 @@ impl OpenCv {
     pub(super) fn new(given: &[f64]) -> Result<Self> {
         if ![4, 5, 8, 12, 14].contains(&given.len()) {
             return Err(SceneError::lens(format!(
-                "distortion {given:?} has {} coefficients; the OpenCV model requires 4 (k1 k2 p1 p2), 5 (and k3), 8 \
-                 (and k4 k5 k6), 12 (and s1 s2 s3 s4) or 14 (and tau_x tau_y)",
-                given.len()
+                "distortion {given:?} has {}; the OpenCV model requires 4 (k1 k2 p1 p2), 5 (and k3), 8 (and k4 k5 \
+                 k6), 12 (and s1 s2 s3 s4) or 14 (and tau_x tau_y)",
+                counted(given.len(), "coefficient")
             )));
         }
         let mut all = [0.0; 14];

@@ -1,5 +1,6 @@
 //! Numbers, and arrays of numbers.
 
+use crate::counted::counted;
 use std::fmt::Debug;
 
 use serde::de::{Deserializer, Visitor};
@@ -86,9 +87,10 @@ impl<'a, T: Copy + Into<Number>> ArrayDeserializer<'a, T> {
     pub fn visit<'de, V: Visitor<'de>>(shape: &'a [usize], data: &'a [T], visitor: V) -> Result<V::Value, DeError> {
         let size = shape.iter().try_fold(1_usize, |size, &length| size.checked_mul(length));
         if size != Some(data.len()) {
-            return Err(DeError::new(
-                ErrorCode::WrongShape.message(format!("{} numbers do not match the array shape {shape:?}", data.len())),
-            ));
+            return Err(DeError::new(ErrorCode::WrongShape.message(format!(
+                "{} for the array shape {shape:?}; expected equal counts",
+                counted(data.len(), "number")
+            ))));
         }
         match (shape, data) {
             ([], [number]) => (*number).into().deserialize_any(visitor),

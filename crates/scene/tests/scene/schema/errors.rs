@@ -132,7 +132,7 @@ fn invalid_values_are_reported_with_their_key() {
     assert_error(object(r#"{ "vertices": [[0, 0, 0]] }"#), "vertices: requires \"triangles\", which is missing");
     assert_error(
         object(r#"{ "vertices": [[0, 0, 0]], "triangles": [[0, 1, 2]] }"#),
-        "triangle 0 has corners [0, 1, 2], but there are 1 vertices; expected indices 0 to 0",
+        "triangle 0 has corners [0, 1, 2], but the mesh has 1 vertex; expected indices 0 to 0",
     );
     assert_error(
         object(r#"{ "box": {}, "triangles": [[0, 1, 2]] }"#),
@@ -144,7 +144,7 @@ fn invalid_values_are_reported_with_their_key() {
     );
     assert_error(
         object(r#"{ "box": {}, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0]] }"#),
-        "matrix: 2 rows of 4; expected 3 or 4 rows",
+        "matrix: 2 rows of 4 numbers; expected 3 or 4 rows",
     );
     assert_error(
         object(r#"{ "box": {}, "yaw": 5, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] }"#),
