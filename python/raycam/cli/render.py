@@ -73,7 +73,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--at",
         metavar="SECONDS",
         type=float,
-        help="time of the world's video or animation, for the world and the camera; motion continues during exposure",
+        help="time of the world's video or animation in seconds, for the world and the camera; motion continues "
+        "during exposure",
     )
     group.add_argument(
         "--animation",

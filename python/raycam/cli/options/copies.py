@@ -28,7 +28,7 @@ def add_copies(command: argparse.ArgumentParser) -> None:
         "--crop",
         metavar="X,Y,WIDTH,HEIGHT",
         type=parse_region,
-        help="crop the images, after --size",
+        help="crop the images to this part; --size is applied first",
     )
     either = command.add_mutually_exclusive_group()
     either.add_argument(

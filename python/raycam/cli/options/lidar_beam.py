@@ -29,7 +29,10 @@ def add_lidar_beam(command: argparse.ArgumentParser) -> None:
         help="number of the frame, for a pattern that does not repeat (default: 0); use --at for the time",
     )
     lidar.add_argument(
-        "--beam-samples", metavar="N", type=int, help="rays per pulse: 1, 7, 19 or 37 (default: the lidar's)"
+        "--beam-samples",
+        metavar="N",
+        type=int,
+        help="rays per pulse: 1, 7, 19 or 37 (default: the lidar's setting)",
     )
     lidar.add_argument(
         "--at", metavar="SECONDS", type=float, help="time of the world's video or animation, in seconds"

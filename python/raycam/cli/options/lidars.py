@@ -25,14 +25,14 @@ def add_lidar_pose(command: argparse._ActionsContainer) -> None:
         metavar=("X", "Y", "Z"),
         nargs=3,
         type=float,
-        help="position of the lidar in the world (default: the world file's pose, or 0 0 0)",
+        help="position of the lidar in the world in metres (default: the world file's pose, or 0 0 0)",
     )
     for name, text in (
         ("yaw", "rotate the lidar counterclockwise, seen from above"),
         ("pitch", "tilt the lidar's front downwards"),
         ("roll", "rotate the lidar clockwise about its forward axis, seen from behind"),
     ):
-        pose.add_argument(f"--{name}", metavar="DEGREES", type=float, help=f"{text} (default: 0)")
+        pose.add_argument(f"--{name}", metavar="DEGREES", type=float, help=f"{text}, in degrees (default: 0)")
 
 
 def find_lidar(text: str, settings: Mapping[str, Any], up: Literal["z", "y"] = "z") -> Lidar:
