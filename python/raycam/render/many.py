@@ -293,7 +293,7 @@ def _matrices(which: str | int, given: npt.ArrayLike) -> npt.NDArray[np.float64]
     found = floats(f"poses[{which!r}]", given, (4, 4), ("n", 4, 4), error=WorldError)
     if not (found[..., 3, :] == [0, 0, 0, 1]).all():
         raise WorldError(
-            f"poses[{which!r}]: the last row must be 0 0 0 1; check whether the matrices are transposed",
+            f"poses[{which!r}]: the last row of each matrix must be 0 0 0 1; check whether the matrices are transposed",
             code="invalid_matrix",
         )
     return found.reshape(-1, 4, 4)

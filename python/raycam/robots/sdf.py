@@ -357,7 +357,7 @@ class _Model:
         if lower > upper:
             raise document.fail(
                 element,
-                f"joint {name!r}: the lower limit {lower:g} exceeds the upper one, {upper:g}",
+                f"joint {name!r}: the lower limit {lower:g} exceeds the upper limit {upper:g}",
                 "out_of_range",
             )
         return axis / np.linalg.norm(axis), lower, upper

@@ -110,11 +110,13 @@ class PointInstancers:
         shown = np.array(source.ComputeMaskAtTime(self._time) or [], bool)
         shown = shown if len(shown) == len(which) else np.ones(len(which), bool)
         if hidden := np.count_nonzero(~shown):
-            self._note("hidden_part", prim, f"{hidden} instances are inactive or invisible")
+            self._note("hidden_part", prim, f"inactive or invisible instances are not shown ({hidden})")
         finite = np.isfinite(matrices[: len(which)]).all(axis=(1, 2))
         if bad := np.count_nonzero(shown & ~finite):
             self._note(
-                "ignored_element", prim, f"{bad} instances are not shown: their transforms are not finite"
+                "ignored_element",
+                prim,
+                f"instances with transforms that are not finite are not shown ({bad})",
             )
         numbers = np.flatnonzero(shown & finite)
         return which[numbers], matrices[numbers], numbers
@@ -133,7 +135,7 @@ class PointInstancers:
                 reason = f"prototype {targets[index]} is not defined: it is an over, a class, or not loaded"
             else:
                 continue
-            self._note("ignored_element", prim, f"{count} instances are not shown: {reason}")
+            self._note("ignored_element", prim, f"instances are not shown ({count}): {reason}")
 
     def _expand_prototype(
         self,

@@ -137,7 +137,10 @@ impl ObjectSpec {
     pub(super) fn object_transform(&self, up: Up, keys: &Keys<KEYS>) -> Result<(DAffine3, DMat3)> {
         if let Some(rows) = &self.matrix {
             let others = ["location", "roll", "pitch", "yaw", "scale"];
-            keys.refuse(&others, "\"matrix\" is given too and already contains it; use one of them")?;
+            keys.refuse(
+                &others,
+                "cannot be combined with \"matrix\", which already contains it; use only one of them",
+            )?;
             let transform = affine(rows).map_err(|error| error.in_context("matrix"))?;
             return Ok((transform, transform.matrix3));
         }

@@ -55,7 +55,7 @@ impl VideoSpec {
             return fail(
                 ErrorCode::ConflictingValues,
                 "orbit",
-                "keyframes of the camera are given too; expected only one of the two".into(),
+                "cannot be combined with keyframes of the camera; use only one of them".into(),
             );
         }
         if let Some(orbit) = &self.orbit
@@ -178,7 +178,7 @@ impl Mover {
             return fail(
                 ErrorCode::ConflictingValues,
                 name,
-                "\"matrix\" is given too and already contains it; use one of them",
+                "cannot be combined with \"matrix\", which already contains it; use only one of them",
             );
         }
         let transform = affine(rows).map_err(|error| error.in_context("matrix"))?;

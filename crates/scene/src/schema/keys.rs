@@ -63,7 +63,10 @@ impl<const N: usize> Keys<N> {
             [first, second, ..] => Err(SceneError::schema(
                 ErrorCode::ConflictingValues,
                 second,
-                format!("{first:?} is given too; expected only one of the keys for the {what}: {}", keys.join(", ")),
+                format!(
+                    "cannot be combined with {first:?}; expected only one of the keys for the {what}: {}",
+                    keys.join(", ")
+                ),
             )),
         }
     }

@@ -61,7 +61,10 @@ impl ObjectSpec {
     /// or another object already provides a material.
     pub(crate) fn check_material(&self, keys: &Keys<KEYS>, has_material: bool) -> Result<()> {
         if self.alpha == Some(AlphaMode::Opaque) {
-            keys.refuse(&["opacity"], "alpha = \"opaque\" is given too, which excludes opacity; use one of them")?;
+            keys.refuse(
+                &["opacity"],
+                "cannot be combined with alpha = \"opaque\"; use only one of them",
+            )?;
         }
         let needs = |named: &str| format!("requires type = {named}");
         // A material of a file or of another object accepts keys according to its own type, which `apply_material_all`
@@ -106,7 +109,7 @@ impl ObjectSpec {
             keys.refuse(&MEDIUM_KEYS, &needs("\"glass\", \"principled\" or \"boundary\""))?;
         }
         if self.medium.is_some() {
-            let reason = "medium is given too, which includes absorption; use one of them";
+            let reason = "cannot be combined with medium, which includes absorption; use only one of them";
             keys.refuse(&["attenuation_color", "attenuation_distance"], reason)?;
             if self.thin == Some(true) {
                 return Err(SceneError::schema(

@@ -279,7 +279,7 @@ fn invalid_video_values_are_refused() {
     );
     fails(
         r#"{ "orbit": { "target": [0, 0, 0] }, "keyframe": { "time": 1, "yaw": 1 } }"#,
-        "video.orbit: keyframes of the camera are given too; expected only one of the two",
+        "video.orbit: cannot be combined with keyframes of the camera; use only one of them",
     );
     fails(
         r#"{ "keyframe": { "time": 1, "camera": "camera", "matrix": [[2, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] } }"#,

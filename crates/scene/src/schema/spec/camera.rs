@@ -180,9 +180,9 @@ impl CameraSpec {
         if let Some(matrix) = self.matrix {
             keys.refuse(
                 &["distortion", "lens"],
-                "\"matrix\" is given too, which describes a pinhole; for a lens, use K and R with C or t",
+                "cannot be combined with \"matrix\", which describes a pinhole; for a lens, use K and R with C or t",
             )?;
-            let again = "\"matrix\" is given too and already contains it; use one of them";
+            let again = "cannot be combined with \"matrix\", which already contains it; use only one of them";
             keys.refuse(&["focal", "fov", "K", "height", "skew", "principal_point"], again)?;
             pose.keys().refuse(&POSE, again)?;
             if self.projection == Projection::Orthographic {
@@ -196,8 +196,8 @@ impl CameraSpec {
             Some(first) => {
                 pose.keys().refuse(
                     &POSE,
-                    "\"shutter.track\" is given too and already contains the camera's pose; use \
-                    one of them",
+                    "cannot be combined with \"shutter.track\", which already contains the camera's pose; use only \
+                     one of them",
                 )?;
                 first.build(up).map_err(|error| error.in_context("shutter.track[0].pose"))?
             }
@@ -241,7 +241,10 @@ impl CameraSpec {
         }
         keys.exactly_one("intrinsics", &INTRINSICS[..5])?;
         if let Some(k) = self.k {
-            keys.refuse(&["skew", "principal_point"], "\"K\" is given too and already contains it; use one of them")?;
+            keys.refuse(
+                &["skew", "principal_point"],
+                "cannot be combined with \"K\", which already contains it; use only one of them",
+            )?;
             return Ok(DMat3::from_cols_array_2d(&k).transpose());
         }
         let mut k = match (self.fov, self.height, self.focal) {

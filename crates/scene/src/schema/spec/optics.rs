@@ -142,7 +142,8 @@ impl ShutterSpec {
                 .collect::<Result<_>>()?,
             (None, None) => vec![(0.0, start)],
             (Some(_), Some(_)) => {
-                let message = "\"track\" is given too and already contains the path; use one of them";
+                let message =
+                    "cannot be combined with \"track\", which already contains the path; use only one of them";
                 return Err(SceneError::schema(ErrorCode::ConflictingValues, "end", message));
             }
         };

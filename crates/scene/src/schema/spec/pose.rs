@@ -123,7 +123,7 @@ impl PoseSpec {
         let (k, size, center) = (DMat3::IDENTITY, [1, 1], PixelCenter::default());
         let keys = self.keys();
         let camera = if let Some(r) = self.r {
-            keys.refuse(&POSE[..6], "\"R\" is given too; expected R with only C or t")?;
+            keys.refuse(&POSE[..6], "cannot be combined with \"R\"; use R with only C or t")?;
             let r = DMat3::from_cols_array_2d(&r).transpose();
             let c = match keys.exactly_one("camera position", &["C", "t"])? {
                 "C" => DVec3::from_array(self.c.unwrap_or_default()),
@@ -137,7 +137,10 @@ impl PoseSpec {
                 return Err(SceneError::schema(ErrorCode::MissingValue, "", message));
             };
             if let Some(target) = self.target {
-                keys.refuse(&["roll", "pitch", "yaw"], "\"target\" is given too; expected angles or a target")?;
+                keys.refuse(
+                    &["roll", "pitch", "yaw"],
+                    "cannot be combined with \"target\"; use either angles or a target",
+                )?;
                 let up = self.up.map_or(up.axis(), DVec3::from_array);
                 let target = DVec3::from_array(target);
                 Camera::look_at(location, target, up, k, size, center)?

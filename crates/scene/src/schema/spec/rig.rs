@@ -126,8 +126,8 @@ impl RigSpec {
             Some(first) => {
                 pose.keys().refuse(
                     &POSE,
-                    "\"shutter.track\" is given too and already contains the rig's pose; use \
-                    one of them",
+                    "cannot be combined with \"shutter.track\", which already contains the rig's pose; use only \
+                     one of them",
                 )?;
                 first.build_body(up).map_err(|error| error.in_context("shutter.track[0].pose"))?
             }

@@ -26,11 +26,12 @@ fn cameras_require_one_set_of_intrinsics_and_one_pose() {
     fails(here, "camera[0]: no intrinsics given; expected one of focal, fov, K, height, matrix");
     fails(
         &format!(r#""focal": 5, "fov": 5, {here}"#),
-        r#"camera[0].fov: "focal" is given too; expected only one of the keys for the intrinsics: focal, fov, K, height, matrix"#,
+        r#"camera[0].fov: cannot be combined with "focal"; expected only one of the keys for the intrinsics: \
+                                                         focal, fov, K, height, matrix"#,
     );
     fails(
         &format!(r#"{k}, "skew": 1, {here}"#),
-        r#"camera[0].skew: "K" is given too and already contains it; use one of them"#,
+        r#"camera[0].skew: cannot be combined with "K", which already contains it; use only one of them"#,
     );
     fails(
         r#""focal": 5"#,
@@ -39,7 +40,7 @@ fn cameras_require_one_set_of_intrinsics_and_one_pose() {
     fails(&format!(r#"{k}, {r}"#), "camera[0]: no camera position given; expected one of C, t");
     fails(
         &format!(r#"{k}, {r}, "C": [0, 0, 0], "yaw": 3"#),
-        r#"camera[0].yaw: "R" is given too; expected R with only C or t"#,
+        r#"camera[0].yaw: cannot be combined with "R"; use R with only C or t"#,
     );
     fails(
         &format!(r#"{k}, "C": [0, 0, 0]"#),
@@ -47,7 +48,7 @@ fn cameras_require_one_set_of_intrinsics_and_one_pose() {
     );
     fails(
         &format!(r#""focal": 5, {here}, "target": [1, 0, 0], "yaw": 3"#),
-        r#"camera[0].yaw: "target" is given too; expected angles or a target"#,
+        r#"camera[0].yaw: cannot be combined with "target"; use either angles or a target"#,
     );
     fails(
         &format!(r#""focal": 5, {here}, "up": [1, 0, 0]"#),
@@ -63,6 +64,6 @@ fn cameras_require_one_set_of_intrinsics_and_one_pose() {
     );
     fails(
         r#""matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]], "fov": 3"#,
-        r#"camera[0].fov: "matrix" is given too and already contains it; use one of them"#,
+        r#"camera[0].fov: cannot be combined with "matrix", which already contains it; use only one of them"#,
     );
 }

@@ -123,7 +123,8 @@ fn invalid_values_are_reported_with_their_key() {
     assert_error(object(r#"{ "box": {}, "wrap": "clamp" }"#), "wrap: requires \"texture\", which is missing");
     assert_error(
         object(r#"{ "box": {}, "sphere": {} }"#),
-        "sphere: \"box\" is given too; expected only one of the keys for the shape: box, plane, sphere, cylinder, cone, torus, mesh, vertices, instance_of",
+        "sphere: cannot be combined with \"box\"; expected only one of the keys for the shape: box, plane, sphere, \
+         cylinder, cone, torus, mesh, vertices, instance_of",
     );
     assert_error(
         object("{}"),
@@ -148,7 +149,7 @@ fn invalid_values_are_reported_with_their_key() {
     );
     assert_error(
         object(r#"{ "box": {}, "yaw": 5, "matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] }"#),
-        "yaw: \"matrix\" is given too and already contains it; use one of them",
+        "yaw: cannot be combined with \"matrix\", which already contains it; use only one of them",
     );
     assert_error(
         object(r#"{ "box": {}, "normals": [[0, 0, 0]] }"#),
