@@ -61,10 +61,7 @@ impl ObjectSpec {
     /// or another object already provides a material.
     pub(crate) fn check_material(&self, keys: &Keys<KEYS>, has_material: bool) -> Result<()> {
         if self.alpha == Some(AlphaMode::Opaque) {
-            keys.refuse(
-                &["opacity"],
-                "cannot be combined with alpha = \"opaque\"; use only one of them",
-            )?;
+            keys.refuse(&["opacity"], "cannot be combined with alpha = \"opaque\"; use only one of them")?;
         }
         let needs = |named: &str| format!("requires type = {named}");
         // A material of a file or of another object accepts keys according to its own type, which `apply_material_all`
