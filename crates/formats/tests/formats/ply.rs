@@ -330,7 +330,7 @@ fn colours_of_every_range_are_read_or_clamped() {
     }
     let (nearly, notices) = colored("float", ["1.0000001 0 0", "-0.5 1 0", "nan 0.25 1"]);
     assert_eq!(nearly, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.25, 1.0]]);
-    assert_eq!(notices, ["a.ply: vertices: 3 colour values outside 0 to 1 are clamped"]);
+    assert_eq!(notices, ["a.ply: vertices: colour values outside 0 to 1 are clamped (3 values)"]);
     let (unknown, notices) = colored("float", ["1e6 0 0", "0 0 0", "0 0 0"]);
     assert!(unknown.is_empty());
     assert_eq!(notices, ["a.ply: vertices: the colours are ignored, because their range is unknown"]);
@@ -440,7 +440,7 @@ fn damaged_ply_files_cause_an_error_or_a_notice() {
         mutations("a.ply", &bytes, 20_000);
     }
     let extra = [&tetrahedron("binary_big_endian")[..], b"more"].concat();
-    assert!(model("a.ply", extra).notices[0].to_string().contains("4 bytes after the last row are ignored"));
+    assert!(model("a.ply", extra).notices[0].to_string().contains("ignored: 4 bytes after the last row"));
 }
 
 const TRIANGLE: &str = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";

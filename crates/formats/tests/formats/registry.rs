@@ -233,7 +233,7 @@ fn large_files_give_the_same_model_from_memory_and_disk() {
         let path = file(name, &bytes);
         let odd = load(&path, &Budget::default()).unwrap();
         assert!(
-            odd.notices.iter().any(|notice| notice.to_string().contains("vertices are not finite")),
+            odd.notices.iter().any(|notice| notice.to_string().contains("vertex coordinates are not finite")),
             "{:?}",
             odd.notices
         );
