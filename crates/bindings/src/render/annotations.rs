@@ -1,6 +1,5 @@
 //! Ground truth in addition to a frame's channels: flow, silhouettes, boxes.
 
-use raycam_scene::counted;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
@@ -10,6 +9,7 @@ use raycam_render::annotations::amodal;
 use raycam_render::annotations::flow::flow as follow;
 use raycam_render::annotations::keypoints::{Keypoint, KeypointSource, keypoints as find};
 use raycam_render::annotations::viewpoint::Viewpoint;
+use raycam_scene::counted;
 
 use crate::arrays::{DictResult, Floats, NewArray, array, rows, rows_of, vector};
 use crate::camera::Camera;

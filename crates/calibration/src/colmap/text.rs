@@ -1,7 +1,6 @@
 //! COLMAP's text files: `cameras.txt`, `images.txt` and, if they exist, `rigs.txt` and `frames.txt`. Each line is a
 //! record.
 
-use raycam_scene::counted;
 use std::path::Path;
 use std::str::{FromStr, Lines, SplitAsciiWhitespace};
 
@@ -10,6 +9,7 @@ use crate::document::number_format::yaml_float;
 use crate::{Calibration, CameraRecord, OutputFiles, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
+use raycam_scene::counted;
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     source.path.file_name().is_some_and(|name| Text::NAMES.iter().any(|known| name == *known))

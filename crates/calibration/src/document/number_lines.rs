@@ -1,9 +1,9 @@
 //! Text files with one row of numbers per line.
 
-use raycam_scene::counted;
 use std::path::Path;
 
 use raycam_formats::{FormatError, Result};
+use raycam_scene::counted;
 
 /// Lines that are neither empty nor comments (`#`, `%`, `//`), with their line numbers from 1.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {

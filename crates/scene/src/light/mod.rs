@@ -7,13 +7,13 @@ mod strength;
 pub(crate) mod traits;
 pub(crate) mod validate;
 
-use crate::counted::counted;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::Camera;
+use crate::counted::counted;
 use crate::light::strength::{Strength, optional_strength, strength};
 use crate::notice::{Notice, NoticeCode};
 use crate::texture::{Image, Texels};

@@ -7,10 +7,10 @@ pub mod subdivide;
 pub mod surface;
 pub(crate) mod topology;
 
-use crate::counted::counted;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use crate::color::Rgb;
+use crate::counted::counted;
 use crate::error::{Result, SceneError};
 
 /// Indexed triangles in mesh-local coordinates. Vertices are used exactly as given.

@@ -1,9 +1,9 @@
 //! Conversion of an object's description to a placed mesh with its materials.
 
-use crate::counted::counted;
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::camera::sensor::LidarSurface;
+use crate::counted::counted;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 use crate::material::Material;

@@ -1,8 +1,8 @@
 //! Conversion of a texture's description to its image and its slot in a material.
 
-use crate::counted::counted;
 use std::sync::Arc;
 
+use crate::counted::counted;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 use crate::mesh::Mesh;

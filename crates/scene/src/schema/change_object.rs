@@ -1,12 +1,12 @@
 //! Changes of an object by the keys of its description; other properties stay unchanged.
 
-use crate::counted::counted;
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
 use crate::camera::sensor::LidarSurface;
+use crate::counted::counted;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 use crate::material::Material;

@@ -1,12 +1,12 @@
 //! Serde representation of textures that stores a shared image only once.
 
-use crate::counted::counted;
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::counted::counted;
 use crate::texture::{Image, Texture, TextureSampler};
 
 #[derive(Serialize)]

@@ -3,7 +3,6 @@
 mod rig;
 pub(crate) mod track;
 
-use crate::counted::counted;
 use glam::{DMat3, DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,6 +10,7 @@ use serde::{Deserialize, Serialize};
 pub use self::track::KeyframeInterpolation;
 use self::track::Track;
 use crate::camera::{Camera, Pose};
+use crate::counted::counted;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 use crate::math::rotation;

@@ -1,6 +1,5 @@
 //! The world at a time.
 
-use crate::counted::counted;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
@@ -9,6 +8,7 @@ use crate::animation::evaluate::{EvaluatedNodes, camera_at_node};
 use crate::animation::node_attachment::move_light;
 use crate::animation::{NodeTree, flattened};
 use crate::camera::Camera;
+use crate::counted::counted;
 use crate::error::{Result, SceneError, suggestion};
 use crate::error_code::ErrorCode;
 use crate::math::rotation;

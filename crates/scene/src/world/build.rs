@@ -1,9 +1,9 @@
 //! Adding parts to a world, with validation.
 
-use crate::counted::counted;
 use std::sync::Arc;
 
 use crate::camera::{Camera, NamedCamera};
+use crate::counted::counted;
 use crate::error::{Result, SceneError};
 use crate::error_code::ErrorCode;
 use crate::light::Light;

@@ -1,8 +1,8 @@
 //! Media inside meshes that are not closed.
 
-use crate::counted::counted;
 use glam::DVec3;
 
+use crate::counted::counted;
 use crate::mesh::Mesh;
 use crate::mesh::topology::{Edges, weld_vertices};
 use crate::notice::{Notice, NoticeCode};

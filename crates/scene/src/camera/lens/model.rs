@@ -1,9 +1,9 @@
 //! Lens models.
 
-use crate::counted::counted;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::counted::counted;
 use crate::error::{Result, SceneError, suggestion};
 use crate::error_code::ErrorCode;
 

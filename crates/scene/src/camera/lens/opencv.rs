@@ -1,12 +1,12 @@
 //! OpenCV's main model: radial, tangential and thin prism distortion, tilted sensor. Formulas: OpenCV's documentation
 //! of `calib3d`.
 
-use crate::counted::counted;
 use std::f64::consts::FRAC_PI_2;
 
 use glam::{DMat3, DVec2, DVec3};
 
 use super::brown::{BrownConrady, BrownTerms};
+use crate::counted::counted;
 use crate::error::{Result, SceneError};
 
 /// Maximum angle to the axis as a fraction of 90 degrees, where the tangent is infinite.

@@ -1,11 +1,11 @@
 //! Numbers, and arrays of numbers.
 
-use crate::counted::counted;
 use std::fmt::Debug;
 
 use serde::de::{Deserializer, Visitor};
 use serde::forward_to_deserialize_any;
 
+use crate::counted::counted;
 use crate::error_code::ErrorCode;
 use crate::schema::deserialize::error::DeError;
 use crate::schema::deserialize::list::visit_list;

@@ -4,12 +4,12 @@ pub(crate) mod paged;
 pub(crate) mod tiles;
 pub(crate) mod unlinked_file;
 
-use crate::counted::counted;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
+use crate::counted::counted;
 use crate::error::{Result, SceneError};
 use crate::notice::{Notice, NoticeCode};
 use crate::texture::cache::tiles::TileCache;
