@@ -152,9 +152,9 @@ def light_figure(explanation: PixelSteps, lighting: Lighting, path: LightPath) -
 def tree_figure(explanation: PixelSteps, search: TreeSearch) -> str:
     """The figure of the tree as SVG text."""
     notes = [
-        f"{search.triangles:,} triangles; tested are {search.tested_boxes:,} boxes "
+        f"{search.triangles:,} triangles; tested: {search.tested_boxes:,} boxes "
         f"and {search.tested_triangles:,} triangles",
-        f"{len(search.boxes):,} boxes opened, {min(len(search.boxes), BOXES)} drawn, thinner from level to level",
+        f"{len(search.boxes):,} boxes opened, {min(len(search.boxes), BOXES)} drawn, with thinner lines at each level",
     ]
     return _figure(explanation, "The tree, for pixel", tree_lines(explanation, search), notes, [])
 

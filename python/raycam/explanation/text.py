@@ -30,7 +30,7 @@ def text(explanation: PixelSteps) -> str:
 def title(e: PixelSteps) -> Iterator[str]:
     """The title and an introduction."""
     width, height = e.camera.size
-    yield f"Pixel ({e.pixel[0]}, {e.pixel[1]}) of a {width} x {height} picture, by the steps of the lecture"
+    yield f"Pixel ({e.pixel[0]}, {e.pixel[1]}) of a {width} x {height} image, by the steps of the lecture"
     yield ""
     yield "Vectors are (x, y, z); · is the dot product, x between vectors the cross product."
     yield f"{DIGITS} digits are printed, 16 were used: by hand, the last printed digits may differ."

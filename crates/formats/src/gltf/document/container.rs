@@ -5,7 +5,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 
-use raycam_scene::{ErrorCode, NoticeCode};
+use raycam_scene::{ErrorCode, NoticeCode, counted};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
@@ -175,9 +175,8 @@ fn glb_length(source: &InputFile, diagnostics: &mut Diagnostics) -> Result<usize
         return Err(FormatError::byte(path, 8, ErrorCode::TruncatedFile.message(message)));
     }
     if length < source.len() {
-        let extra = source.len() - length;
-        let message =
-            format!("bytes after the declared end are ignored, number of bytes: {extra} (GLB_LENGTH_MISMATCH)");
+        let extra = counted(source.len() - length, "byte");
+        let message = format!("{extra} after the declared end ignored (GLB_LENGTH_MISMATCH)");
         diagnostics.note(NoticeCode::TrailingData, "the file", message);
     }
     Ok(length)

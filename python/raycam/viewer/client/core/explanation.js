@@ -64,7 +64,7 @@ export function explanationOf({ K, lensRay, size, offset, column, row, names, co
   const name = (/** @type {import("./steps.js").Candidate} */ { index }) =>
     `triangle ${ids[2 * index + 1]} of object ${ids[2 * index]} "${names[ids[2 * index]]}"`;
   const lines = [
-    `Pixel (${column}, ${row}) of a ${size[0]} x ${size[1]} picture, by the steps of the lecture`,
+    `Pixel (${column}, ${row}) of a ${size[0]} x ${size[1]} image, by the steps of the lecture`,
     "",
     "Vectors are (x, y, z); · is the dot product, x between vectors the cross product.",
     "6 digits are printed, 16 were used: by hand, the last printed digits may differ.",
