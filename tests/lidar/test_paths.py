@@ -75,6 +75,20 @@ def test_ghost_points_name_the_object_and_the_pane() -> None:
     np.testing.assert_allclose(scan["position"][0], [12, 0, 0], atol=1e-6)
 
 
+def test_true_points_behind_an_upright_pane_are_on_the_transmitted_path() -> None:
+    """The pane reflects the floor in front of it to the same points, with a hundredth of the energy."""
+    world = raycam.World()
+    floor = world.add_object(box={"size": [60, 60, 1]}, name="floor", location=[0, 0, -0.5], color=GREY)
+    world.add_object(
+        box={"size": [0.01, 4, 3]}, name="pane", location=[5, 0, 1.5], yaw=14, type="glass", thin=True
+    )
+    scan = raycam.scan(world, raycam.Lidar("os1-64", noise=False).placed([0, 0, 1.7]))
+    behind = (scan["instance"] == floor) & (scan["bounces"] > 0)
+    assert behind.sum() > 500
+    apart = np.linalg.norm(scan.in_world() - scan["true_position"], axis=1)
+    assert apart[behind].max() < 0.002  # the device rounds distances to a millimetre
+
+
 @pytest.mark.parametrize("angle", [0.0, 45.0, 70.0])
 def test_reflected_and_transmitted_energy_of_a_thin_pane_sum_to_one(angle: float) -> None:
     """White walls are on both sides of the pane.

@@ -68,9 +68,10 @@ def scan(
     intensity         uint8 [n]        as the device reports it: a number from 0 to 255
     reflectivity      float32 [n]      1 for a white diffuse surface at normal incidence
     signal            uint16 [n]       the returned light, in counts: `signal_gain` for a white surface at 1 m
-    true_distance     float64 [n]      to the surface on the beam's axis that is nearest to the echo, without
-                                       noise and rounding; +inf without a hit
-    true_position     float64 [n, 3]   the point on this surface, in the world; NaN without a hit
+    true_distance     float64 [n]      to the surface with most of the echo's energy where the beam's axis meets it,
+                                       without noise and rounding; if the axis misses this surface, to the surface on
+                                       the axis that is nearest to the echo; +inf without a surface on the axis
+    true_position     float64 [n, 3]   the point on that surface, in the world; NaN without one
     instance, triangle, category, material  int32 [n]  the surface with most of the echo's energy
     normal            float64 [n, 3]   its unit normal in the world, towards the ray
     incidence         float32 [n]      its angle of incidence, in degrees
@@ -209,26 +210,31 @@ def _along_axis(found: Contributions, block: range) -> Columns:
     return {"length": length, "position": position}
 
 
-def _nearest_on_axis(found: Contributions, pulse: npt.NDArray[np.int64], length: Floats) -> Columns:
-    """Returns the surface on the axis of each echo's pulse that is nearest to the echo.
+def _true_surfaces(
+    found: Contributions, pulse: npt.NDArray[np.int64], length: Floats, main: npt.NDArray[np.int64]
+) -> Columns:
+    """Returns the length and position of the surface on the axis of each echo's pulse.
 
-    The surface is given by its length and position. Without a surface, the length is infinite and the
+    It is the surface of the contribution `main`, reached along the same path, if the axis meets it; otherwise, it is
+    the surface on the axis that is nearest to the echo. Without a surface on the axis, the length is infinite and the
     position is NaN.
     """
-    axis = np.flatnonzero(found.ray == 0)  # hits are sorted by pulse and length
+    paths = (found.fields["instance"], found.first_instance, found.bounces)
+    axis = np.flatnonzero(found.ray == 0)  # contributions are sorted by pulse
+    first = np.searchsorted(found.pulse[axis], pulse, side="left")
+    count = np.searchsorted(found.pulse[axis], pulse, side="right") - first
+    best, apart = np.full(len(pulse), -1), np.full(len(pulse), np.inf)
+    on_path = np.zeros(len(pulse), bool)
+    for number in range(int(count.max(initial=0))):
+        own = np.flatnonzero(count > number)
+        row = axis[first[own] + number]
+        same = np.logical_and.reduce([path[row] == path[main[own]] for path in paths])
+        distance = np.abs(found.length[row] - length[own])
+        better = (same > on_path[own]) | ((same == on_path[own]) & (distance < apart[own]))
+        own, row = own[better], row[better]
+        best[own], apart[own], on_path[own] = row, distance[better], same[better]
     result: Columns = {"length": np.full(len(pulse), np.inf), "position": np.full((len(pulse), 3), np.nan)}
-    if not len(axis) or not len(pulse):
-        return result
-    span = 2.0 * max(float(found.length[axis].max()), float(length.max())) + 1.0
-    keys, wanted = found.pulse[axis] * span + found.length[axis], pulse * span + length
-    after = np.searchsorted(keys, wanted)
-    apart, best = np.full(len(pulse), np.inf), np.zeros(len(pulse), np.int64)
-    for candidate in (np.clip(after - 1, 0, len(axis) - 1), np.clip(after, 0, len(axis) - 1)):
-        row = axis[candidate]
-        distance = np.where(found.pulse[row] == pulse, np.abs(found.length[row] - length), np.inf)
-        best = np.where(distance < apart, row, best)
-        apart = np.minimum(apart, distance)
-    hit = np.isfinite(apart)
+    hit = np.flatnonzero(best >= 0)
     result["length"][hit] = found.length[best[hit]]
     result["position"][hit] = found.fields["position"][best[hit]]
     return result
@@ -340,7 +346,7 @@ def _columns(
     if echoes.is_single and not found.ray.any():
         true = {"length": length, "position": found.fields["position"].take(main, axis=0)}
     else:
-        true = _nearest_on_axis(found, pulse, length)
+        true = _true_surfaces(found, pulse, length, main)
     if settings["noise"]:
         z = _normals(tracer, block, "distance", pulse, rank)
         distance = _noisy(distance, signal[chosen], z, settings)
