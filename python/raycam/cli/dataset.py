@@ -32,7 +32,8 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--show",
         metavar="DIR",
-        help="write DIR/contact_sheet.html, which shows the labels of an existing data set (coco, yolo) on its images",
+        help="write DIR/contact_sheet.html, which shows the labels of an existing data set on its images "
+        "(bop, coco, kitti, mot, panoptic, replicator, semantic, yolo)",
     )
     command.add_argument(
         "--format",

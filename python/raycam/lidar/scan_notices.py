@@ -38,7 +38,8 @@ def warn_of_times(world: World, lidar: Lidar) -> None:
     if world._core.is_animated and time is None:
         warn(
             Notice(
-                "the scan shows a static world, because no time is set for the animated world; use world.at(time)",
+                "the scan shows a static world, because no time is set for the animated world; use "
+                "world.at(time), or --at SECONDS on the command line",
                 "unused_times",
             )
         )
