@@ -90,8 +90,8 @@ def soft_echo(visibility: float, pulse_length: float) -> tuple[float, float]:
     count = round((min(REACH, OVERLAP[1] + 8.0 * sigma + 2.0) - OVERLAP[0]) / STEP)
     places = OVERLAP[0] + (np.arange(count) + 0.5) * STEP
     overlap = np.minimum(1.0, (places - OVERLAP[0]) / (OVERLAP[1] - OVERLAP[0]))
-    profile = (math.pi * beta * overlap * exp(-2.0 * alpha * places) / places**2).tolist()
-    pulse = exp(-0.5 * (np.arange(count) * STEP / sigma) ** 2).tolist()
+    profile: list[float] = (math.pi * beta * overlap * exp(-2.0 * alpha * places) / places**2).tolist()
+    pulse: list[float] = exp(-0.5 * (np.arange(count) * STEP / sigma) ** 2).tolist()
 
     def height(at: int) -> float:
         return STEP * sum(value * pulse[abs(at - i)] for i, value in enumerate(profile))

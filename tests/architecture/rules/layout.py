@@ -40,10 +40,10 @@ ORDER = {
         failure request page lib
     """,
     "bindings": """
-        error notice cancel interruptible arrays py_value buffer_pool camera world/state queries render world lib
+        error notice cancel interruptible arrays py_value buffer_pool camera world/state queries elementary render world lib
     """,
     "python": """
-        errors codes notices progress arguments rotations srgb read_only one_line _serialization io camera
+        errors codes notices progress arguments elementary rotations srgb read_only one_line _serialization io camera
         sensors/sensor rig usd robots world calibration reference render sensors lidar annotations
         interop data randomize jobs cluster video dataset baking photos calibration_check explanation viewer lecture
         info doctor bench demo cli
