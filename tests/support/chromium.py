@@ -12,6 +12,7 @@ import urllib.request
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from websockets.sync.client import ClientConnection, connect
 
@@ -39,6 +40,8 @@ class Tab:
         """The lines that the page wrote to its console, errors included."""
         self.requests: list[str] = []
         """The addresses that the page requested."""
+        self._server: str | None = None
+        """Host and port of the page that `open` loaded last."""
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{domain}.enable")
 
@@ -95,7 +98,17 @@ class Tab:
         self.call("Emulation.setEmulatedMedia", features=features)
 
     def open(self, url: str) -> None:
-        """Loads a page and waits for its first image."""
+        """Loads a page and waits for its first image.
+
+        If the page belongs to another server than the previous one, `said` starts again. A page whose server has
+        ended reports a failed connection until the browser leaves it.
+        """
+        server = urlsplit(url).netloc
+        if server != self._server:
+            self.call("Page.navigate", url="about:blank")
+            self.wait("location.href === 'about:blank'")
+            self.said.clear()
+            self._server = server
         self.wait("globalThis.isLeft = true")
         if "loaderId" not in self.call(
             "Page.navigate", url=url
