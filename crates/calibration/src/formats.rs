@@ -537,7 +537,7 @@ fn name_repeated_times(records: &mut [CameraRecord]) -> Option<Notice> {
     }
     let first = repeated.first()?;
     let message =
-        format!("renamed, as in {first}#2: {} with the same time as another pose", counted(repeated.len(), "pose"));
+        format!("{} renamed, for example to {first}#2: same time as another pose", counted(repeated.len(), "pose"));
     Some(about_cameras(NoticeCode::Renamed, repeated.iter().map(String::as_str), message))
 }
 

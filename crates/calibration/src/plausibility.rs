@@ -126,8 +126,8 @@ fn notice_of_blind(found: &[(&CameraRecord, f64)]) -> Option<Notice> {
 fn conversion_to_pixels(cx: f64, cy: f64, aspect: f64) -> &'static str {
     let is_near = |value: f64, expected: f64| (value - expected).abs() < 0.1;
     if is_near(cx, 0.0) && is_near(cy, 0.0) {
-        "the coordinates go from -1 to 1: multiply the first row of K (or P) by width / 2 and the second row by \
-         height / 2, then add the third row times width / 2 to the first row, and times height / 2 to the second row"
+        "K is probably in image coordinates from -1 to 1, so in K (or P) replace row 1 by (row 1 + row 3) * width / 2, \
+         and row 2 by (row 2 + row 3) * height / 2"
     } else if is_near(cx, 0.5) && is_near(cy, 0.5 * aspect) && !is_near(cy, 0.5) {
         "multiply the first and the second row of K (or P) by the width"
     } else {

@@ -98,8 +98,8 @@ impl CameraRecord {
         self.size.ok_or_else(|| {
             FormatError::encode(ErrorCode::MissingArgument.message(format!(
                 "camera {:?}: its file does not contain the image size, which {what} requires; set it with --size \
-                 WIDTHxHEIGHT or size=(width, height) or, for a file with only poses, pass a calibration (--intrinsics \
-                 FILE, intrinsics=)",
+                 WIDTHxHEIGHT or size=(width, height). For a file with only poses, pass a calibration instead \
+                 (--intrinsics FILE, intrinsics=)",
                 self.name
             )))
         })

@@ -109,7 +109,7 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> NumberReader<'a, I> {
         if value.fract() == 0.0 && (1.0..=1e9).contains(&value) {
             return Ok(value as u64);
         }
-        let message = format!("{what} is {value}; expected a whole number >= 1");
+        let message = format!("{what} is {value}; expected a whole number from 1 to 1e9");
         Err(FormatError::whole(self.path, ErrorCode::OutOfRange.message(message)))
     }
 

@@ -76,7 +76,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<MeshFil
     let chosen = colors::choose(&mut mesh);
     let filled = directionless::fill_normals(&mut mesh);
     let filled = (filled > 0).then(|| {
-        let message = format!("replaced by the faces' normals: {} without a direction", counted(filled, "normal"));
+        let message = format!("{} replaced by the faces' normals: no direction", counted(filled, "normal"));
         Notice::new(NoticeCode::ReplacedValue, message)
     });
     notices.extend([chosen, filled].into_iter().flatten().map(|note| note.in_context(path.display())));
@@ -337,7 +337,7 @@ impl OffColors {
         if self.mapped > 0 {
             notices.push(Notice::new(
                 NoticeCode::MissingColors,
-                format!("{shown}: shown in white: {} with a colour map index", counted(self.mapped, what)),
+                format!("{shown}: {} shown in white: colour map indices are not supported", counted(self.mapped, what)),
             ));
         }
         if self.missing == self.values.len() {
@@ -347,7 +347,7 @@ impl OffColors {
             let missing = self.missing - self.mapped;
             notices.push(Notice::new(
                 NoticeCode::MissingColors,
-                format!("{shown}: shown in white: {} without a colour", counted(missing, what)),
+                format!("{shown}: {} shown in white: no colour", counted(missing, what)),
             ));
         }
         if self.translucent > 0 {

@@ -138,7 +138,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
         let left = after - FACET_BYTES * count;
         notices.push(Notice::new(
             NoticeCode::TrailingData,
-            format!("{}: ignored: {} after the last facet", path.display(), counted(left, "byte")),
+            format!("{}: {} after the last facet ignored", path.display(), counted(left, "byte")),
         ));
     } else if count != held {
         notices.push(Notice::new(
@@ -148,7 +148,7 @@ fn binary(source: &InputFile, notices: &mut Vec<Notice>) -> Result<Solid> {
     } else if extra != 0 {
         notices.push(Notice::new(
             NoticeCode::TrailingData,
-            format!("{}: ignored: {} after the last facet", path.display(), counted(extra, "byte")),
+            format!("{}: {} after the last facet ignored", path.display(), counted(extra, "byte")),
         ));
     }
 
@@ -242,7 +242,7 @@ fn facet_colors(
     if without > 0 {
         notices.push(Notice::new(
             NoticeCode::MissingColors,
-            format!("{}: shown in grey: {} without a colour", path.display(), counted(without, "facet")),
+            format!("{}: {} shown in grey: no colour", path.display(), counted(without, "facet")),
         ));
     }
     // In VisCAM files, blue is in the lowest bits.
@@ -419,7 +419,7 @@ impl TextParser<'_> {
     fn corner(&mut self, line: usize, rest: &[u8]) -> Result<DVec3> {
         corner(self.path, line, rest).or_else(|error| {
             let (values, assumed) = lexer::three_numbers_with_commas(rest).ok_or(error)?;
-            self.note(line, &format!("vertices are read with {assumed}"));
+            self.note(line, &format!("the numbers of a vertex are read with {assumed}"));
             Ok(DVec3::from(values))
         })
     }
@@ -536,7 +536,7 @@ fn corner(path: &Path, line: usize, rest: &[u8]) -> Result<DVec3> {
         })?;
     }
     if let Some(word) = words.next() {
-        let message = format!("vertex: {} after three numbers", lexer::for_message(word));
+        let message = format!("vertex: unexpected {} after the three numbers", lexer::for_message(word));
         return Err(FormatError::line(path, line, ErrorCode::WrongShape.message(message)));
     }
     Ok(DVec3::from(values))

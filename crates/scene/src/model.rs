@@ -174,7 +174,7 @@ impl MeshFile {
         let slots: usize = parts().map(|part| part.materials.len()).sum();
         if vertices > u32::MAX as usize || slots > usize::from(u16::MAX) {
             return Err(SceneError::world(format!(
-                "too many vertices or materials for one mesh: {vertices} and {slots}, limits {} and {}",
+                "too many vertices or materials for one mesh: {vertices} vertices (limit {}), {slots} materials (limit {})",
                 u32::MAX,
                 u16::MAX
             )));

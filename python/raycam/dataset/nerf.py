@@ -82,8 +82,8 @@ def check_whole_panorama(camera: Camera, number: int) -> None:
             f"K is {camera.K.round(6).tolist()} instead of {whole.K.round(6).tolist()}, a partial panorama"
         )
     raise CameraError(
-        f"camera {number}: transforms.json supports only panoramas of all directions, twice as wide as high, but "
-        f"{fault}; use Camera.equirectangular with size=(2 * height, height)",
+        f"camera {number}: {fault}; transforms.json supports only panoramas of all directions, twice as wide as "
+        "high, so use Camera.equirectangular with size=(2 * height, height)",
         code="unsupported_camera",
     )
 

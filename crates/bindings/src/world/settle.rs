@@ -74,7 +74,7 @@ pub(crate) fn world_overlaps(
     let inner = world.get().snapshot();
     if groups.len() != inner.objects.len() {
         return Err(world_error(format!(
-            "groups: expected one for each of the {} objects, got {}",
+            "groups: expected one number per object ({}), got {}",
             inner.objects.len(),
             groups.len()
         )));

@@ -23,7 +23,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let sizes = root.require("resolution")?.list()?;
     if poses.len() != cameras.len() || sizes.len() != cameras.len() {
         return Err(root.fail(format_args!(
-            "T_imu_cam has {}, intrinsics {} and resolution {}; expected equal numbers",
+            "T_imu_cam has {}, intrinsics has {} and resolution has {}; expected equal numbers",
             counted(poses.len(), "entry"),
             cameras.len(),
             sizes.len()

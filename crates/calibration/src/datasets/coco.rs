@@ -51,8 +51,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(record);
     }
     if without > 0 {
-        calibration
-            .note(NoticeCode::IgnoredElement, format!("omitted: {} without K, R and C", counted(without, "image")));
+        calibration.note(NoticeCode::IgnoredElement, format!("{} omitted: no K, R and C", counted(without, "image")));
     }
     Ok(calibration)
 }

@@ -54,9 +54,9 @@ fn camera(at: &Cursor<'_>, name: String) -> Result<CameraRecord> {
         "kannalabrandt4" | "5" => lens_of(LensModel::Fisheye, &values[..values.len().min(4)]),
         "inversebrownconrady" | "2" => {
             return Err(coefficients.fail(
-                "Inverse Brown Conrady with coefficients is ambiguous: depending on the version of librealsense, the \
-                 coefficients describe the mapping from the distorted image or to the distorted image; if you know \
-                 that they describe the second mapping, pass K and the lens directly, Camera(model=\"opencv\")",
+                "Inverse Brown Conrady with coefficients is ambiguous: versions of librealsense disagree whether the \
+                 coefficients map from the distorted image or to it. If they map to the distorted image, pass K and \
+                 the coefficients to Camera(model=\"opencv\")",
             ));
         }
         _ => {

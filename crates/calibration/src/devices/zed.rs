@@ -73,8 +73,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     calibration.note(
         NoticeCode::FirstOnly,
         format!(
-            "the sections of {name}, {} x {}, are used (use size= to select another); Baseline, {base} mm, is \
-             converted to metres, with the right camera to the right of the left one",
+            "the sections of {name} ({} x {}) are used (use size= to select others); Baseline ({base} mm) is converted \
+             to metres and places the right camera to the right of the left camera",
             size[0], size[1]
         ),
     );

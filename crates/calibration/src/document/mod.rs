@@ -306,13 +306,13 @@ pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
             }
             [0.0, 0.0, 0.0, 0.0] => "write 0 0 0 1",
             [0.0, 0.0, 0.0, _] => {
-                "the whole matrix is scaled by that number: divide all of it, or only R if the translation is \
-                 already in the unit that you want"
+                "the matrix is scaled by its last number: divide the whole matrix by this number, or only R if the \
+                 translation already has the desired unit"
             }
             _ => "is the matrix transposed?",
         };
         return Err(format!(
-            "the last row is {} {} {} {}, expected 0 0 0 1: {reason}",
+            "the last row is {} {} {} {}; expected 0 0 0 1 ({reason})",
             last[0], last[1], last[2], last[3]
         ));
     }

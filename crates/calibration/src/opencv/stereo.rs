@@ -46,7 +46,8 @@ pub(super) fn read(
     for (key, at) in root.entries()?.iter().filter(|(key, _)| !known(key)) {
         if pose::is_pose_key(&both, key, at) {
             return Err(at.fail(
-                "a pose of the pair; write it as R and T, which map points from the first camera to the second",
+                "poses of a pair are read only from R and T; write R and T, which map points from the first camera to \
+                 the second",
             ));
         }
     }

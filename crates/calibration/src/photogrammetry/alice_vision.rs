@@ -89,7 +89,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     } else if let Some(first) = lost.first() {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("omitted: {} without a pose or intrinsics ({first} ...)", counted(lost.len(), "view")),
+            format!("{} omitted: no pose or no intrinsics ({first} ...)", counted(lost.len(), "view")),
         );
     }
     calibration.note(

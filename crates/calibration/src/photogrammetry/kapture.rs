@@ -198,7 +198,7 @@ impl Files<'_> {
         if unplaced > 0 {
             calibration.note(
                 NoticeCode::MissingValue,
-                format!("placed at the origin: {} without a pose in trajectories.txt", counted(unplaced, "image")),
+                format!("{} placed at the origin: no pose in trajectories.txt", counted(unplaced, "image")),
             );
         }
         Ok(calibration)

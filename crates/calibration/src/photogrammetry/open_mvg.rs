@@ -70,7 +70,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if let Some(first) = lost.first() {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("omitted: {} without a pose or intrinsics ({first} ...)", counted(lost.len(), "view")),
+            format!("{} omitted: no pose or no intrinsics ({first} ...)", counted(lost.len(), "view")),
         );
     }
     calibration.note(
@@ -143,7 +143,9 @@ fn camera(data: &Cursor<'_>, kind: &str, key: u32) -> Result<CameraRecord> {
     }
     let all = ["disto_k1", "disto_k3", "disto_t2", "fisheye"];
     if kind == "pinhole" && all.iter().any(|key| get(key).is_some()) {
-        return Err(data.fail("an intrinsic of type pinhole has no distortion, but the file contains distortion"));
+        return Err(
+            data.fail("intrinsics of type pinhole cannot have distortion; use another type, or remove the distortion")
+        );
     }
     Ok(record)
 }

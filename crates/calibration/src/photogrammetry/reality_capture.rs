@@ -72,7 +72,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
             let digits = word.strip_prefix(['k', 't', 'p']).is_some_and(|rest| rest.parse::<u32>().is_ok());
             let known = ["k1", "k2", "k3", "k4", "t1", "t2"].contains(&word.as_str());
             if digits && !known && cell.parse::<f64>().is_ok_and(|value| value != 0.0) {
-                return Err(fail(format!("{word} is {cell}, an unsupported lens term of this format")));
+                return Err(fail(format!("{word} is {cell}; supported lens terms: k1 to k4, t1 and t2")));
             }
         }
         let name = find("name").unwrap_or_default();

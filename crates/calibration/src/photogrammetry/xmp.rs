@@ -51,7 +51,7 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
 /// Returns a notice about files without a pose, if there are any.
 fn left_out(lost: &[String]) -> Option<Notice> {
     let first = lost.first()?;
-    let message = format!("omitted: {} without Rotation and Position ({first} ...)", counted(lost.len(), "file"));
+    let message = format!("{} omitted: no Rotation and Position ({first} ...)", counted(lost.len(), "file"));
     Some(Notice::new(NoticeCode::IgnoredElement, message))
 }
 

@@ -331,8 +331,9 @@ fn odd_panorama(root: &Cursor<'_>, record: &CameraRecord) -> Option<Notice> {
     let odd: Vec<String> = usual.iter().filter_map(odd).collect();
     (!odd.is_empty()).then(|| {
         let odd = odd.join(", ");
-        let message =
-            format!("EQUIRECTANGULAR is read as the complete panorama; contradicting values are ignored: {odd}");
+        let message = format!(
+            "EQUIRECTANGULAR is read as a panorama of all directions; values that contradict this are ignored: {odd}"
+        );
         Notice::new(NoticeCode::IgnoredKey, message)
     })
 }
@@ -409,11 +410,11 @@ fn panorama_text(record: &CameraRecord, [width, height]: [u32; 2], format: &str)
     let whole = record.lens.full_panorama([width, height], record.pixel_center);
     let same = |whole: DMat3, k: DMat3| (whole - k).to_cols_array().iter().all(|v| v.abs() <= 1e-9 * f64::from(width));
     if width != 2 * height {
-        let what = format!("a panorama of {width} x {height} pixels, which is not twice as wide as high");
+        let what = format!("a panorama of {width} x {height} pixels; expected a width that is twice the height");
         return Err(record.unsupported_error(format, &what));
     }
     if !record.k.zip(whole).is_some_and(|(k, whole)| same(whole, k)) {
-        let what = "a partial panorama, whose K differs from the K of a panorama of all directions";
+        let what = "a partial panorama; expected a panorama of all directions";
         return Err(record.unsupported_error(format, what));
     }
     let [fx, fy, cx, cy] = [0.5, 1.0, 0.5, 0.5].map(|share| share * f64::from(width));

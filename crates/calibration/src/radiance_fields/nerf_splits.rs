@@ -38,7 +38,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
             Err(_) if known.size != hints.size => {
                 let mut found = nerf::read(&file, assets, &known)?;
                 let count = found.records.len();
-                let notice = "without image files: the image size of another split is assumed; if the size \
+                let notice = "without image files get the image size of another split; if their size \
                               differs, set it with --size WIDTHxHEIGHT or size=(width, height)";
                 found
                     .notices

@@ -154,7 +154,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         calibration.records.push(right);
         calibration.note(
             NoticeCode::PlacedCameras,
-            format!("a rectified pair: the second camera equals the first, {base} m to its right"),
+            format!(
+                "a rectified pair: the second camera has the first camera's K and size, and is placed {base} m to its \
+                 right"
+            ),
         );
     } else if root.get("Camera2.fx").is_some() {
         return Err(root.fail("Camera2 has no pose; expected Stereo.T_c1_c2, camera 1 from camera 2 (or Tlr)"));

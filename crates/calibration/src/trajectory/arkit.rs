@@ -77,7 +77,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.note(
             NoticeCode::IgnoredElement,
             format!(
-                "omitted: {} without a .pincam file within 0.001 s of its time (use intrinsics= to apply one K to all)",
+                "{} omitted: no .pincam file within 0.001 s of the pose's time (use intrinsics= to apply one K to all)",
                 counted(left_out, "pose")
             ),
         );

@@ -142,7 +142,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if lost > 0 {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("omitted: {} with numbers that are not finite (lost frames)", counted(lost, "pose")),
+            format!("{} omitted: numbers that are not finite (lost frames)", counted(lost, "pose")),
         );
     }
     if hints.intrinsics.is_none() {
@@ -208,8 +208,9 @@ impl MatrixContent {
         match self {
             Self::Poses(convention) => record.pose = Some(convention.pose(&check_rigid(&matrix)?)),
             Self::CameraMatrices => {
-                let rows = camera_matrix_of(&matrix)
-                    .ok_or("not a camera matrix P = K R [I | -C], but the first matrix of the file is one")?;
+                let rows = camera_matrix_of(&matrix).ok_or(
+                    "not a camera matrix P = K R [I | -C], unlike the first matrix; expected only camera matrices",
+                )?;
                 record.matrix = Some([0, 1, 2].map(|i| [0, 1, 2, 3].map(|j| rows[4 * i + j])));
             }
         }

@@ -124,7 +124,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     if let Some(first) = lost.first() {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("omitted: {} without a pose ({first} ...)", counted(lost.len(), "lost frame")),
+            format!("{} omitted: no pose ({first} ...)", counted(lost.len(), "lost frame")),
         );
     }
     if matches!(content, MatrixContent::CameraMatrices) {

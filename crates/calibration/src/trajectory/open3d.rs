@@ -73,7 +73,7 @@ fn matrix_by_columns(at: &Cursor<'_>, direction: &str) -> Result<(DMat3, DVec3)>
     let columns = at.array::<16>()?;
     let rows = std::array::from_fn(|i| columns[4 * (i % 4) + i / 4]);
     let rows = check_rigid(&rows).map_err(|message| {
-        at.fail(format_args!("the matrix, read by columns as in Open3D, is not a valid {direction}: {message}"))
+        at.fail(format_args!("the matrix, read by columns as in Open3D, is not a valid pose ({direction}): {message}"))
     })?;
     Ok(rigid(&rows))
 }

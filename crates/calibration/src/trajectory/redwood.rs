@@ -49,7 +49,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if lost > 0 {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("omitted: {} with numbers that are not finite (lost frames)", counted(lost, "pose")),
+            format!("{} omitted: numbers that are not finite (lost frames)", counted(lost, "pose")),
         );
     }
     Ok(calibration)

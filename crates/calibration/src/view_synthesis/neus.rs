@@ -75,8 +75,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
     }
     if !in_pixels.is_empty() {
-        let message = "read as K in pixels, because in units of half the image size, its principal point would be outside \
-                       the image; world_mat_i is read as camera_from_world [R t]";
+        let message = "read as K in pixels, because its principal point would be outside the image in units of half the \
+                       image size; world_mat_i is read as camera_from_world [R t]";
         calibration.notices.push(Notice::about_all(NoticeCode::AssumedConvention, in_pixels.into_iter(), message));
     }
     if separate > 0 {
@@ -88,8 +88,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if normalised {
         calibration.note(
             NoticeCode::PlacedCameras,
-            "the cameras are in the world of world_mat; a mesh in the unit sphere must be transformed by scale_mat, \
-             world_from_normalised",
+            "the cameras' poses come from world_mat; multiply the vertices of a mesh in the unit sphere by scale_mat to \
+             place the mesh in the same world",
         );
     }
     if let Some(size) = calibration.records.first().and_then(|record| record.size)

@@ -190,7 +190,7 @@ fn sort_header(file: &mut [u8]) {
 
 /// Conventions that are necessary for reading the channels.
 const CONVENTIONS: &str = "P = K R [I | -C], camera axes x right, y down, z forward; pixel (u, v) from the top left, \
-    the centre of the first one at (0, 0) where pixelCenter is integer, (0.5, 0.5) where it is half; depth is z along \
+    the centre of the first pixel at (0, 0) if pixelCenter is integer, (0.5, 0.5) if it is half; depth is z along \
     the principal axis, distance the length of the ray, both +inf in the background; ids are int32 in uint32 bits, \
     4294967295 (-1) in the background; color is linear Rec. 709";
 

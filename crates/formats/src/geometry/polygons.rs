@@ -38,8 +38,7 @@ impl DegenerateFaces {
     /// Notice about faces with fewer than 3 corners; `None` if there are none.
     pub(crate) fn notice(&self, path: &Path) -> Option<Notice> {
         let (path, count, first) = (path.display(), self.count, self.first.as_ref()?);
-        let message =
-            format!("{path}: omitted: {} with fewer than 3 corners, the first in {first}", counted(count, "face"));
+        let message = format!("{path}: {} omitted: fewer than 3 corners, the first in {first}", counted(count, "face"));
         Some(Notice::new(NoticeCode::DroppedGeometry, message))
     }
 }

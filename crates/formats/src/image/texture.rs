@@ -62,7 +62,8 @@ pub(crate) fn optional_texture(
     let name = match udim::single_image(from, &reference::with_slashes(name), assets) {
         Ok(name) => name,
         Err(reason) => {
-            notices.push(Notice::new(NoticeCode::IgnoredFeature, format!("{}: omitted: {reason}", from.display())));
+            notices
+                .push(Notice::new(NoticeCode::IgnoredFeature, format!("{}: image omitted: {reason}", from.display())));
             return Ok(None);
         }
     };
@@ -76,7 +77,8 @@ pub(crate) fn optional_texture(
             Ok(Some(Texture { image: assets.store_texture(texture.image)?, ..texture }))
         }
         Err(error) if companion::can_be_left_out(&error) => {
-            notices.push(Notice::new(NoticeCode::UnreadableFile, format!("{}: omitted: {error}", from.display())));
+            notices
+                .push(Notice::new(NoticeCode::UnreadableFile, format!("{}: image omitted: {error}", from.display())));
             Ok(None)
         }
         Err(error) => Err(error),

@@ -43,7 +43,7 @@ pub(crate) fn optional_file(
                 ErrorCode::OutsideRoot => NoticeCode::OutsideRoot,
                 _ => NoticeCode::MissingFile,
             };
-            notices.push(Notice::new(code, format!("{}: omitted: {error}", from.display())));
+            notices.push(Notice::new(code, format!("{}: referenced file omitted: {error}", from.display())));
             Ok(None)
         }
         source => source.map(Some),

@@ -206,7 +206,10 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Res
     notices.extend(odd.into_notices(path));
     if !unused.is_empty() {
         let keys: Vec<_> = unused.iter().map(|(line, key)| format!("{key} (line {line})")).collect();
-        notices.push(Notice::new(NoticeCode::IgnoredKey, format!("{}: ignored: {}", path.display(), keys.join(", "))));
+        notices.push(Notice::new(
+            NoticeCode::IgnoredKey,
+            format!("{}: unused statements ignored: {}", path.display(), keys.join(", ")),
+        ));
     }
     Ok(materials)
 }
@@ -305,7 +308,7 @@ impl Statement<'_> {
     /// Adds a notice about an invalid value, once for each key and each consequence.
     fn note(&self, code: NoticeCode, odd: &mut Diagnostics, expected: &str, done: &str) {
         let (key, value) = (String::from_utf8_lossy(self.key), lexer::for_message(lexer::trim(self.rest)));
-        let message = format!("{key} is {value}, expected {expected}; it is {done}");
+        let message = format!("{key} is {value}; expected {expected}; the value is {done}");
         odd.note_kind(code, &format!("{} {done}", key.to_lowercase()), Location::Line(self.line), message);
     }
 
@@ -362,7 +365,8 @@ impl Statement<'_> {
         // Programs that use Tr as opacity instead of transparency write 1 for opaque.
         let value = self.number("0 to 1", 0.0..=1.0, odd)? as f32;
         if value == 1.0 && self.key.eq_ignore_ascii_case(b"tr") {
-            let message = "Tr 1 (invisible) is treated as opaque, because exporters confuse it; use d 0 for invisible";
+            let message = "Tr 1 (invisible) is treated as opaque, because some exporters write 1 for opaque; for \
+                           invisible, use d 0";
             odd.note(NoticeCode::AssumedConvention, Location::Line(self.line), message);
             return None;
         }

@@ -229,7 +229,7 @@ impl ObjBuilder {
             if without > 0 {
                 obj.notices.push(Notice::new(
                     NoticeCode::MissingColors,
-                    format!("{shown}: shown in white: {} without a colour", counted(without, "vertex")),
+                    format!("{shown}: {} shown in white: no colour", counted(without, "vertex")),
                 ));
             }
             obj.colors.resize(obj.positions.len(), [1.0; 3]);
@@ -243,7 +243,8 @@ impl ObjBuilder {
         }
         obj.notices.extend(self.degenerate.notice(path));
         if let Some(ignored) = self.ignored.message() {
-            obj.notices.push(Notice::new(NoticeCode::IgnoredKey, format!("{shown}: ignored: {ignored}")));
+            obj.notices
+                .push(Notice::new(NoticeCode::IgnoredKey, format!("{shown}: unused statements ignored: {ignored}")));
         }
         obj.notices.extend(self.odd.into_notices(path));
         Ok(obj)

@@ -205,7 +205,7 @@ impl<'a> Body<'a> {
                 if left > 0 {
                     notices.push(Notice::new(
                         NoticeCode::TrailingData,
-                        format!("{path}: ignored: {} after the last row", counted(left, "byte")),
+                        format!("{path}: {} after the last row ignored", counted(left, "byte")),
                     ));
                 }
             }

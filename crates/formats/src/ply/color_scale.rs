@@ -51,7 +51,9 @@ impl PlyColors {
             }
             ScalarType::U16 => whole(65535.0, None),
             _ if most <= 255.0 => whole(255.0, None),
-            _ if most <= 65535.0 => whole(65535.0, Some("colours beyond 255 are treated as 0 to 65535")),
+            _ if most <= 65535.0 => {
+                whole(65535.0, Some("colours are treated as 0 to 65535, because some are greater than 255"))
+            }
             _ => None,
         }
     }

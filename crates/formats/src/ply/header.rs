@@ -143,8 +143,8 @@ impl HeaderParser<'_> {
                     Some(b"binary_big_endian") => Encoding::BinaryBigEndian,
                     _ => {
                         return Err(self.error(
-                            "unknown format; expected format ascii, binary_little_endian or binary_big_endian, \
-                             then 1.0",
+                            "unknown format; expected the line \"format ascii 1.0\", or binary_little_endian or \
+                             binary_big_endian instead of ascii",
                         ));
                     }
                 });

@@ -294,7 +294,7 @@ impl<'a> Ply<'a> {
         if filled > 0 {
             notes.push(Notice::new(
                 NoticeCode::ReplacedValue,
-                format!("replaced by the faces' normals: {} without a direction", counted(filled, "normal")),
+                format!("{} replaced by the faces' normals: no direction", counted(filled, "normal")),
             ));
         }
         self.notices.extend(notes.into_iter().map(|note| note.in_context(path.display())));
@@ -311,7 +311,7 @@ impl<'a> Ply<'a> {
             self.unused.truncate(32);
             model.notices.push(Notice::new(
                 NoticeCode::IgnoredKey,
-                format!("{}: ignored: {}", path.display(), self.unused.join(", ")),
+                format!("{}: unused elements and properties ignored: {}", path.display(), self.unused.join(", ")),
             ));
         }
         Ok(model)

@@ -56,7 +56,7 @@ fn faces_with_one_or_two_corners_are_skipped() {
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
     let colors = mesh.face_colors.as_deref().unwrap();
     assert_eq!(colors, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
-    assert!(read.notices[0].to_string().ends_with("omitted: 2 faces with fewer than 3 corners, the first in line 7"));
+    assert!(read.notices[0].to_string().ends_with("2 faces omitted: fewer than 3 corners, the first in line 7"));
 }
 
 #[test]

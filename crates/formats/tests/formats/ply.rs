@@ -161,7 +161,7 @@ fn number_types_do_not_change_faces() {
                 let thin = model("a.ply", square(big, length, index, &faces));
                 assert_eq!(thin.parts[0].mesh.triangles, triangles.triangles);
                 let said = &thin.notices[0].message;
-                let expected = "omitted: 2 faces with fewer than 3 corners, the first in the row";
+                let expected = "2 faces omitted: fewer than 3 corners, the first in the row";
                 assert!(said.contains(expected), "{said}");
             }
         }
@@ -273,7 +273,7 @@ fn ply_errors_contain_line_or_byte() {
         ),
         (
             ascii(rows).replace("ascii 1.0", "text 1.0"),
-            "a.ply:2: unknown format; expected format ascii, binary_little_endian or binary_big_endian, then 1.0",
+            "a.ply:2: unknown format; expected the line \"format ascii 1.0\", or binary_little_endian or binary_big_endian instead of ascii",
         ),
         (
             ascii(rows).replace("element vertex 4", "element vertex"),
@@ -317,7 +317,7 @@ fn colours_of_every_range_are_read_or_clamped() {
         ("ushort", 257, ""),
         ("float", 1, "floating-point colours are treated as 0 to 255, because some are greater than 1"),
         ("int", 1, ""),
-        ("int", 257, "colours beyond 255 are treated as 0 to 65535"),
+        ("int", 257, "colours are treated as 0 to 65535, because some are greater than 255"),
     ] {
         let row = |[r, g, b]: [u32; 3]| format!("{} {} {}", scale * r, scale * g, scale * b);
         let rows = [row([255, 0, 0]), row([0, 188, 0]), row([51, 102, 204])];
@@ -396,7 +396,7 @@ fn ignored_properties_are_listed() {
                 element face 1\nproperty list uchar int vertex_indices\nproperty int flags\nelement edge 1\n\
                 property int a\nend_header\n0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2 4\n5\n";
     let notices = model("a.ply", text).notices;
-    let expected = "a.ply: ignored: vertex rgb (packed colours), vertex intensity, vertex red, face flags, \
+    let expected = "a.ply: unused elements and properties ignored: vertex rgb (packed colours), vertex intensity, vertex red, face flags, \
                     element edge (1 row)";
     assert_eq!(notices[1].message, expected);
     assert!(
@@ -421,7 +421,7 @@ fn normals_without_a_direction_are_replaced_by_face_normals() {
     for zero in ["0 0 0", "nan 0 0"] {
         let used = model("a.ply", text("0 0 0", zero));
         assert_eq!(used.parts[0].mesh.normals.as_ref().unwrap()[..2], [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
-        assert_eq!(texts(&used.notices), ["a.ply: replaced by the faces' normals: 1 normal without a direction"]);
+        assert_eq!(texts(&used.notices), ["a.ply: 1 normal replaced by the faces' normals: no direction"]);
     }
 }
 
@@ -440,7 +440,7 @@ fn damaged_ply_files_cause_an_error_or_a_notice() {
         mutations("a.ply", &bytes, 20_000);
     }
     let extra = [&tetrahedron("binary_big_endian")[..], b"more"].concat();
-    assert!(model("a.ply", extra).notices[0].to_string().contains("ignored: 4 bytes after the last row"));
+    assert!(model("a.ply", extra).notices[0].to_string().contains("4 bytes after the last row ignored"));
 }
 
 const TRIANGLE: &str = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";

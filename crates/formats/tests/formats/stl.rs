@@ -64,7 +64,7 @@ fn file_length_has_priority_over_the_facet_count() {
     }
     let padded = model("a.stl", [&binary(4)[..], &[0; 7]].concat());
     assert_eq!(padded.parts[0].mesh.triangles.len(), 4);
-    assert!(padded.notices[0].to_string().contains("ignored: 7 bytes after the last facet"), "{:?}", padded.notices);
+    assert!(padded.notices[0].to_string().contains("7 bytes after the last facet ignored"), "{:?}", padded.notices);
     assert_eq!(error("a.stl", binary(5)), "a.stl: byte 284: the header declares 5 facets, but the file ends after 4");
 }
 
@@ -73,7 +73,7 @@ fn stl_errors_contain_line_or_byte() {
     let text = ascii("a");
     for (from, to, expected) in [
         ("vertex 0 0e0 0", "vertex 0 0", "a.stl:4: vertex \"0 0\"; expected three numbers"),
-        ("vertex 0 0e0 0", "vertex 0 0 0 0", "a.stl:4: vertex: \"0\" after three numbers"),
+        ("vertex 0 0e0 0", "vertex 0 0 0 0", "a.stl:4: vertex: unexpected \"0\" after the three numbers"),
         ("    vertex 0 0e0 0\n", "", "a.stl:6: expected vertex (a facet has three), found \"endloop\""),
     ] {
         assert_eq!(error("a.stl", text.replacen(from, to, 1)), expected);
@@ -170,7 +170,7 @@ fn facet_colours_of_viscam_and_magics_are_read() {
     // VisCAM files: bit 15 marks a colour, with red in the high bits; facets without bit 15 are grey.
     let (colors, notices) = colored("viscam", [0xfc00, 0x83e0, 0x801f, 0]);
     assert_eq!(colors.unwrap(), [red, green, blue, [0.8; 3]]);
-    assert_eq!(notices, ["a.stl: shown in grey: 1 facet without a colour"]);
+    assert_eq!(notices, ["a.stl: 1 facet shown in grey: no colour"]);
     // Magics files: red is in the low bits, and bit 15 selects the colour of the whole object.
     let header = "COLOR=\u{0}\u{7f}\u{0}\u{7f},MATERIAL=";
     let (colors, notices) = colored(header, [0x001f, 0x03e0, 0x7c00, 0x8000]);

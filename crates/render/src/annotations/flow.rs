@@ -109,14 +109,16 @@ fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderErro
     let fail = |message| Err(RenderError::world(message));
     let (a, b) = (first.geometry.instances.len(), second.geometry.instances.len());
     if a != b {
-        return fail(format!("flow requires the same objects in both worlds; the first has {a}, the second {b}"));
+        return fail(format!(
+            "flow requires the same objects in both worlds; the first has {a} objects, the second has {b}"
+        ));
     }
     for (i, (a, b)) in first.geometry.instances.iter().zip(&second.geometry.instances).enumerate() {
         let [a, b] = [a, b].map(|object| object.mesh.mesh.triangles.len());
         if a != b {
             return fail(format!(
-                "flow requires the same triangles in both worlds; object {i} has {a} in the first and {b} in the \
-                 second"
+                "flow requires the same triangles in both worlds; object {i} has {a} triangles in the first \
+                 and {b} in the second"
             ));
         }
     }

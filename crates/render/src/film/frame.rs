@@ -56,7 +56,7 @@ impl Frame {
         for part in parts {
             for ((_, to), (_, from)) in planes.iter_mut().zip(&part.planes) {
                 if !to.paste(region, from, part.region) {
-                    return fail("a frame to merge has planes whose size differs from its region");
+                    return fail("the arrays of a frame to merge do not have the size of its region");
                 }
             }
             for notice in part.notices {

@@ -80,7 +80,10 @@ pub fn find_echoes(returns: &Returns, sigma: f64, threads: Option<usize>) -> Res
     let n = returns.pulses.len();
     let others = [returns.lengths.len(), returns.energies.len(), returns.instances.len(), returns.bounces.len()];
     if others != [n; 4] || !returns.pulses.is_sorted() {
-        return Err(RenderError::settings(format!("returns: expected {n} values of each property, sorted by pulse")));
+        return Err(RenderError::settings(format!(
+            "returns: lengths, energies, instances and bounces have {others:?} entries; expected {n}, one per pulse \
+             number, and pulse numbers in ascending order"
+        )));
     }
     let starts_pulse = |row: &usize| *row == n || *row == 0 || returns.pulses[*row] != returns.pulses[row - 1];
     let border = |task: usize| (task * PER_TASK..).find(|row| *row >= n || starts_pulse(row)).unwrap_or(n).min(n);

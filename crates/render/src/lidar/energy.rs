@@ -83,7 +83,11 @@ pub fn returned_light(
         || hits.reflectances.is_some_and(|values| values.len() != n)
         || !hits.materials.iter().all(|&number| usize::try_from(number).is_ok_and(|at| at < materials.len()))
     {
-        return Err(RenderError::settings(format!("hits: expected {n} values of each property and known materials")));
+        return Err(RenderError::settings(format!(
+            "hits: normals, albedos, materials and lengths have {others:?} entries; expected {n}, also for \
+             reflectances, 1 or {n} shares, and material numbers below {}",
+            materials.len()
+        )));
     }
     let light = |i: usize| {
         let (material, [x, y, z], [a, b, c]) =

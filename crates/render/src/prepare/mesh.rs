@@ -232,7 +232,7 @@ fn build_bvh(index: usize, mesh: &Mesh, center: DVec3, stretch: DMat3) -> Result
 /// Checks that there is enough memory for the BVH of a mesh.
 fn check_build_memory(index: usize, mesh: &Mesh) -> Result<(), RenderError> {
     let bytes = BUILD_BYTES * mesh.triangles.len() as u64 + 12 * mesh.vertices.len() as u64;
-    check_memory(|| format!("the tree of mesh {index} of {} triangles", mesh.triangles.len()), bytes)
+    check_memory(|| format!("the tree of mesh {index} ({} triangles)", mesh.triangles.len()), bytes)
 }
 
 /// Float32 vertices relative to `center`, after a linear map.

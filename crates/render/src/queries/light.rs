@@ -54,7 +54,7 @@ impl SurfacePoints<'_> {
         let others = [self.triangles.len(), self.barycentrics.len(), self.normals.len(), self.pixels.len()];
         if others != [n; 4] {
             return Err(RenderError::settings(format!(
-                "{n} objects, but {others:?} triangles, barycentrics, normals and pixels; expected one value per point"
+                "triangles, barycentrics, normals and pixels have {others:?} entries; expected {n}, one per point"
             )));
         }
         let instances = &world.geometry.instances;

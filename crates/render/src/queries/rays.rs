@@ -62,7 +62,8 @@ impl RayArrays<'_> {
             }
         }
         if self.kernel != Kernel::Exact && self.t_min.iter().any(|t| *t != 0.0) {
-            let message = "t_min requires the exact kernel; omit exact=False, or move the origins";
+            let message =
+                "t_min requires the exact kernel; omit exact=False, or move the origins along the rays instead";
             return Err(RenderError::settings(message));
         }
         if self.kernel != Kernel::Exact && !self.selection.is_everything() {

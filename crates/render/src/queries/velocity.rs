@@ -35,7 +35,7 @@ impl MovingPoints<'_> {
         let others = [self.triangles.len(), self.barycentrics.len(), self.times.len()];
         if others != [n; 3] {
             return Err(RenderError::settings(format!(
-                "{n} objects, but {others:?} triangles, barycentrics and times; expected one value per point"
+                "triangles, barycentrics and times have {others:?} entries; expected {n}, one per point"
             )));
         }
         match self.times.iter().position(|time| !time.is_finite()) {

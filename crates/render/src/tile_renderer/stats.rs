@@ -48,8 +48,8 @@ impl RenderStats {
         }
         let object = !self.coplanar_object.load(Ordering::Relaxed) as u32;
         let message = format!(
-            "surfaces of several objects lie in the same plane at {}, for example of object {object}; the last of \
-             these objects in the world is shown; move the objects apart",
+            "surfaces of several objects, for example of object {object}, lie in the same plane at {}; the object with \
+             the highest index is shown; move the objects apart",
             counted(pixels as usize, "pixel")
         );
         notices.push(Notice::new(NoticeCode::CoplanarSurfaces, message));

@@ -49,7 +49,10 @@ impl NamedSensor {
     pub fn validate(&self) -> Result<()> {
         let is_path = self.name.contains(['/', '\\']) || self.name.chars().any(char::is_control);
         if self.name.is_empty() || is_path || self.name == "." || self.name == ".." {
-            let message = format!("sensor name {:?}: expected a valid folder name without \"/\"", self.name);
+            let message = format!(
+                "sensor name {:?} is not a valid folder name; expected a name without \"/\" and control characters",
+                self.name
+            );
             return Err(SceneError::world(ErrorCode::InvalidValue.message(message)));
         }
         if self.pose.is_some_and(|pose| !pose.r.is_finite() || !pose.c.is_finite()) {
@@ -100,7 +103,7 @@ impl LidarSurface {
     /// [`SceneError::Schema`] with the key.
     pub fn validate(&self) -> Result<()> {
         let fail = |key: &str, value: f64, range: &str| {
-            let message = format!("{value}: expected {range}");
+            let message = format!("{value}; expected {range}");
             Err(SceneError::schema(ErrorCode::OutOfRange, format!("lidar.{key}"), message))
         };
         const COEFFICIENT: &str = "0 to 1000000 cd/(lx m²)";

@@ -86,7 +86,7 @@ impl ShutterMotion {
         }
         if let Some(pair) = poses.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
             return fail(format!(
-                "pose at {} s follows a pose at {} s; expected poses in order of time",
+                "pose at {} s follows a pose at {} s; expected increasing times",
                 pair[1].0, pair[0].0
             ));
         }

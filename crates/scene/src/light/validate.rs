@@ -235,5 +235,5 @@ fn check_rgb(name: &str, rgb: Rgb) -> Validated {
     if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) {
         return Ok(());
     }
-    invalid(format!("{name} {rgb:?}; expected finite red, green and blue >= 0"))
+    invalid(format!("{name} is {rgb:?}; expected finite red, green and blue >= 0"))
 }

@@ -42,17 +42,17 @@ impl Glass {
     pub fn validate(&self) -> Result<()> {
         let fail = |message: String| Err(SceneError::material(message));
         if !(self.ior.is_finite() && self.ior >= 1.0) {
-            return fail(format!("ior {}; expected a finite number >= 1", self.ior));
+            return fail(format!("ior is {}; expected a finite number >= 1", self.ior));
         }
         if !(self.dispersion.is_finite() && self.dispersion >= 0.0) {
-            return fail(format!("dispersion {}; expected a finite number >= 0", self.dispersion));
+            return fail(format!("dispersion is {}; expected a finite number >= 0", self.dispersion));
         }
         if !self.attenuation_color.iter().all(|v| (0.0..=1.0).contains(v)) {
-            return fail(format!("attenuation_color {:?}; expected 0 to 1", self.attenuation_color));
+            return fail(format!("attenuation_color is {:?}; expected numbers from 0 to 1", self.attenuation_color));
         }
         if self.attenuation_distance.is_nan() || self.attenuation_distance <= 0.0 {
             return fail(format!(
-                "attenuation_distance {}; expected a number > 0, or infinity",
+                "attenuation_distance is {}; expected a number > 0, or infinity",
                 self.attenuation_distance
             ));
         }
@@ -64,5 +64,5 @@ pub(crate) fn check_roughness(roughness: f32) -> Result<()> {
     if (0.0..=1.0).contains(&roughness) {
         return Ok(());
     }
-    Err(SceneError::material(format!("roughness {roughness}; expected 0 to 1")))
+    Err(SceneError::material(format!("roughness is {roughness}; expected 0 to 1")))
 }

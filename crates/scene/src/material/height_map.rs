@@ -42,6 +42,6 @@ impl HeightMap {
         if self.scale.is_finite() {
             return Ok(());
         }
-        Err(SceneError::material(format!("height_scale {}; expected a finite number of metres", self.scale)))
+        Err(SceneError::material(format!("height_scale is {}; expected a finite number of metres", self.scale)))
     }
 }

@@ -63,7 +63,7 @@ impl Metal {
         for (name, values) in [("ior", self.ior), ("extinction", self.extinction)] {
             if !values.iter().all(|v| v.is_finite() && *v > 0.0) {
                 return Err(SceneError::material(format!(
-                    "{name} {values:?}; expected finite red, green and blue > 0"
+                    "{name} is {values:?}; expected finite red, green and blue > 0"
                 )));
             }
         }

@@ -129,7 +129,7 @@ impl MaterialModel {
                     return Ok(());
                 }
                 Err(SceneError::material(format!(
-                    "shininess {shininess}; expected a finite number >= 0, the Phong exponent"
+                    "shininess is {shininess}; expected a finite number >= 0, the Phong exponent"
                 )))
             }
         }
@@ -211,11 +211,11 @@ impl Material {
         if let Alpha::Mask { cutoff } = self.alpha
             && !(cutoff.is_finite() && cutoff >= 0.0)
         {
-            return Err(SceneError::material(format!("alpha cutoff {cutoff}; expected a finite number >= 0")));
+            return Err(SceneError::material(format!("alpha cutoff is {cutoff}; expected a finite number >= 0")));
         }
         if !self.emission.value.iter().all(|v| v.is_finite() && *v >= 0.0) {
             return Err(SceneError::material(format!(
-                "emission {:?}; expected finite red, green and blue >= 0",
+                "emission is {:?}; expected finite red, green and blue >= 0",
                 self.emission.value
             )));
         }
@@ -240,5 +240,5 @@ fn check_fractions(name: &str, values: &[f32]) -> Result<()> {
     if values.iter().all(|v| (0.0..=1.0).contains(v)) {
         return Ok(());
     }
-    Err(SceneError::material(format!("{name} {values:?}; expected 0 to 1")))
+    Err(SceneError::material(format!("{name} is {values:?}; expected 0 to 1")))
 }

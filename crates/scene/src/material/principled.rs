@@ -144,7 +144,7 @@ impl Principled {
     /// [`SceneError::World`] for a value that is not finite or outside its range.
     pub fn validate(&self) -> Result<()> {
         let check = |name: &str, value: f32, good: bool, expected: &str| {
-            if good { Ok(()) } else { Err(SceneError::material(format!("{name} {value}; expected {expected}"))) }
+            if good { Ok(()) } else { Err(SceneError::material(format!("{name} is {value}; expected {expected}"))) }
         };
         for (name, value) in [
             ("metallic", self.metallic.value),

@@ -26,13 +26,13 @@ impl Fog {
     pub fn validate(&self) -> Result<()> {
         check_coefficients("extinction", self.extinction)?;
         if !self.albedo.iter().all(|v| (0.0..=1.0).contains(v)) {
-            let message = format!("{:?}: expected 0 to 1", self.albedo);
+            let message = format!("{:?}; expected numbers from 0 to 1", self.albedo);
             return Err(SceneError::schema(ErrorCode::OutOfRange, "albedo", message));
         }
         check_mean_cosine(self.g)?;
         match self.height {
             Some(height) if !height.is_finite() => {
-                let message = format!("{height}: expected a finite coordinate; omit it for fog everywhere");
+                let message = format!("{height}; expected a finite coordinate (omit height for fog everywhere)");
                 Err(SceneError::schema(ErrorCode::OutOfRange, "height", message))
             }
             _ => Ok(()),

@@ -43,7 +43,7 @@ pub(crate) fn check_coefficients(key: &str, rgb: Rgb) -> Result<()> {
     if rgb.iter().all(|v| v.is_finite() && *v >= 0.0) {
         return Ok(());
     }
-    let message = format!("{rgb:?}: expected numbers per metre that are finite and >= 0");
+    let message = format!("{rgb:?}; expected finite numbers per metre >= 0");
     Err(SceneError::schema(ErrorCode::OutOfRange, key, message))
 }
 
@@ -52,6 +52,6 @@ pub(crate) fn check_mean_cosine(g: f32) -> Result<()> {
     if g > -1.0 && g < 1.0 {
         return Ok(());
     }
-    let message = format!("{g}: expected a number between -1 and 1, the mean cosine of the scattering angle");
+    let message = format!("{g}; expected a number between -1 and 1, the mean cosine of the scattering angle");
     Err(SceneError::schema(ErrorCode::OutOfRange, "g", message))
 }

@@ -111,7 +111,7 @@ impl Mover {
             return fail(
                 ErrorCode::OutOfRange,
                 "time",
-                format!("{time} follows {last}; expected the keyframes of each object or camera in order of time"),
+                format!("{time} follows {last}; expected increasing times for the keyframes of each object or camera"),
             );
         }
         let interpolation = key.interpolation.unwrap_or(interpolation);

@@ -204,7 +204,7 @@ fn refuse_bytes<E: Error>(rgb: [f64; 3]) -> Result<(), E> {
     }
     let [r, g, b] = rgb.map(|v| v as u8);
     Err(E::custom(format_args!(
-        "[{r}, {g}, {b}]: expected linear numbers from 0 to 1; for bytes, write \"#{r:02x}{g:02x}{b:02x}\" (or in \
+        "[{r}, {g}, {b}]; expected linear numbers from 0 to 1 (for bytes, write \"#{r:02x}{g:02x}{b:02x}\", or in \
          Python numpy.uint8([{r}, {g}, {b}]))"
     )))
 }

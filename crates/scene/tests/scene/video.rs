@@ -258,7 +258,7 @@ fn invalid_video_values_are_refused() {
     );
     fails(
         r#"{ "keyframe": [{ "time": 2, "yaw": 3 }, { "time": 1, "yaw": 4 }] }"#,
-        "video.keyframe[1].time: 1 follows 2; expected the keyframes of each object or camera in order of time",
+        "video.keyframe[1].time: 1 follows 2; expected increasing times for the keyframes of each object or camera",
     );
     fails(
         r#"{ "keyframe": { "time": -1, "yaw": 3 } }"#,

@@ -31,8 +31,8 @@ impl MemoryAllowance {
         let (bytes, left) = (count.saturating_mul(size), self.0.get());
         let Some(rest) = left.checked_sub(bytes) else {
             let message = format!(
-                "{place}: decoding requires {bytes} bytes, but only {left} are left for a file of \
-                this size"
+                "{place}: decoding requires {bytes} bytes, but a file of this size may use only \
+                {left} more"
             );
             return Err(FormatError::whole(path, ErrorCode::ImplausibleSize.message(message)));
         };

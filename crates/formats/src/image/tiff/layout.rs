@@ -149,7 +149,7 @@ impl Layout {
         if self.photometric == Photometric::Palette && (format != SampleFormat::Unsigned || bits > 16) {
             return Err(file.fault(
                 ErrorCode::UnsupportedFeature,
-                format!("a palette with {format:?} indices of {bits} bits is not supported"),
+                format!("a palette with {format:?} indices of {bits} bits; expected unsigned indices of 1 to 16 bits"),
             ));
         }
         if self.compression == JPEG && bits != 8 {

@@ -91,7 +91,7 @@ impl Colors {
         if spare > 0 {
             file.notice(
                 NoticeCode::IgnoredFeature,
-                format!("ignored: {} without colours or alpha", counted(spare, "channel")),
+                format!("{} ignored: neither colour nor alpha", counted(spare, "extra channel")),
             );
         }
         let mut palette = Vec::new();

@@ -144,7 +144,7 @@ fn ignored_statements_are_listed_once() {
         model.notices
     );
     let skipped = model_notices("curv2 1 2\ncurv2 3 4\n");
-    assert_eq!(skipped, "a.obj: ignored: curv2 (line 5)");
+    assert_eq!(skipped, "a.obj: unused statements ignored: curv2 (line 5)");
 }
 
 #[test]
@@ -214,15 +214,13 @@ fn faces_with_one_or_two_corners_are_skipped() {
     assert_eq!(read.parts[0].mesh.uvs, None);
     assert_eq!(
         read.notices[0].message.rsplit('/').next().unwrap(),
-        "a.obj: omitted: 3 faces with fewer than 3 corners, the first in line 6"
+        "a.obj: 3 faces omitted: fewer than 3 corners, the first in line 6"
     );
     // The skipped faces are distributed over many pieces of the file, which are read separately.
     let row = "f 1 2 3\nf 1 2\n# 0123456789 0123456789 0123456789 0123456789\n";
     let long = model("a.obj", format!("{thin}{}", row.repeat(40_000)));
     assert_eq!(long.parts[0].mesh.triangles.len(), 40_000);
-    assert!(
-        long.notices[0].to_string().ends_with("omitted: 40000 faces with fewer than 3 corners, the first in line 7")
-    );
+    assert!(long.notices[0].to_string().ends_with("40000 faces omitted: fewer than 3 corners, the first in line 7"));
 }
 
 #[test]

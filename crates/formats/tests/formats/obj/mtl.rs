@@ -223,7 +223,7 @@ fn ignored_mtl_statements_cause_notices() {
     assert!(notices("newmtl m 1\nmap_Kd wood.png\nmap_d -clamp on grey.png\n").contains(":3: map_d is ignored"));
     assert!(
         notices("newmtl m 1\nNs -1.96\n")
-            .contains(":2: Ns is \"-1.96\", expected a number from 0 to 1000000; it is clamped")
+            .contains(":2: Ns is \"-1.96\"; expected a number from 0 to 1000000; the value is clamped")
     );
     assert!(notices("newmtl m 1\nnorm grey.png\n").contains("\"grey.png\" is a height map without a unit"));
     assert!(notices("newmtl m 1\nmap_Kd\n").contains(":2: map_Kd without a file name"));
@@ -276,7 +276,7 @@ fn invalid_mtl_values_are_clamped_or_ignored_with_one_notice_per_kind() {
         assert_eq!(model.materials[0].color, color, "{text}");
         let [notice] = &model.notices[..] else { panic!("{:?}", model.notices) };
         let value = text.strip_prefix("Kd ").unwrap();
-        let expected = format!("mtl:2, 3: Kd is {value:?}, expected 1 or 3 numbers from 0 to 1; it is {done}");
+        let expected = format!("mtl:2, 3: Kd is {value:?}; expected 1 or 3 numbers from 0 to 1; the value is {done}");
         assert!(notice.to_string().ends_with(&expected), "{notice:?}");
     }
     let phong = |text: &str| match model(&format!("newmtl m 1\nKd 0 0 0\n{text}\n")).unwrap().materials[0].model {

@@ -88,7 +88,7 @@ impl<'a, T: Copy + Into<Number>> ArrayDeserializer<'a, T> {
         let size = shape.iter().try_fold(1_usize, |size, &length| size.checked_mul(length));
         if size != Some(data.len()) {
             return Err(DeError::new(ErrorCode::WrongShape.message(format!(
-                "{} for the array shape {shape:?}; expected equal counts",
+                "{} for the array shape {shape:?}; expected as many as the shape's product",
                 counted(data.len(), "number")
             ))));
         }

@@ -63,6 +63,6 @@ fn check_visibility(visibility: f64) -> Result<f64> {
     if visibility.is_finite() && visibility > 0.0 && ((visibility_constant() / visibility) as f32).is_finite() {
         return Ok(visibility);
     }
-    let message = format!("{visibility}: expected a finite number of metres > 0");
+    let message = format!("{visibility}; expected a finite number of metres > 0");
     Err(SceneError::schema(ErrorCode::OutOfRange, "visibility", message))
 }

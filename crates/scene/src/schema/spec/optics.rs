@@ -91,7 +91,10 @@ impl ApertureSpec {
             _ => return fail(ErrorCode::MissingValue, "expected radius, or f_number with focal_length"),
         };
         let Some(focus) = self.focus else {
-            return fail(ErrorCode::MissingValue, "focus, the depth that is sharp, is missing");
+            return fail(
+                ErrorCode::MissingValue,
+                "focus is missing; set it to the depth in metres at which the image is sharp",
+            );
         };
         Aperture::new(radius, focus, self.blades, self.rotation)
     }
@@ -127,7 +130,7 @@ impl ShutterSpec {
                 let end = read(end).map_err(|error| error.in_context("end"))?;
                 let last = self.exposure + self.readout;
                 if last.is_nan() || last <= 0.0 {
-                    let message = "exposure and readout are both 0, which leaves no time to move; set one of them";
+                    let message = "exposure and readout are both 0, so the pose \"end\" is never reached; set at least one of them";
                     return Err(SceneError::schema(ErrorCode::OutOfRange, "", message));
                 }
                 vec![(0.0, start), (last, end)]

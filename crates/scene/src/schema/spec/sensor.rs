@@ -166,7 +166,7 @@ impl LidarSpec {
     pub fn build<F: AssetLoader>(mut self, up: Up, place: &str, files: &mut F) -> Result<NamedSensor, F::Error> {
         let within = |error: SceneError| error.in_context(place);
         if self.device.is_none() && self.calibration.is_none() {
-            let message = "missing; expected a device, or \"calibration\" with the file of a unit";
+            let message = "missing; expected the name of a lidar model, or \"calibration\" with a calibration file";
             return Err(within(SceneError::schema(ErrorCode::MissingValue, "device", message)).into());
         }
         let pose = build_pose(&pose_of!(self), up).map_err(within)?;
@@ -207,7 +207,7 @@ impl SensorSpec {
         let kind = self.type_.unwrap_or_default();
         let is_class = kind.split_once(':').is_some_and(|(module, class)| !module.is_empty() && !class.is_empty());
         if !is_class {
-            let message = format!("{kind:?}: expected a Python class as \"module:Class\"");
+            let message = format!("{kind:?}; expected a Python class as \"module:Class\"");
             return Err(SceneError::schema(ErrorCode::InvalidValue, "type", message));
         }
         let settings = serde_json::to_string(&self.description)

@@ -186,7 +186,7 @@ pub(crate) fn storage_error(folder: &Path, error: &io::Error, what: &str, writte
         path: folder.into(),
         number: error.raw_os_error(),
         message: format!(
-            "the temporary texture file, which has {}, {what} there: {error}; free some space, set TMPDIR to another \
+            "the temporary texture file ({}) {what} in this folder: {error}; free some space, set TMPDIR to another \
              folder, or raise texture_memory",
             mebibytes(written)
         ),

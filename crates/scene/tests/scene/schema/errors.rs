@@ -98,7 +98,7 @@ fn invalid_values_are_reported_with_their_key() {
     assert_error(object(r#"{ "box": {}, "specular": [0, 0, -1] }"#), "specular: [0.0, 0.0, -1.0]; expected 0 to 1");
     assert_error(
         object(r#"{ "box": {}, "color": [0, 0, 255] }"#),
-        "color: [0, 0, 255]: expected linear numbers from 0 to 1; for bytes, write \"#0000ff\" (or in Python numpy.uint8([0, 0, 255]))",
+        "color: [0, 0, 255]; expected linear numbers from 0 to 1 (for bytes, write \"#0000ff\", or in Python numpy.uint8([0, 0, 255]))",
     );
     assert_error(
         object(r#"{ "box": {}, "shininess": -1 }"#),
@@ -173,7 +173,7 @@ fn invalid_values_are_reported_with_their_key() {
     assert!(point(r#""power": [1, 1, 1], "intensity": [1, 1, 1]"#).unwrap_err().to_string().contains("both power and"));
     assert_error(
         point(r#""power": [1, 1, -1]"#),
-        "light[0]: power [1.0, 1.0, -1.0]; expected finite red, green and blue >= 0",
+        "light[0]: power is [1.0, 1.0, -1.0]; expected finite red, green and blue >= 0",
     );
     let sun = r#"{ "light": { "type": "sun", "direction": [0, 0, 0], "irradiance": [1, 1, 1] } }"#;
     assert!(build(sun).unwrap_err().to_string().contains("not all 0"));

@@ -68,7 +68,8 @@ fn arrays_equal_lists_of_lists_and_null_means_absent() {
     let wide = floats(vec![2, 4], vec![0.0; 8]);
     fails(wide, triangles.clone(), "vertices[0]: a list of 4; expected a list of 3");
     let short = floats(vec![usize::MAX, 3], vec![0.0; 8]);
-    let shape = format!("vertices: 8 numbers for the array shape [{}, 3]; expected equal counts", usize::MAX);
+    let shape =
+        format!("vertices: 8 numbers for the array shape [{}, 3]; expected as many as the shape's product", usize::MAX);
     fails(short, triangles, &shape);
     let negative = integers(vec![1, 3], vec![0, 1, -2]);
     fails(vertices.clone(), negative, "triangles[0][2]: -2; expected a whole number >= 0");
