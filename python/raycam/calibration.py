@@ -223,7 +223,8 @@ def load_cameras(
     or a principal point outside the image.
 
     A lens is never dropped silently: an unknown key that looks like lens coefficients raises `FormatError`. Raises
-    `FormatError` with file, line and key for a malformed file, `CameraError` for an invalid camera, and `OSError`.
+    `FormatError` with file, line and key for a malformed file, `CameraError` for an invalid camera, and `OSError` if
+    the file cannot be read.
     """
     if not isinstance(path, str | os.PathLike):
         raise SettingsError(

@@ -28,7 +28,7 @@ def strict() -> Iterator[None]:
         with raycam.strict():
             world = raycam.load("room.toml")  # raises raycam.Notice if anything was omitted or assumed
 
-    Like `warnings.catch_warnings`, it changes the warning filters of the whole process.
+    Like `warnings.catch_warnings`, this context changes the warning filters of the whole process.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
@@ -59,8 +59,8 @@ def warn(notice: Notice) -> None:
     """Issues a notice as a warning at the caller's line outside raycam.
 
     A notice is issued once for each cause and line. Two notices have the same cause if they have the same code and
-    their messages differ only in numbers. As for any warning, the filters of `warnings` decide whether it is shown
-    once, always or never, or raised.
+    their messages differ only in numbers. As for any warning, the filters of `warnings` determine whether the notice
+    is shown once, always or never, or raised.
     """
     found = _COLLECTED.get()
     if found is not None:

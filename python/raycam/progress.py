@@ -85,7 +85,8 @@ class _Bar:
     def draw(self, done: int, total: int, text: str) -> None:
         """Draws the bar, followed by a text.
 
-        The bar is drawn only if the work is long and the last drawing was some time ago.
+        The bar appears after `SHOW_AFTER_SECONDS` if the work is not finished, and is then drawn at most
+        every `DRAW_AFTER_SECONDS`, and at the end.
         """
         now = time.monotonic()
         rate = self.rate(done)

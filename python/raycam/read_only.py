@@ -140,7 +140,7 @@ for _name in (
 def read_only_array(values: npt.ArrayLike, remedy: str, error: type[Error]) -> Floats:
     """Returns a read-only float64 array of the values.
 
-    An attempt to change it raises `error` with the `remedy`.
+    An attempt to change the array raises `error` with the `remedy`.
     """
     array = np.array(values, dtype=np.float64).view(ReadOnlyArray)
     array.remedy, array.error = remedy, error

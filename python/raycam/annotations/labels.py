@@ -38,7 +38,7 @@ Region = tuple[int, int, int, int]
 @one_line
 @dataclass(frozen=True)
 class Box3D:
-    """The smallest enclosing box of an object; its edges are parallel to the axes of the mesh.
+    """The smallest box around an object; the box's edges are parallel to the mesh's axes.
 
     The box of a sheared object is aligned with the rotation nearest to its transform.
     """

@@ -113,9 +113,9 @@ class Board:
     def cameras(self, camera: Camera, count: int) -> list[Camera]:
         """Returns `camera` at `count` poses.
 
-        In all images together, the board covers all parts of the image. The board is tilted by up to 40 degrees. The
-        poses depend only on the arguments. Raises `SettingsError` if fewer than `count` of the tried poses show the
-        board.
+        Together, the views of the board cover the whole image area. The board is tilted by up to 40 degrees.
+        The poses depend only on the arguments. Raises `SettingsError` if fewer than `count` of the tried
+        poses show the board.
         """
         if camera.is_parallel:
             raise SettingsError(

@@ -111,10 +111,10 @@ def make(plan: Plan, number: int) -> Made:
 
 
 def box(pixels: Region | None) -> list[int]:
-    """Returns a box for scene_gt_info.json.
+    """Returns a box of `pixels` for scene_gt_info.json: [x, y, width - 1, height - 1].
 
-    The box consists of its corner and the distance between its first and last pixel centres. An empty box is
-    four times -1.
+    (x, y) is the top left pixel; the other values are the distances between the first and last pixel centres. The
+    result is [-1, -1, -1, -1] if `pixels` is None.
 
     Source: `calc_2d_bbox` of the BOP toolkit's bop_toolkit_lib/misc.py, and its scripts/calc_gt_info.py.
     """
@@ -125,9 +125,9 @@ def box(pixels: Region | None) -> list[int]:
 
 
 def annotation(item: Label, model: int) -> Record:
-    """Returns an object of scene_gt_coco.json without ids.
+    """Returns the annotation of an object for scene_gt_coco.json, without its ids.
 
-    The object contains the visible mask, and the amodal bounds within the image.
+    The annotation contains the visible mask, and the amodal box within the image.
     """
     x, y, width, height = item.amodal_box
     left, top = max(x, 0), max(y, 0)

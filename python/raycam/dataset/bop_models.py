@@ -208,7 +208,8 @@ class ModelCatalogue:
     def _merge_turned_shapes(self, pairs: list[dict[int, Model]]) -> None:
         """Replaces each model by the model of the same shape after a quarter turn about x.
 
-        A file's mesh has both forms: in the file's own axes, and rotated to the world's up axis.
+        The mesh of a file occurs in two orientations: in the file's own axes, and rotated to the world's up
+        axis.
         """
         for model in list(self.all):
             shape = model.shape.turned()

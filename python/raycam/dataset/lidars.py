@@ -18,10 +18,10 @@ __all__ = ["lidars_of", "other_sensors", "pose_of", "scan_lidar", "world_sensors
 
 
 def other_sensors(rigs: Sequence[object], number: int, times: Sequence[float | None]) -> dict[str, Sensor]:
-    """Returns the sensors of a rig that are not cameras, by name.
+    """Returns the sensors of the rig at pose `number` that are not cameras, by name.
 
-    Lidars move to the rig's next pose. `rigs` are the poses of one rig at `times`. After the last pose, the
-    rig continues its previous motion.
+    `rigs` is one rig at all of its poses, at `times` in seconds. Lidars move from the pose to the next pose. After the
+    last pose, the rig continues its previous motion.
     """
     rig = rigs[number]
     assert isinstance(rig, Rig)

@@ -83,9 +83,10 @@ class Format:
 
 @dataclass(frozen=True)
 class View:
-    """A camera, and the time in seconds of the world; None for a world without time.
+    """A camera and a time, for which one image of the data set is rendered.
 
-    A pose of a rig that has no camera is a view without a camera.
+    `time` is the time of the world in seconds, or None for a world without motion. For a rig that has no camera,
+    `optional_camera` is None, and the view contains only the rig's sensors at one of its poses.
     """
 
     optional_camera: Camera | None
@@ -216,7 +217,7 @@ class Plan:
 
     @cached_property
     def categories(self) -> dict[int, str]:
-        """The categories by id; if the world has none, every object has category 1, "object".
+        """The categories by id; without categories, every object has category 1, "object".
 
         For a recipe, these are all categories that its worlds may have.
         """

@@ -55,7 +55,7 @@ class PulseTracer:
     def trace(self, block: range) -> Contributions:
         """Returns the light that surfaces and fog return to the pulses of a block.
 
-        `deflected` has one value for each pulse of the block.
+        The array `deflected` of the result has one value for each pulse of the block.
         """
         settings, pattern, fog = self.lidar.settings, self.pattern, self._fog
         chosen = slice(block.start, block.stop)

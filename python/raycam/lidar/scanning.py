@@ -215,8 +215,8 @@ def _true_surfaces(
 ) -> Columns:
     """Returns the length and position of the surface on the axis of each echo's pulse.
 
-    It is the surface of the contribution `main`, reached along the same path, if the axis meets it; otherwise, it is
-    the surface on the axis that is nearest to the echo. Without a surface on the axis, the length is infinite and the
+    If the axis meets the surface of the contribution `main` along the same path, this surface is used; otherwise, the
+    surface on the axis that is nearest to the echo. Without a surface on the axis, the length is infinite and the
     position is NaN.
     """
     paths = (found.fields["instance"], found.first_instance, found.bounces)
@@ -243,7 +243,7 @@ def _true_surfaces(
 def detect_echoes(
     tracer: PulseTracer, found: Contributions, block: range
 ) -> tuple[Echoes, npt.NDArray[np.int8], Floats]:
-    """Returns the echoes of a block, the reasons why echoes are lost, and signal-to-noise ratios.
+    """Returns a block's echoes, the reasons why echoes are lost, and signal-to-noise ratios.
 
     The reason is 0 for an echo that is kept. The ratios are infinite without the setting `range_10`.
     """

@@ -61,8 +61,8 @@ def velodyne_rings(lasers: Sequence[Laser]) -> list[int]:
 def velodyne_pattern(lasers: Sequence[Laser], offsets: Sequence[float], cycle: float, rate: float) -> Pattern:
     """Returns one turn, made of complete firing cycles.
 
-    A cycle takes `cycle` seconds, and laser i fires `offsets[i]` seconds after its start. The azimuth of the rotor in
-    degrees is 360 * rate * time, clockwise as seen from above; the azimuth 0 is the x axis.
+    A cycle takes `cycle` seconds, and laser i fires `offsets[i]` seconds after the cycle's start. The azimuth of the
+    rotor in degrees is 360 * rate * time, clockwise as seen from above; the azimuth 0 is the x axis.
     """
     columns = math.floor(1.0 / rate / cycle)
     check_count(columns * len(lasers))

@@ -41,9 +41,9 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
 
     Photographs have the sizes `sizes` [cameras, 2]; their colours are divided by `gains` [cameras, 3].
 
-    A part's shift d solves I(u) - others = gradient(I) d in the least squares sense, where `others` is the mean of the
-    other photographs at the same points. Source: Lucas and Kanade, An iterative image registration technique with an
-    application to stereo vision, 1981.
+    The shift d of a part of a photograph solves I(u) - others = gradient(I) d in the least squares sense, where
+    `others` is the mean of the other photographs at the same points. Source: Lucas and Kanade, An iterative image
+    registration technique with an application to stereo vision, 1981.
     """
     factors = gains[survey.camera]
     light = (survey.color / factors) @ LUMINANCE.astype(np.float64)

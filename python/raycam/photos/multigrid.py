@@ -45,7 +45,7 @@ class GridLinks:
 
 
 class _Level:
-    """The equation on one grid.
+    """Poisson's equation on one grid of the multigrid cycle.
 
     The grid's cells are texels or squares of 2 x 2 cells of the finer level.
     """

@@ -79,7 +79,7 @@ def texture_from_photos(
     `photos` is the folder with the photographs, or a mapping from their names to paths or arrays. Arrays of uint8 and
     uint16 are sRGB, floats are linear; [h, w] is grey, and a fourth channel masks pixels below one half. The object's
     texture coordinates are kept, unless `atlas` is "xatlas" (requires `pip install raycam[atlas]`) or "cells" (two
-    triangles in each cell of a grid), which computes others; all objects of the world occlude.
+    triangles in each cell of a grid), which computes new texture coordinates; all objects of the world occlude.
 
     With the `method` "blend", a texel's colour is the weighted mean of the up to eight views with the largest weights
     cos²(angle) sqrt(det J) border. J is the derivative of the pixel with respect to the surface, and border rises from

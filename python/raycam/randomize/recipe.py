@@ -98,7 +98,8 @@ class Recipe:
     * `world` is another world file, glTF or mesh in the same folder, to which the recipe's contents are added.
     * `seed` (0) selects the random numbers.
 
-    Raises `FormatError` if the file is not TOML, `WorldError` for unknown keys, and `OSError`.
+    Raises `FormatError` if the file is not TOML, `WorldError` for unknown keys, and `OSError` if the file cannot be
+    read.
     """
 
     def __init__(
@@ -387,7 +388,7 @@ class Recipe:
     def _surroundings(self, world: World, still: list[dict[str, Any]]) -> Surroundings:
         """Returns the fixed objects among which objects are placed.
 
-        Successive worlds whose fixed objects have equal shapes and poses share them. `still` are the
+        Successive worlds whose fixed objects have equal shapes and poses share the result. `still` are the
         descriptions of the fixed objects.
         """
         rows = [{key: value for key, value in row.items() if key not in LOOK} for row in still]

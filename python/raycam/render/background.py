@@ -219,7 +219,7 @@ def _read(
     `size` is the size of the camera that took the photo, which determines whether the EXIF orientation is
     applied.
 
-    Raises `FormatError` and `OSError`.
+    Raises `FormatError` for a malformed file, and `OSError` if the file cannot be read.
     """
     try:
         pixels, notices = read_oriented(path, size, orientation)

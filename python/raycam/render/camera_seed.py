@@ -32,7 +32,7 @@ def camera_seed(seed: int, index: int) -> int:
 def with_camera_seed(options: Mapping[str, Any], index: int) -> dict[str, Any]:
     """Returns the options of `raycam.render` with the seed of the camera with this index.
 
-    Options without random numbers, and invalid seeds, which `raycam.render` refuses, are unchanged.
+    Options without random numbers, and invalid seeds, which `raycam.render` rejects, are unchanged.
     """
     seed = options.get("seed")
     number = 0 if seed is None else as_number(seed)

@@ -37,7 +37,8 @@ Pixels = dict[str, npt.NDArray[Any]]
 class Frames(Sequence[Frame]):
     """The images that `render_many` returns, all of one size.
 
-    `frames["depth"]` is an array [n, h, w] or [n, h, w, c]; `frames[i]` is a `Frame` that shares its memory.
+    `frames["depth"]` is an array [n, h, w] or [n, h, w, c]; `frames[i]` is a `Frame` that shares the memory of these
+    arrays.
     """
 
     def __init__(

@@ -71,7 +71,7 @@ def unlit(request: Mapping[str, Any], names: list[str], samples: int = 1) -> dic
 def channel_names(channels: Sequence[str] | str) -> list[str]:
     """Returns the names of channels without duplicates.
 
-    "all" means every channel except `light:NAME`. Raises `SettingsError` for unknown names, and for no names.
+    "all" means every channel except `light:NAME`. Raises `SettingsError` for unknown names, and for an empty list.
     """
     is_all = isinstance(channels, str) and channels == "all"
     names = words("channel", list(CHANNELS) if is_all else channels, CHANNELS, also=is_channel)

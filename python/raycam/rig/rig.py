@@ -308,9 +308,9 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     ) -> Self:
         """Returns the rig in motion while the shutters of all its cameras are open.
 
-        The motion is as in `Camera.moving`. The body moves from its own pose to the pose of `to`, or through the poses
-        of a list of (seconds, rig). Its position is interpolated linearly, its rotation along the shortest arc, so
-        cameras away from the body's centre move on arcs.
+        The motion and the other arguments are as in `Camera.moving`. The body moves from its own pose to the
+        pose of `to`, or through the poses of a list of (seconds, rig). Its position is interpolated linearly,
+        its rotation along the shortest arc, so cameras away from the body's centre move on arcs.
         """
         shutter: dict[str, Any] = {
             "exposure": number("exposure", exposure),

@@ -44,9 +44,9 @@ def collada_to_glb(
     """Returns a Collada file as GLB with one node, and notices.
 
     The file's unit is applied. The file's up axis is ignored, as in RViz, or with `up_axis="apply"` turned to z.
-    `find_image` returns the path of an image, or raises `OSError`. `scale` multiplies the coordinates; the orientation
-    of mirrored triangles is reversed. Raises `OSError`, `FormatError` for malformed files, entities and files beyond
-    the budget, and `SettingsError` without the extra.
+    `find_image` returns the path of an image, or raises `OSError`. `scale` multiplies the coordinates; the
+    orientation of mirrored triangles is reversed. Raises `OSError`, `FormatError` for malformed files, entities and
+    files that exceed the memory limit, and `SettingsError` without the extra `raycam[robots]`.
     """
     if importlib.util.find_spec("collada") is None:
         raise SettingsError(

@@ -53,10 +53,10 @@ class _State(NamedTuple):
 def read_joint_states(path: str | os.PathLike[str]) -> dict[str, JointTrack]:
     """Reads the joint states of a bag; returns the positions of each joint over time.
 
-    `path` is an .mcap or .db3 file or the folder of a bag, optionally followed by `:/TOPIC`. Without a topic, it is
-    /joint_states, or the only topic with joint states. Times come from the headers, or from the recorder if the headers
-    have none; of several positions at one time, the last is used. Messages may contain different joints. Messages
-    without positions are skipped.
+    `path` is an .mcap or .db3 file or the folder of a bag, optionally followed by `:/TOPIC`. The default topic is
+    /joint_states, or the only topic with joint states. Times come from the headers, or from the recorder if the
+    headers have none; of several positions at one time, the last is used. Messages may contain different joints.
+    Messages without positions are skipped.
 
     Raises `OSError` if a file cannot be read, `FormatError` for damaged messages, compressed SQLite files and bags
     without joint states, and `SettingsError` for an unknown topic, for several topics without a choice, and for an MCAP

@@ -52,9 +52,9 @@ def is_mjcf(tag: str | None) -> bool:
 def read_mjcf(path: Path, root: Element, files: FileResolver) -> tuple[RobotDescription, CompiledModel]:
     """Reads an MJCF file; returns links and joints, and the compiled model.
 
-    `root` is the root element of the file. Before MuJoCo reads the model, all files named in it are located; they must
-    be in the root folder of `files`. Raises `SettingsError` without MuJoCo, and `FormatError` for files outside the
-    folder and for models that MuJoCo refuses, with its message.
+    `root` is the root element of the file. Before MuJoCo reads the model, all files named in it are located; they
+    must be in the root folder of `files`. Raises `SettingsError` without MuJoCo, and `FormatError` for files outside
+    the folder and for models that MuJoCo rejects, with MuJoCo's message.
     """
     try:
         import mujoco

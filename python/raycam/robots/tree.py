@@ -11,7 +11,7 @@ __all__ = ["check_tree", "joint_order"]
 def check_tree(robot: RobotDescription) -> None:
     """Checks that the joints connect all links into one tree, and that no mimics form a circle.
 
-    Raises `FormatError` with lines.
+    Raises `FormatError`, with the joint's file and line, for other robots.
     """
     parents: dict[str, Joint] = {}
     for joint in robot.joints.values():

@@ -39,10 +39,11 @@ def expand_xacro(
 ) -> tuple[bytes, list[Notice]]:
     """Returns the URDF document of a xacro file, and notices.
 
-    xacro evaluates Python expressions. It therefore runs under `limits` in a separate process, which can read only the
-    folders of `files`, can write only its answer, cannot start processes and has no environment variables. `arguments`
-    are values of `<xacro:arg>` by name. Raises `OSError`, `FormatError` for a file that cannot be expanded within the
-    limits, and `SettingsError` without the extra or for arguments that are not strings.
+    xacro evaluates Python expressions. It therefore runs under `limits` in a separate process, which can read only
+    the folders of `files`, can write only its result, cannot start processes and has no environment variables.
+    `arguments` are values of `<xacro:arg>` by name. Raises `OSError`, `FormatError` for a file that cannot be
+    expanded within the limits, and `SettingsError` without the extra `raycam[robots]` or for arguments that are not
+    strings.
     """
     limits = limits or XacroLimits()
     for key, value in arguments.items():

@@ -122,7 +122,7 @@ class Confinement:
             )
 
     def open_layers(self) -> list[Sdf.Layer]:
-        """Opens all layers of the stage without forbidden asset paths.
+        """Opens and returns all layers of the stage, and removes their forbidden asset paths.
 
         The root layer is opened first.
         """

@@ -35,7 +35,7 @@ class MeshArrays:
 class Handover:
     """The contents of a stage for the core.
 
-    Raises `MemoryError` beyond a number of face corners or objects.
+    Raises `MemoryError` if the stage has more than `max_corners` face corners, or too many objects.
     """
 
     def __init__(self, max_corners: int, merged: bool) -> None:

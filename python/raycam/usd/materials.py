@@ -75,7 +75,7 @@ class Coordinates:
     def apply(self, table: Any, used: Any) -> Any:
         """Returns the transformed coordinates [n, 2] of a mesh, with v upwards.
 
-        `used` are the indices in use.
+        `table` [n, 2] are the mesh's coordinates, and `used` the indices of the coordinates that faces use.
         """
         table = table.astype(np.float64)
         if self.matrix is not None:

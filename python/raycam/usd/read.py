@@ -69,11 +69,11 @@ def read(
 ) -> StageContents:
     """Reads a USD file; its materials and images are written into `folder`.
 
-    Layers and images are read from `root` (default: the file's folder). `time` is in seconds (default: the first time).
-    With `single`, all meshes become one object, turned to the axis `up`, and lights and cameras are omitted. `variant`
-    selects variants: "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several separated by commas. Raises `OSError` if the file
-    cannot be opened, `FormatError` if it cannot be read within the limits, `WorldError` for an unknown variant, and
-    `SettingsError` without the extra or for a wrong `root` or `time`.
+    Layers and images are read from `root` (default: the file's folder). `time` is in seconds (default: the first
+    time). With `single`, all meshes become one object, turned to the axis `up`, and lights and cameras are omitted.
+    `variant` selects variants: "NAME", "SET=NAME" or "/PRIM{SET=NAME}", several separated by commas. Raises `OSError`
+    if the file cannot be opened, `FormatError` if it cannot be read within the limits, `WorldError` for an unknown
+    variant, and `SettingsError` without the extra `raycam[usd]` or for a wrong `root` or `time`.
     """
     budget = budget or UsdLimits()
     path = Path(path)

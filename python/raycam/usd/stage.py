@@ -146,7 +146,8 @@ class StageReader:
     def _entries(self, prims: Usd.PrimRange, inside: Usd.Prim | None = None) -> Iterator[Entry]:
         """Yields the prims that are read, with their roles.
 
-        Prims in native instances are omitted, unless the instance is `inside`, the root of the range.
+        Prims in native instances are omitted, unless `inside`, the root of `prims`, is the instance that is
+        read.
         """
         walk = iter(prims)
         for prim in walk:

@@ -44,9 +44,9 @@ GRACE = 2.0
 
 
 class Answers:
-    """Computes the answers of all clients.
+    """Computes the answers to the messages of all clients.
 
-    The answers of a client are computed in order, the answers of different clients concurrently.
+    The answers to one client are computed in order, the answers to different clients concurrently.
 
     Daemon threads compute the answers, and exist only while messages wait. `close` waits for these threads for at most
     `GRACE` seconds.

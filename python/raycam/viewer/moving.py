@@ -21,7 +21,7 @@ def moving_frame(
 ) -> Frame:
     """Renders the view's channel in a given size (width, height).
 
-    Raises the errors of `render`, and `Cancelled`.
+    Raises the errors of `render`, and `Cancelled` when `cancel` is cancelled.
     """
     common: dict[str, Any] = {"ambient_occlusion": False, "threads": threads, "cancel": cancel}
     if view.channel == "color":

@@ -44,7 +44,7 @@ def load_frame(path: str | os.PathLike[str]) -> Frame:
     are float32 [h, w] or [h, w, n], integers int32, or float64 if they are larger. The frame's region is the
     data window.
 
-    Raises `FormatError` for other files, and `OSError`.
+    Raises `FormatError` for other files, and `OSError` if the file cannot be read.
     """
     try:
         return ENDINGS[Path(path).suffix.lower()](path)

@@ -285,11 +285,11 @@ class Scheduler(threading.Thread):
         seconds: float,
         refinement: Refinement | None = None,
     ) -> None:
-        """Sends a channel of a still image, with its samples per second and its change.
+        """Sends a channel of a still image, with the number of samples per second and the change.
 
-        The change is the change since half as many samples. Colours are sent as a compressed image, other
-        numbers rounded. A client that compares images or chose a range receives exact numbers, once at its
-        request and then of finished images.
+        The change is the difference from the image with half as many samples. Colours are sent as a compressed image,
+        and other channels as rounded numbers. A client that compares images or has chosen a range of values receives
+        exact numbers: once when the client requests them, and then whenever an image is finished.
         """
         connection = session.connection
         is_finished = refinement is None or samples >= session.images.samples_of(view)
@@ -339,7 +339,7 @@ def _encoded(
 ) -> tuple[dict[str, Any], bytes]:
     """The shown channel of a still image: fields that describe the encoding, and the bytes.
 
-    Colors are a compressed image and other channels rounded numbers, unless exact numbers are required.
+    Colours are a compressed image and other channels rounded numbers, unless exact numbers are required.
     """
     if view.channel == "color" and not is_exact:
         quality = STILL_QUALITY if is_finished else REFINING_QUALITY

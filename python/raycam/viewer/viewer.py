@@ -262,9 +262,9 @@ class Viewer:
 
     @property
     def camera(self) -> Camera:
-        """The camera of the client that was used last, with its own size.
+        """The camera of the client that was used last; its size may differ from the window's.
 
-        Without clients, it is the initial camera.
+        Without clients, the value is the initial camera. Assigning a camera shows it in all clients.
         """
         return (self._last() or self._first).view.camera
 
@@ -294,10 +294,10 @@ class Viewer:
     def record(self, *, fps: float = 10.0, seconds: float = 60.0) -> Recording:
         """Records the view of the client that was used last, up to `fps` times per second.
 
-        The recording ends at `Recording.stop` or `Recording.save`, after `seconds` (at most 600), or when the view is
-        closed. Camera, world, time, look, channel and exposure are recorded; `Recording.save` renders the images.
-        Without clients, the initial view is recorded, which `camera` and `world` change. Raises `SettingsError` for
-        values out of range.
+        The recording ends at `Recording.stop` or `Recording.save`, after `seconds` (at most 600), or when the
+        view is closed. Camera, world, time, look, channel and exposure are recorded; `Recording.save` renders
+        the images. Without clients, the initial view is recorded, including later assignments to `camera` and
+        `world`. Raises `SettingsError` for values out of range.
         """
         made = Recording(
             lambda: (self._last() or self._first).view, title=self._options["title"], fps=fps, seconds=seconds
@@ -308,7 +308,7 @@ class Viewer:
     def add_folder(self, name: str) -> Folder:
         """Adds a group of controls to the panel `Script`.
 
-        The returned `Folder` has the same methods.
+        The returned `Folder` has the same methods `add_...` for controls as this class.
         """
         return self.controls.add_folder(name)
 

@@ -117,8 +117,9 @@ class WorldContents:
     def _first_camera(self) -> str | None:
         """The name of the default camera; None if the default camera frames the world.
 
-        It is the first camera. Cameras that a robot's file has on links are omitted, because they often show the
-        robot's surroundings instead of the robot; cameras on the root link, such as MuJoCo's world, are not.
+        It is the first camera. Cameras that a robot's file has on links are omitted, because they often show
+        the robot's surroundings instead of the robot; cameras on the root link, such as MuJoCo's world, are
+        included.
         """
         inner = {name for robot in self._robots.values() for name in robot._inner_cameras}
         return next((name for name, _ in self._core.cameras if name not in inner), None)

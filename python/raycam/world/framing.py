@@ -60,9 +60,9 @@ MOMENT_COUNT = 9
 
 
 def axes_of(up: str) -> Floats:
-    """Returns unit vectors [3, 3] to the right, to the front and up, in rows.
+    """Returns unit vectors [3, 3] to the right, to the front and along `up`, in rows.
 
-    The front is the side of the default camera.
+    The front is -y in a z-up world and +z in a y-up world, the side on which the default camera is.
     """
     return np.array(
         [[1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]] if up == "z" else [[1.0, 0, 0], [0, 0, 1.0], [0, 1.0, 0]]

@@ -65,10 +65,10 @@ def kind_suffix(kind: str | None, data: bytes) -> str:
 
 
 def assumed_up_axis(path: str | os.PathLike[str]) -> Literal["y"] | None:
-    """Returns the up axis that the command line and views assume for a file.
+    """Returns the up axis that the command line and views pass to `load` for the file `path`.
 
-    The file's format does not specify its up axis. The result is "y" for OBJ, as in Blender and F3D, and None for the
-    axis that `load` uses.
+    The result is "y" for OBJ files, whose format does not specify an up axis, as in Blender and F3D. For all other
+    files, the result is None, and `load` determines the axis.
     """
     return "y" if Path(path).suffix.lower() == ".obj" else None
 

@@ -10,8 +10,8 @@ pub(crate) const TEMPERATURES: std::ops::RangeInclusive<f64> = 1000.0..=40_000.0
 /// Second radiation constant h c / k, in nm K.
 const SECOND_RADIATION_CONSTANT: f64 = 1.438_776_877e7;
 
-/// Linear Rec. 709 colour of luminance 1 of a black body. Red, green and blue that Rec. 709 cannot represent, as below
-/// about 1900 K, are 0.
+/// Linear Rec. 709 colour of a black body, scaled to luminance 1. Negative components (below about 1900 K, outside the
+/// Rec. 709 gamut) are set to 0 first.
 ///
 /// Planck's law, and the CIE 1931 colour matching functions as fitted by C. Wyman, P. Sloan and P. Shirley, "Simple
 /// Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2013.

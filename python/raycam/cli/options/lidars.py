@@ -38,7 +38,7 @@ def add_lidar_pose(command: argparse._ActionsContainer) -> None:
 def find_lidar(text: str, settings: Mapping[str, Any], up: Literal["z", "y"] = "z") -> Lidar:
     """Returns the lidar for a device name or a calibration file (FILE, or FILE:DEVICE).
 
-    Raises `LidarError` for unknown devices and malformed files, and `FileNotFoundError`.
+    Raises `LidarError` for unknown devices and malformed files, and `FileNotFoundError` for missing files.
     """
     from ...lidar import Lidar, load_lidar
 

@@ -50,7 +50,7 @@ def find_rig(world: World, options: argparse.Namespace) -> Rig | None:
 def require_rig_only(world: World, options: argparse.Namespace) -> Rig | None:
     """Returns the rig of `--rig`, which must have a camera.
 
-    Raises `SettingsError` if it has none, and if `--camera` or `--size` is given.
+    Raises `SettingsError` if the rig has no camera, and if `--camera` or `--size` is given.
     """
     rig = find_rig(world, options)
     if rig is not None and not rig:

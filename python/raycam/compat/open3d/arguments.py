@@ -45,9 +45,10 @@ def last(name: str, values: Any, width: int) -> Array:
 
 
 def rows(name: str, values: Any, kinds: str) -> Array:
-    """Returns numbers [n, 3] of the given dtype kinds.
+    """Returns the argument called `name` as an array [n, 3]; an empty array may have any shape.
 
-    The kinds are "fiu", or "iu" for integers. Empty arrays may have any shape.
+    `values` is an array or a tensor. `kinds` contains the accepted kinds of dtype (`numpy.dtype.kind`): "fiu" for
+    numbers, "iu" for integers. Raises `RaycastingError` for another shape or kind.
     """
     array = array_of(name, values)
     if array.size == 0 and array.ndim:

@@ -38,8 +38,8 @@ class Camera:
     def rays(self, columns: Floats, rows: Floats, size: tuple[int, int]) -> tuple[Floats, Floats]:
         """Returns the origins and directions [n, 3] of rays, in camera coordinates.
 
-        The rays go through positions, in pixels from the image's corner. Directions have z = -1, so that t is
-        depth.
+        The rays go through the image positions (`columns`, `rows`), in pixels from the image's top left
+        corner; `size` is the image's (width, height). Directions have z = -1, so that t is depth.
         """
         raise NotImplementedError
 
@@ -155,7 +155,7 @@ class OrthographicCamera(Camera):
 class IntrinsicsCamera(Camera):
     """A camera with the intrinsics of a matrix K in pixels.
 
-    The corner pixel's centre is (0.5, 0.5), and v points down.
+    The centre of the top left pixel is (0.5, 0.5), and v points down.
     """
 
     zfar = Converted(number("zfar", 0, above=True))

@@ -35,7 +35,7 @@ class DirectionalLight(Light):
 
 
 class PointLight(Light):
-    """A point light, weaker with the square of the distance.
+    """A point light whose irradiance decreases with the square of the distance.
 
     `range` has no effect, as in pyrender.
     """

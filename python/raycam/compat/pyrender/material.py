@@ -12,7 +12,7 @@ __all__ = ["Material", "MetallicRoughnessMaterial", "SpecularGlossinessMaterial"
 
 
 class Material:
-    """The values that every kind of material has.
+    """Base class of the materials, with the attributes that all materials have.
 
     `alphaCutoff` and `smooth` are stored, but have no effect, as in pyrender.
     """

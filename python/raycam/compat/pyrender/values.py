@@ -66,7 +66,7 @@ class LiveArray(np.ndarray[Any, Any]):
     def __setitem__(self, key: Any, value: Any) -> None:
         """Assigns elements in this array and at the source.
 
-        If the source refuses the values, the assignment raises `ValueError` and has no effect.
+        If the values are invalid, the assignment raises `ValueError` and has no effect.
         """
         whole = self._whole
         if whole is None or whole._write is None or not np.may_share_memory(self, whole):

@@ -25,11 +25,12 @@ class LightSources:
     def __init__(self, world: World, model: Any, data: Any, notices: list[Notice]) -> None:
         """Adds the active lights, the ambient light and the headlight to a world.
 
-        All ambient light becomes a uniform sky, and the headlight becomes a sky and a sun. The headlight moves with
-        MuJoCo's camera, so it cannot be part of a world. Half of its diffuse light becomes part of the sky, and half a
-        sun, because a uniform sky alone would hide the shape of white surfaces. A surface of albedo 1 that faces a
-        light has the radiance `diffuse`. MuJoCo's spot and point lights usually do not become weaker with distance.
-        raycam's lights become weaker; their strength is correct at the centre of the model.
+        All ambient light becomes a uniform sky, and the headlight becomes a sky and a sun. The headlight
+        moves with MuJoCo's camera, so it cannot be part of a world. Half of the headlight's diffuse light
+        becomes part of the sky, and the other half becomes a sun, because a uniform sky alone would hide the
+        shape of white surfaces. A surface of albedo 1 that faces a light has the radiance `diffuse`. MuJoCo's
+        spot and point lights usually do not become weaker with distance. raycam's lights become weaker; their
+        strength is correct at the centre of the model.
         """
         self._world, self._model = world, model
         self._numbers: dict[int, int] = {}

@@ -381,7 +381,8 @@ def _pixel_angle(camera: Camera) -> float:
 def _towards(light: Light, position: Floats) -> tuple[Single, Single]:
     """Returns the unit directions [n, 3] to a light, and its remaining strength [n].
 
-    The remaining strength is the fraction that distance and cone leave of the light's strength.
+    The remaining strength is the fraction of the light's strength after attenuation by the distance and by the
+    light's cone.
     """
     if light.kind == DIRECTIONAL:
         towards = np.broadcast_to(-light.direction / np.linalg.norm(light.direction), position.shape)

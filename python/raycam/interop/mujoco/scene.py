@@ -83,7 +83,7 @@ class MujocoScene:
     def notices(self) -> list[Notice]:
         """Parts of the model that are omitted or approximated in `world`.
 
-        `render` approximates no lights and shows the skybox.
+        Notices about approximated lights and about the skybox do not apply to `render`.
         """
         return [*self._notices, *self._world_notices]
 

@@ -185,8 +185,8 @@ def _slack_length(model: Any, data: Any, tendon: int) -> float | None:
 def _catenary(start: Floats, end: Floats, gravity: Floats, length: float, count: int) -> Floats:
     """Returns points [n, 3] of a rope of `length` that hangs between two points.
 
-    The points have equal horizontal steps, as in MuJoCo. A taut rope is straight; a rope between points above
-    each other hangs down in two straight parts.
+    The points have equal horizontal steps, as in MuJoCo. A taut rope is straight; a rope between two points, one
+    above the other, hangs down in two straight parts.
     """
     up = -gravity / np.linalg.norm(gravity)
     rise = float((end - start) @ up)

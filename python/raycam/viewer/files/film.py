@@ -27,7 +27,7 @@ FPS = {".mp4": 24.0, ".gif": 12.0}
 SAMPLES = 8
 Shots = Callable[[int], tuple["World", "Camera"]]
 """The world and the camera of an image by its number."""
-TELL = 0.5  # seconds between two progress reports
+PROGRESS_INTERVAL_S = 0.5  # between two progress reports
 
 
 def filmed(
@@ -73,7 +73,7 @@ def filmed(
                     threads=session.images.threads,
                 )
                 add(i, frame.to_srgb8(view.exposure, view.transform))
-                if time.monotonic() - told > TELL:
+                if time.monotonic() - told > PROGRESS_INTERVAL_S:
                     told = time.monotonic()
                     tell(i + 1, count)
         return ending, media, path.read_bytes()

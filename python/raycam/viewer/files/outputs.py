@@ -87,7 +87,7 @@ def _first_still(session: Session) -> tuple[View, Frame]:
 
 
 def film(session: Session, seconds: float, degrees: float) -> tuple[str, str, bytes]:
-    """Name, media type and bytes of a video that turns around the pivot.
+    """Name, media type and bytes of a video whose camera turns by `degrees` around the pivot.
 
     For 0 degrees, the video shows the world's motion.
     """

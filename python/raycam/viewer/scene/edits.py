@@ -232,8 +232,9 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     and `metallic` (0 to 1), `emission` (W/(m² sr)), `move` (metres [3]), `turn` (degrees about up) and `scale` (a
     factor), around the centre of its mesh. A change of roughness or metallic makes materials without this key
     principled; they keep their colours, textures, and the other key's value. `place` is an index and a value in the
-    object's placement: location, roll, pitch, yaw in degrees, scales. `edit_light` describes the keys of lights. Raises
-    `WorldError`, for example if an animation moves the object, and `SettingsError`.
+    object's placement: location, roll, pitch, yaw in degrees, scales. `edit_light` describes the keys of lights.
+    Raises `WorldError` if the change is not possible, for example if an animation moves the object, and
+    `SettingsError` for an invalid value.
     """
     if kind == "light":
         return edit_light(world, number, key, value)

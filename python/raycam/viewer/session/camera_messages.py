@@ -32,7 +32,7 @@ class CameraMessages:
     def take(self) -> dict[str, Any] | None:
         """Returns the message that waits for the next image, or None.
 
-        It is called before each image is sent.
+        This method is called before each image is sent.
         """
         message, self._waiting = self._waiting, None
         self._was_sent = message is not None

@@ -105,7 +105,8 @@ class Images:
     def mark_moved(self, version: int, settling_size: tuple[int, int] | None = None) -> None:
         """Records that a moving image of a version was sent.
 
-        It is followed by an image of `settling_size`, unless this is None.
+        The moving image is followed by an image of `settling_size` (width, height), unless `settling_size` is
+        None.
         """
         self._moved = version
         self.settling_size = settling_size

@@ -47,7 +47,7 @@ NO_SCAN = {"type": "scan", "lidar": "", "total": 0, "fields": {}}
 class Session:
     """One client: its connection, its view and its images.
 
-    Messages and images come from two threads.
+    The client's messages are handled on one thread, and the images are rendered on another thread.
     """
 
     def __init__(
@@ -549,7 +549,7 @@ class Session:
     def show_rays(self, rays: list[Line], world: World) -> None:
         """Draws the rays of an explained pixel over the image.
 
-        Nothing is drawn if the view no longer shows `world`.
+        If the view no longer shows `world`, this method has no effect.
         """
         with self._changes:
             if self.view.world is not world:

@@ -319,7 +319,7 @@ class View:
     def rebased(self) -> View:
         """The view after the world was edited or replaced.
 
-        Names and times that no longer exist are removed. If the up axis is another one, the first camera and the
+        Names and times that no longer exist are removed. If the up axis has changed, the first camera and the
         studio's lights are placed again.
         """
         base = self.base
@@ -336,7 +336,7 @@ class View:
         return replace(home, look=home.look.changed(stage=home.camera))
 
     def at(self, time: float, animation: str) -> View:
-        """The view at a time; later times become the last time.
+        """The view at a time in seconds; a time after the end of the motion becomes the end.
 
         Raises `WorldError` for an unknown animation.
         """
@@ -545,7 +545,7 @@ def seconds_of(world: World) -> float:
 def world_at(base: World, time: float, animation: str, variant: str) -> World:
     """A world at a time of an animation, with a material variant.
 
-    An empty name means the first animation, or the materials of the file.
+    An empty `animation` means the first animation; an empty `variant` means the file's default materials.
     """
     world = base.with_variant(variant) if variant else base
     return world.at(time, animation or None) if seconds_of(base) > 0 else world

@@ -23,9 +23,9 @@ __all__ = ["assembled", "filled", "json_text", "source_hash", "still_image", "ti
 def assembled(
     title: str, blocks: Iterable[str], scripts: str = "", workers: str = "", folder: str = ""
 ) -> str:
-    """The page of a client folder, with data elements.
+    """The HTML text of the page in the client folder `folder`; `blocks` are its data elements.
 
-    The page's security policy also allows `scripts` and `workers`.
+    `scripts` and `workers` are sources that the page's security policy allows in addition to its own script.
     """
     script, style = f"\n{bundle(f'{folder}main.js')}", f"\n{style_sheet(folder)}"
     policy = (

@@ -1,5 +1,5 @@
-//! Intersections of hits whose triangles float32 has determined, and refinement of several hits at once to one unit in
-//! the last place.
+//! Refines hits whose triangles were found in float32: t and the weights are computed for several hits at once, to one
+//! unit in the last place.
 
 use crate::exact::predicates::RayPredicates;
 use crate::node::cross;

@@ -60,7 +60,7 @@ class Fragments:
 class _Screen:
     """A camera at its pose, the flags, and the image's depth.
 
-    Lines write into the depth, which is 0 for the background.
+    The depth is 0 for the background. Drawn lines update the depth.
     """
 
     camera: Camera

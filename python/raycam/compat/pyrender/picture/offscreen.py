@@ -232,7 +232,7 @@ class _View:
     ) -> Iterator[tuple[Primitive, npt.NDArray[np.intp], Floats]]:
         """Yields each primitive of hits, with the indices [n] of its hits and their poses [n, 4, 4].
 
-        The time does not depend on the count of instances.
+        The running time does not depend on the number of instances.
         """
         if len(instance) == 0:
             return

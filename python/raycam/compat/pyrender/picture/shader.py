@@ -54,10 +54,11 @@ class Surfaces:
 def surface_values(
     material: MetallicRoughnessMaterial, uv: Floats | None, vertex_color: Floats, count: int, flat: bool
 ) -> dict[str, Floats]:
-    """Returns the values of a material at points.
+    """Returns the values of a material at `count` points with the texture coordinates `uv`.
 
-    The values are `base` [m, 4], `metallic`, `roughness` and `occlusion` [m], and `emissive` [m, 3]. Texels
-    of colours are sRGB; `flat` uses the colours unchanged. The emissive factor counts twice, as in pyrender.
+    `uv` is [m, 2], or None without texture coordinates. The values are `base` [m, 4], `metallic`, `roughness` and
+    `occlusion` [m], and `emissive` [m, 3]. They are linear; with `flat`, the base colour's texels are multiplied as
+    they are, in sRGB. The emissive factor is squared, as in pyrender.
     """
     base = np.tile(material.baseColorFactor.astype(np.float64), (count, 1))
     metallic = np.full(count, material.metallicFactor)
