@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import io
 import math
 import os
 from collections.abc import Callable
@@ -17,14 +16,17 @@ from ..arguments import Floats
 from ..errors import FormatError, Notice, SettingsError
 from ..io.glb import GlbBuilder
 from ..srgb import linear_from_srgb
+from .collada_document import ColladaDocument
 from .collada_scene import placed_geometries
 from .resolve import read_bytes
-from .xml_tree import XmlLimits, check_xml
+from .xml_tree import XmlLimits
 
 __all__ = ["collada_to_glb"]
 
 MAX_NODE_TRIANGLES = 1 << 24
 """Maximum number of triangles per file, counted for every node that shows them."""
+MAX_COORDINATE = 1e30
+"""Largest coordinate in metres: float32 holds squares of differences up to 1e38."""
 IMAGE_TYPES = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg"}
 """First bytes and media type of images that glTF embeds without conversion."""
 DEFAULT_COLOR = (0.8, 0.8, 0.8)
@@ -53,70 +55,51 @@ def collada_to_glb(
             f"{path}: reading Collada requires pycollada: pip install 'raycam[robots]'",
             code="missing_dependency",
         )
-    data = read_bytes(path, XmlLimits().bytes)
-    check_xml(data, os.fspath(path))
-    import collada  # an optional package
-
-    try:
-        document = collada.Collada(
-            io.BytesIO(data), ignore=[collada.common.DaeError], aux_file_loader=lambda name: None
-        )
-        return _Converter(path, document, find_image, scale, up_axis).convert()
-    except (FormatError, MemoryError, OSError):
-        raise
-    except Exception as error:  # pycollada raises many kinds of errors for malformed documents
-        raise FormatError(
-            f"{path}: not a valid Collada document: {type(error).__name__}: {error}", code="syntax"
-        ) from None
+    with np.errstate(all="ignore"):  # `_Converter` refuses coordinates that are not finite
+        return _Converter(path, find_image, scale, up_axis).convert()
 
 
 class _Converter:
     """The state of a document's conversion."""
 
     def __init__(
-        self,
-        path: Path,
-        document: Any,
-        find_image: Callable[[str], Path],
-        scale: tuple[float, float, float],
-        up_axis: str,
+        self, path: Path, find_image: Callable[[str], Path], scale: tuple[float, float, float], up_axis: str
     ) -> None:
-        self._up_axis = up_axis
-        self._path, self._document, self._find_image = path, document, find_image
-        self._unit = np.array(scale) * float(document.assetInfo.unitmeter or 1.0)
+        self._path, self._find_image, self._up_axis = path, find_image, up_axis
+        self.notices: list[Notice] = []
+        data = read_bytes(path, XmlLimits().bytes)
+        self._document = ColladaDocument(data, os.fspath(path), self._note)
+        self._unit = np.array(scale) * self._document.unit
         self._glb = GlbBuilder()
         self._materials: dict[str, int] = {}
         self._textures: dict[str, int | None] = {}
         self._primitives: list[dict[str, Any]] = []
         self._triangles = 0
-        self.notices: list[Notice] = []
 
     def convert(self) -> tuple[bytes, list[Notice]]:
         """Returns the GLB and the notices."""
         document = self._document
-        up = str(document.assetInfo.upaxis)
         turn = np.eye(4)
-        if up in TO_Z_UP and self._up_axis == "apply":
-            turn[:3, :3] = TO_Z_UP[up]
-        elif up in TO_Z_UP:
+        if document.up_axis in TO_Z_UP and self._up_axis == "apply":
+            turn[:3, :3] = TO_Z_UP[document.up_axis]
+        elif document.up_axis in TO_Z_UP:
             text = (
-                f"the up axis {up} is ignored, as in RViz; if parts of the robot appear rotated, use"
+                f"the up axis {document.up_axis} is ignored, as in RViz; if parts of the robot appear rotated, use"
                 ' world.add_robot(..., up_axis="apply")'
             )
             self._note("ignored_key", text)
-        for error in document.errors[:5]:
-            self._note("invalid_file", f"ignored: {error}")
-        for placed in placed_geometries(document, os.fspath(self._path)):
-            geometry = document.geometries.get(placed.geometry)
+        for placed in placed_geometries(document, self._note):
+            geometry = document.geometry(placed.geometry)
             if geometry is None:
-                self._note(
-                    "ignored_element", f"geometry {placed.geometry!r} is missing or faulty and is not shown"
+                text = (
+                    f"line {placed.line}: geometry {placed.geometry!r} is missing or faulty and is not shown"
                 )
+                self._note("ignored_element", text)
                 continue
             if placed.is_skin:
                 self._note("ignored_feature", "skins and morphs are shown at rest")
             self._add_geometry(geometry, turn @ placed.matrix, placed.materials)
-        if len(document.animations):
+        if document.root.find("library_animations/animation") is not None:
             self._note("ignored_animation", "animations are ignored")
         if not self._primitives:
             raise FormatError(f"{self._path}: the file contains no triangles", code="nothing_visible")
@@ -135,6 +118,7 @@ class _Converter:
             if kind == "TriangleSet":
                 triangles = part
             elif hasattr(part, "triangleset"):
+                self._check_polygons(part)
                 triangles = part.triangleset()
             else:
                 self._note("ignored_element", f"ignored: {kind} (only triangles and polygons are shown)")
@@ -145,43 +129,72 @@ class _Converter:
             index = index.reshape(len(index) * 3 if index.ndim == 3 else -1, index.shape[-1])
             self._triangles += len(index) // 3
             if self._triangles > MAX_NODE_TRIANGLES:
-                raise FormatError(
-                    f"{self._path}: too many triangles; the limit is {MAX_NODE_TRIANGLES}",
-                    code="budget_exceeded",
-                )
-            material = self._document.materials.get(materials.get(triangles.material, ""))
-            self._add_triangles(triangles.sources, index, matrix, material)
+                text = f"too many triangles; the limit is {MAX_NODE_TRIANGLES}"
+                raise self._document.fail(part.xmlnode, text, "budget_exceeded")
+            material = self._document.material(materials.get(triangles.material, ""))
+            self._add_triangles(part, triangles.sources, index, matrix, material)
+
+    def _check_polygons(self, part: Any) -> None:
+        """Raises `FormatError` unless the polygons use each corner once: `pycollada` allocates their sum."""
+        counts, corners = np.asarray(part.vcounts, np.int64), len(part.index)
+        if (counts < 0).any() or counts.sum() != corners:
+            text = f"<{part.xmlnode.tag}>: polygons of {counts.sum()} corners in total, but <p> has {corners}"
+            raise self._document.fail(part.xmlnode, text, "wrong_shape")
 
     def _add_triangles(
-        self, sources: dict[str, list[Any]], index: Any, matrix: Floats, material: Any
+        self, part: Any, sources: dict[str, list[Any]], index: Any, matrix: Floats, material: Any
     ) -> None:
         """Adds triangles: rows of `index` are the source indices of one corner."""
         corners, inverse = np.unique(index, axis=0, return_inverse=True)
         faces = inverse.reshape(-1, 3)
         linear = matrix[:3, :3] * self._unit[:, None]
-        points = _values(sources, "VERTEX", corners, 3)
+        points = self._values(part, sources, "VERTEX", corners, 3)
         if points is None:
-            raise FormatError(f"{self._path}: triangles without vertices", code="missing_value")
-        points = points @ linear.T + matrix[:3, 3] * self._unit
-        if np.linalg.det(linear) < 0:
+            raise self._document.fail(part.xmlnode, "triangles without vertices", "missing_value")
+        with np.errstate(all="ignore"):
+            points = points @ linear.T + matrix[:3, 3] * self._unit
+            determinant = np.linalg.det(linear)
+        if not (abs(points) <= MAX_COORDINATE).all():
+            text = f"<{part.xmlnode.tag}>: coordinates must be finite and at most {MAX_COORDINATE:g} m"
+            raise self._document.fail(part.xmlnode, text, "out_of_range")
+        if determinant < 0:
             faces = faces[:, ::-1]
         attributes = {"POSITION": self._glb.floats(points)}
-        normals = _values(sources, "NORMAL", corners, 3)
-        if normals is not None and np.linalg.det(linear) != 0.0:
+        normals = self._values(part, sources, "NORMAL", corners, 3)
+        if normals is not None and np.isfinite(normals).all() and determinant != 0.0:
             normals = normals @ np.linalg.inv(linear)
             lengths = np.linalg.norm(normals, axis=1, keepdims=True)
             if np.isfinite(lengths).all() and (lengths > 0).all():
                 attributes["NORMAL"] = self._glb.floats(normals / lengths)
-        uvs = _values(sources, "TEXCOORD", corners, 2)
+        uvs = self._values(part, sources, "TEXCOORD", corners, 2)
         if uvs is not None and np.isfinite(uvs).all():
             attributes["TEXCOORD_0"] = self._glb.floats(uvs * [1, -1] + [0, 1])
-        colors = _values(sources, "COLOR", corners, 3)
+        colors = self._values(part, sources, "COLOR", corners, 3)
         if colors is not None and np.isfinite(colors).all():
             attributes["COLOR_0"] = self._glb.floats(_linear(np.clip(colors, 0, 1)))
         number = self._material(material, colors is not None, uvs is not None)
         self._primitives.append(
             {"attributes": attributes, "indices": self._glb.indices(faces), "material": number}
         )
+
+    def _values(
+        self, part: Any, sources: dict[str, list[Any]], semantic: str, corners: Any, width: int
+    ) -> Floats | None:
+        """Returns the values [n, width] of the first source with the given semantic, or None."""
+        for offset, _, _, _, source in sources.get(semantic, [])[:1]:
+            data = np.asarray(source.data, np.float64)
+            if data.ndim != 2 or data.shape[1] < width or not len(data):
+                continue
+            index = corners[:, offset]
+            if offset < 0 or index.min() < 0 or index.max() >= len(data):
+                text = (
+                    f"<{part.xmlnode.tag}>: indices of {semantic} must be 0 to {len(data) - 1}, "
+                    f"got {index.min()} to {index.max()} at offset {offset}"
+                )
+                raise self._document.fail(part.xmlnode, text, "index_out_of_range")
+            found: Floats = data[index, :width]
+            return found
+        return None
 
     # Materials ----------------------------------------------------------------------------------------------
 
@@ -243,9 +256,7 @@ class _Converter:
     def _opacity(self, effect: Any, name: str) -> float:
         """The opacity in the four modes of Collada 1.5 (chapter 7, "Determining transparency")."""
         transparent, factor = effect.transparent, effect.transparency
-        node = (
-            None if effect.xmlnode is None else effect.xmlnode.find(f".//{self._document.tag('transparent')}")
-        )
+        node = None if effect.xmlnode is None else effect.xmlnode.find(".//transparent")
         mode = "A_ONE" if node is None else node.get("opaque", "A_ONE")
         factor = float(factor) if isinstance(factor, int | float) else 1.0
         if not isinstance(transparent, tuple):
@@ -290,16 +301,6 @@ class _Converter:
 def _encode_png(linear: Any) -> bytes:
     encoded = _core.srgb_from_linear(np.ascontiguousarray(linear[..., :3], np.float32), 1.0, 8, "standard")
     return bytes(_core.encode_png(np.ascontiguousarray(encoded)))
-
-
-def _values(sources: dict[str, list[Any]], semantic: str, corners: Any, width: int) -> Floats | None:
-    """Returns the values [n, width] of the first source with the given semantic, or None."""
-    for offset, _, _, _, source in sources.get(semantic, [])[:1]:
-        data = np.asarray(source.data, np.float64)
-        if data.ndim == 2 and data.shape[1] >= width and len(data):
-            found: Floats = data[corners[:, offset], :width]
-            return found
-    return None
 
 
 def _linear(colors: Any) -> Floats:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arguments import Floats
-from ..errors import FormatError
+from .collada_document import ColladaDocument, Note
 from .transforms import rotations_about
 
 __all__ = ["Placed", "placed_geometries"]
@@ -30,22 +30,23 @@ class Placed(NamedTuple):
     """Material ids by symbol."""
     is_skin: bool
     """True if the geometry belongs to a skin or morph, which is shown at rest."""
+    line: int
+    """The line of the element that shows the geometry."""
 
 
-def placed_geometries(document: Any, name: str) -> Iterator[Placed]:
-    """Iterates over the geometries of the document's scene (pycollada's `Collada`), depth first.
+def placed_geometries(document: ColladaDocument, note: Note) -> Iterator[Placed]:
+    """Iterates over the geometries of the document's scene, depth first.
 
-    pycollada's own scene omits nodes with faulty materials. Raises `FormatError` for circular instances, too many
+    `note` receives a notice for each reference without a target. Raises `FormatError` for circular instances, too many
     nodes, and transforms without numbers.
     """
-    yield from _Scene(document, name).geometries()
+    yield from _Scene(document, note).geometries()
 
 
 class _Scene:
-    def __init__(self, document: Any, name: str) -> None:
-        self._name, self._tag = name, document.tag
-        self._root = document.xmlnode.getroot()
-        self._ids = {node.get("id"): node for node in self._root.iter() if node.get("id")}
+    def __init__(self, document: ColladaDocument, note: Note) -> None:
+        self._document, self._note = document, note
+        self._ids = {node.get("id"): node for node in document.root.iter() if node.get("id")}
         self._nodes = 0
 
     def geometries(self) -> Iterator[Placed]:
@@ -53,88 +54,96 @@ class _Scene:
 
         If the document selects no visual scene, the geometries of all visual scenes are returned.
         """
-        instance = self._root.find(f"{self._tag('scene')}/{self._tag('instance_visual_scene')}")
+        root = self._document.root
+        instance = root.find("scene/instance_visual_scene")
         scene = None if instance is None else self._target(instance, "url")
-        scenes = [scene] if scene is not None else list(self._root.iter(self._tag("visual_scene")))
+        scenes = [scene] if scene is not None else list(root.iter("visual_scene"))
         for each in scenes:
-            for node in each.findall(self._tag("node")):
+            for node in each.findall("node"):
                 yield from self._node(node, np.eye(4), 0)
 
     def _node(self, node: Any, parent: Floats, depth: int) -> Iterator[Placed]:
         self._nodes += 1
         if self._nodes > MAX_NODES:
-            raise FormatError(
-                f"{self._name}: too many nodes; the limit is {MAX_NODES}", code="budget_exceeded"
-            )
+            raise self._document.fail(node, f"too many nodes; the limit is {MAX_NODES}", "budget_exceeded")
         if depth > MAX_DEPTH:
-            raise FormatError(
-                f"{self._name}: nodes are nested too deeply or in a circle; the limit is {MAX_DEPTH}",
-                code="budget_exceeded",
-            )
+            text = f"nodes are nested too deeply or in a circle; the limit is {MAX_DEPTH}"
+            raise self._document.fail(node, text, "budget_exceeded")
         matrix = parent
         for child in node:
-            tag = str(child.tag).rpartition("}")[2]
-            if tag in TRANSFORMS:
-                matrix = matrix @ self._transform(tag, child)
-            elif tag == "node":
+            if child.tag in TRANSFORMS:
+                matrix = matrix @ self._transform(child)
+            elif child.tag in IGNORED_TRANSFORMS:
+                self._note("ignored_feature", f"line {child.line}: <{child.tag}> is ignored")
+            elif child.tag == "node":
                 yield from self._node(child, matrix, depth + 1)
-            elif tag == "instance_node":
+            elif child.tag == "instance_node":
                 target = self._target(child, "url")
                 if target is not None:
                     yield from self._node(target, matrix, depth + 1)
-            elif tag == "instance_geometry":
-                yield Placed(child.get("url", "").lstrip("#"), matrix, self._materials(child), False)
-            elif tag == "instance_controller":
+            elif child.tag == "instance_geometry":
+                name = child.get("url", "").lstrip("#")
+                yield Placed(name, matrix, self._materials(child), False, child.line)
+            elif child.tag == "instance_controller":
                 yield from self._skin(child, matrix)
 
     def _skin(self, instance: Any, matrix: Floats) -> Iterator[Placed]:
         """The geometry of a skin or morph at rest; a skin's source may be a morph."""
         controller, place = self._target(instance, "url"), matrix
         for _ in range(3):
-            if controller is None:
-                return
-            part = next((one for one in controller if str(one.tag).endswith(("}skin", "}morph"))), None)
+            part = None
+            if controller is not None:
+                part = next((one for one in controller if one.tag in ("skin", "morph")), None)
             if part is None:
-                return
-            shape = part.find(self._tag("bind_shape_matrix"))
+                break
+            shape = part.find("bind_shape_matrix")
             if shape is not None:
                 place = place @ self._numbers(shape, 16).reshape(4, 4)
-            source = part.get("source", "").lstrip("#")
-            controller = self._ids.get(source)
-            if controller is not None and str(controller.tag).endswith("}geometry"):
-                yield Placed(source, place, self._materials(instance), True)
+            controller = self._target(part, "source")
+            if controller is not None and controller.tag == "geometry":
+                name = part.get("source", "").lstrip("#")
+                yield Placed(name, place, self._materials(instance), True, instance.line)
                 return
+        text = f"line {instance.line}: the controller {instance.get('url')!r} leads to no geometry; it is not shown"
+        self._note("ignored_element", text)
 
     def _materials(self, instance: Any) -> dict[str, str]:
-        bound = instance.iter(self._tag("instance_material"))
-        return {one.get("symbol", ""): one.get("target", "").lstrip("#") for one in bound}
+        found = {}
+        for bound in instance.iter("instance_material"):
+            name = bound.get("target", "").lstrip("#")
+            if self._document.material(name) is None:
+                text = f"line {bound.line}: material {name!r} is missing or faulty; light grey is shown"
+                self._note("missing_colors", text)
+            found[bound.get("symbol", "")] = name
+        return found
 
     def _target(self, node: Any, key: str) -> Any:
-        return self._ids.get(node.get(key, "").lstrip("#"))
+        name = node.get(key, "").lstrip("#")
+        if name not in self._ids:
+            text = f"line {node.line}: <{node.tag}> refers to {name!r}, which does not exist; it is ignored"
+            self._note("ignored_element", text)
+        return self._ids.get(name)
 
     def _numbers(self, node: Any, count: int) -> Floats:
         try:
-            values = np.array((node.text or "").split(), np.float64)
+            values = np.array(node.text.split(), np.float64)
         except ValueError:
             values = np.empty(0)
         if len(values) != count or not np.isfinite(values).all():
-            tag = str(node.tag).rpartition("}")[2]
-            raise FormatError(
-                f"{self._name}: <{tag}> must contain {count} finite numbers, got {node.text!r}",
-                code="wrong_shape",
-            )
+            text = f"<{node.tag}> must contain {count} finite numbers, got {node.text!r}"
+            raise self._document.fail(node, text, "wrong_shape")
         return values
 
-    def _transform(self, tag: str, node: Any) -> Floats:
-        values = self._numbers(node, TRANSFORMS[tag])
+    def _transform(self, node: Any) -> Floats:
+        values = self._numbers(node, TRANSFORMS[node.tag])
         matrix = np.eye(4)
-        if tag == "matrix":
+        if node.tag == "matrix":
             return values.reshape(4, 4)
-        if tag == "translate":
+        if node.tag == "translate":
             matrix[:3, 3] = values
-        elif tag == "scale":
+        elif node.tag == "scale":
             matrix[[0, 1, 2], [0, 1, 2]] = values
-        elif tag == "rotate":
+        elif node.tag == "rotate":
             length = np.linalg.norm(values[:3])
             if length > 0:
                 matrix[:3, :3] = rotations_about(values[:3] / length, np.radians(values[3:]))[0]
@@ -142,4 +151,5 @@ class _Scene:
 
 
 TRANSFORMS = {"matrix": 16, "translate": 3, "scale": 3, "rotate": 4}
-"""Transforms of nodes and their counts of numbers; `lookat` and `skew` occur only on cameras and are ignored."""
+"""Transforms of nodes and their counts of numbers."""
+IGNORED_TRANSFORMS = ("lookat", "skew")

@@ -160,7 +160,8 @@ def read_bytes(path: Path, limit: int) -> bytes:
             raise FormatError(
                 f"{path}: a device, pipe or socket, expected a regular file", code="unknown_format"
             )
-        data = file.read(limit + 1)
+        # `read` allocates the requested size, even if the file is smaller.
+        data = file.read(min(limit, os.fstat(file.fileno()).st_size) + 1)
     if len(data) > limit:
         raise FormatError(f"{path}: file too large; the limit is {limit} bytes", code="budget_exceeded")
     return data

@@ -91,6 +91,7 @@ class _Builder:
         self.root: Element | None = None
         self._name, self._limits, self._keep = name, limits, keep
         self._open: list[Element] = []
+        self._texts: list[list[str]] = []
         self._depth = self._count = 0
         self._parser = expat.ParserCreate()
         self._parser.StartElementHandler = self._start
@@ -132,15 +133,16 @@ class _Builder:
         else:
             self.root = element
         self._open.append(element)
+        self._texts.append([])
 
     def _end(self, tag: str) -> None:
         self._depth -= 1
         if self._keep:
-            self._open.pop()
+            self._open.pop().text = "".join(self._texts.pop())
 
     def _add_text(self, text: str) -> None:
-        if self._open:
-            self._open[-1].text += text
+        if self._texts:
+            self._texts[-1].append(text)
 
     def _refuse_entity(self, name: str, *_: object) -> None:
         self._fail(
