@@ -77,6 +77,29 @@ COINCIDENT = """<mujoco><worldbody><light pos="0 -2 3" dir="0 .5 -1" castshadow=
     <camera name="main" pos="0 -3 1" xyaxes="1 0 0 0 .3 1" fovy="35" resolution="160 120"/></worldbody></mujoco>"""
 
 
+MARKED = """<mujoco><statistic center="0 0 .5" extent="3"/>
+  <visual><headlight ambient=".2 .2 .2" diffuse=".4 .4 .4" specular="0 0 0"/></visual>
+  <worldbody><light type="directional" pos="0 0 4" dir="0 .3 -1" diffuse=".5 .5 .5"/>
+    <geom name="floor" type="plane" size="3 3 .1" rgba=".6 .6 .6 1"/>
+    <geom name="box" type="box" size=".15 .15 .15" pos="-1.3 1 .15" rgba=".8 .2 .2 1"/>
+    <camera name="main" pos="0 -4 3" xyaxes="1 0 0 0 .6 1" fovy="45" resolution="160 120"/></worldbody></mujoco>"""
+
+MARKERS = [
+    ("SPHERE", [0.2, 0.2, 0.2]),
+    ("CAPSULE", [0.1, 0.1, 0.3]),
+    ("ELLIPSOID", [0.1, 0.2, 0.3]),
+    ("CYLINDER", [0.15, 0.15, 0.25]),
+    ("BOX", [0.1, 0.2, 0.15]),
+    ("PLANE", [0.2, 0.3, 0.1]),
+    ("ARROW", [0.06, 0.06, 0.9]),
+    ("ARROW1", [0.06, 0.06, 0.9]),
+    ("ARROW2", [0.06, 0.06, 0.9]),
+    ("LINE", [4, 4, 0.7]),
+    ("TRIANGLE", [0.5, 0.3, 0]),
+]
+"""Types (`mjtGeom`) and sizes of geoms that are added to the scene."""
+
+
 def mapped(repeat: str, uniform: str) -> str:
     """A model of primitives whose texture shows its coordinates: s in red and t in green."""
     shapes = [("box", ".3 .2 .4"), ("sphere", ".4"), ("capsule", ".2 .3"), ("cylinder", ".3 .4")]
@@ -115,6 +138,7 @@ SCENES = {
     "unshadowed": LAYERED,
     "behind": BEHIND,
     "coincident": COINCIDENT,
+    "marked": MARKED,
 }
 FLAGS = {"foggy": {"FOG": 1}, "plain": {"HAZE": 0, "REFLECTION": 0}, "unshadowed": {"SHADOW": 0}}
 """Flags of `mjtRndFlag` that differ from their defaults."""
@@ -135,6 +159,29 @@ def set_flags(renderer: Any, name: str) -> None:
         renderer.scene.flags[getattr(mujoco.mjtRndFlag, f"mjRND_{flag}")] = value
 
 
+def add_geom(scene: Any, kind: str, size: Any, place: Any, turn: Any = None, rgba: Any = (0, 1, 0, 1)) -> Any:
+    """Adds a geom to an `mjvScene`, as MuJoCo's documentation does, and returns it."""
+    geom = scene.geoms[scene.ngeom]
+    matrix = np.eye(3) if turn is None else turn
+    arrays = [np.array(value, np.float64) for value in (size, place, matrix.ravel())]
+    mujoco.mjv_initGeom(geom, getattr(mujoco.mjtGeom, f"mjGEOM_{kind}"), *arrays, np.array(rgba, np.float32))
+    scene.ngeom += 1
+    return geom
+
+
+def add_markers(scene: Any, name: str) -> None:
+    """Adds the geoms of a scene that are not part of its model."""
+    if name != "marked":
+        return
+    angle = np.radians(40)
+    turn = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+    colors = np.random.default_rng(0).uniform(0.2, 1, (len(MARKERS), 3))
+    for number, ((kind, size), color) in enumerate(zip(MARKERS, colors, strict=True)):
+        place = [number % 4 - 1.5, 1.2 * (number // 4 - 1), 0.5]
+        add_geom(scene, kind, size, place, turn, [*color, 1])
+    add_geom(scene, "SPHERE", [0.3, 0.3, 0.3], [0, -1, 0.8], rgba=[0, 0, 1, 0.4])
+
+
 def main() -> None:
     """Renders one PNG for each scene with MuJoCo."""
     for name in SCENES:
@@ -142,6 +189,7 @@ def main() -> None:
         with mujoco.Renderer(model, SIZE[1], SIZE[0]) as renderer:
             set_flags(renderer, name)
             renderer.update_scene(data, "main")
+            add_markers(renderer.scene, name)
             Image.fromarray(renderer.render()).save(REFERENCES / f"{name}.png")
 
 

@@ -35,9 +35,9 @@ class Renderer:
     along the viewing direction in metres, and the far plane's depth for the background. After
     `enable_segmentation_rendering`, it returns int32 [h, w, 2]: (id, type), -1 for the background. The attribute
     `camera` replaces the model's camera by a `raycam.Camera`, and `look` selects the light of colour images: "mujoco"
-    (default), or "direct" or "path" for physically based light. `max_geom` and `font_scale` are accepted and have no
-    effect: the number of geoms is not limited, and no text is drawn. Raises `SettingsError` for sizes below 1, unknown
-    cameras and looks, and calls of `render` before `update_scene`.
+    (default), or "direct" or "path" for physically based light. `max_geom` limits the geoms of `scene`, but not the
+    model's geoms in images; `font_scale` has no effect, because no text is drawn. Raises `SettingsError` for sizes
+    below 1, unknown cameras and looks, and calls of `render` before `update_scene`.
     """
 
     def __init__(
@@ -52,8 +52,12 @@ class Renderer:
             raise SettingsError(
                 f"height and width must be at least 1, got {height} and {width}", code="out_of_range"
             )
+        import mujoco
+
         self._model, self._size = model, (int(width), int(height))
         self._scene: Any = None
+        self._visual = mujoco.MjvScene(model, maxgeom=max_geom)
+        self._added_from = 0
         self._groups = DEFAULT_GROUPS
         self._mode = "color"
         self._view: Camera | None = None
@@ -71,25 +75,21 @@ class Renderer:
 
     @property
     def scene(self) -> Any:
-        """The `raycam` scene of `from_mujoco`.
+        """The `mujoco.MjvScene`: its `flags` are used, and geoms that are added to it are shown.
 
-        `scene.flags` has the indices of `mjtRndFlag`, as in `mjvScene`.
+        `update_scene` fills the scene with the model's geoms, and removes added geoms. Changes of the model's geoms in
+        this scene have no effect.
         """
-        if self._scene is None:
-            self._build(None, self._groups)
-        return self._scene
+        return self._visual
 
     def _build(self, data: Any, groups: Groups) -> None:
-        """Creates a new scene with the elements of the visible groups, and copies the old flags."""
-        flags = None if self._scene is None else self._scene.flags
+        """Creates a new scene with the elements of the visible groups."""
         geoms, sites, tendons = groups
         own_light = self.look == "mujoco"
         self._scene = from_mujoco(
             self._model, data, groups=geoms, sites=sites, tendons=tendons, own_light=own_light
         )
         self._groups = groups
-        if flags is not None:
-            self._scene.flags[:] = flags
 
     @property
     def height(self) -> int:
@@ -116,6 +116,16 @@ class Renderer:
         else:
             self._scene.update(data)
         self._view = self._find_camera(data, camera)
+        self._fill_visual(data, scene_option)
+
+    def _fill_visual(self, data: Any, scene_option: Any) -> None:
+        """Fills the `mjvScene` with the model's geoms."""
+        import mujoco
+
+        option = mujoco.MjvOption() if scene_option is None else scene_option
+        view, category = mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL.value
+        mujoco.mjv_updateScene(self._model, data, option, None, view, category, self._visual)
+        self._added_from = int(self._visual.ngeom)
 
     def _find_camera(self, data: Any, camera: Any) -> Camera:
         names = list(self._scene.world.cameras)
@@ -168,7 +178,11 @@ class Renderer:
         camera = self.camera or self._view
         if self._scene is None or camera is None:
             raise SettingsError("no scene to render; call update_scene before render", code="missing_value")
-        found = getattr(self, f"_{self._mode}")(camera)
+        scene, added = self._scene, self._visual.geoms[self._added_from : self._visual.ngeom]
+        if added:
+            scene = scene.with_geoms(added, camera)
+        scene.flags[:] = self._visual.flags
+        found = getattr(self, f"_{self._mode}")(scene, camera)
         if out is None:
             return np.asarray(found)
         if out.shape != found.shape:
@@ -178,27 +192,27 @@ class Renderer:
         out[...] = found
         return out
 
-    def _color(self, camera: Camera) -> npt.NDArray[Any]:
+    def _color(self, scene: Any, camera: Camera) -> npt.NDArray[Any]:
         samples = 4 if self._model.vis.quality.offsamples > 1 else 1
         if self.look == "mujoco":
-            return np.asarray(self._scene.render(camera, samples=samples))
+            return np.asarray(scene.render(camera, samples=samples))
         if self.look not in LOOKS:
             raise SettingsError(
                 f"look must be one of {', '.join(LOOKS)}, got {self.look!r}", code="unknown_name"
             )
         samples = 64 if self.look == "path" else 4
-        return render(self._scene.world, camera, integrator=self.look, samples=samples).to_srgb8()
+        return render(scene.world, camera, integrator=self.look, samples=samples).to_srgb8()
 
-    def _depth(self, camera: Camera) -> npt.NDArray[Any]:
-        depth = render(self._scene.world, camera, channels=["depth"])["depth"]
+    def _depth(self, scene: Any, camera: Camera) -> npt.NDArray[Any]:
+        depth = render(scene.world, camera, channels=["depth"])["depth"]
         far = np.float32(self._model.vis.map.zfar * self._model.stat.extent)
         # `fmin` returns `far` for the background (infinite depth) and for pixels without a ray (NaN).
         return np.asarray(np.fmin(depth, far), np.float32)
 
-    def _segmentation(self, camera: Camera) -> npt.NDArray[Any]:
-        instance = render(self._scene.world, camera, channels=["instance"])["instance"]
+    def _segmentation(self, scene: Any, camera: Camera) -> npt.NDArray[Any]:
+        instance = render(scene.world, camera, channels=["instance"])["instance"]
         # The last row is for the background, whose instance is -1.
-        elements = np.array([*self._scene.elements, (-1, -1)], np.int32)[:, ::-1]
+        elements = np.array([*scene.elements, (-1, -1)], np.int32)[:, ::-1]
         return elements.take(instance, axis=0, mode="wrap")
 
     def enable_depth_rendering(self) -> None:

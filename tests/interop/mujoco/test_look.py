@@ -11,7 +11,7 @@ import pytest
 import raycam
 from PIL import Image
 from raycam.compat.mujoco import Renderer
-from support.mujoco_scenes import REFERENCES, SCENES, load, set_flags
+from support.mujoco_scenes import REFERENCES, SCENES, add_markers, load, set_flags
 from support.raises import raises, warns
 
 pytestmark = pytest.mark.filterwarnings("ignore::raycam.Notice")
@@ -23,6 +23,7 @@ def test_images_resemble_those_of_mujocos_renderer(name: str) -> None:
     renderer = Renderer(model, 120, 160)
     set_flags(renderer, name)
     renderer.update_scene(data, "main")
+    add_markers(renderer.scene, name)
     expected = np.array(Image.open(REFERENCES / f"{name}.png")).astype(int)
     difference = abs(renderer.render().astype(int) - expected)
     assert np.median(difference) == 0

@@ -25,7 +25,7 @@ from .model import DIRECTIONAL, SPOT
 from .surfaces import Surfaces
 from .textures import skybox_faces
 
-__all__ = ["DEFAULT_FLAGS", "Light", "MujocoLook", "model_lights"]
+__all__ = ["DEFAULT_FLAGS", "Light", "MujocoLook", "model_lights", "pixel_angle"]
 
 Single = npt.NDArray[np.float32]
 FIELDS = ("t", "position", "shading_normal", "normal", "instance", "triangle", "uv")
@@ -147,7 +147,7 @@ class MujocoLook:
         blended = [*(each for each in self._surfaces.transparent if each not in behind), *behind]
         order = blending_order(self._model, self._world, self._elements, blended, camera.C)
         all_lights = [*lights, *self._headlight(camera)]
-        return _View(camera, all_lights, _pixel_angle(camera), chosen, order, behind)
+        return _View(camera, all_lights, pixel_angle(camera), chosen, order, behind)
 
     def _colors(self, view: _View, pixels: Floats) -> Single:
         """The sRGB colours [n, 3] at pixel positions [n, 2]."""
@@ -311,6 +311,10 @@ class MujocoLook:
             else:
                 plain += one
         total = shadowed + np.minimum(plain, 1)
+        if self._surfaces.unlit is not None:
+            # MuJoCo adds the plain colour once, and once more for each light that casts shadows.
+            passes = 1 + sum(shadows and light.shadow for light in view.lights)
+            total = np.where(self._surfaces.unlit[instance][:, None], passes * color, total)
         facing = np.maximum(abs(np.einsum("nc,nc->n", hits["normal"], directions)), 0.05)
         footprint = (view.pixel * hits["distance"] / facing).astype(np.float32)
         factors = self._surfaces.texture_factors(hits, footprint)
@@ -367,7 +371,7 @@ class MujocoLook:
         ]
 
 
-def _pixel_angle(camera: Camera) -> float:
+def pixel_angle(camera: Camera) -> float:
     """Returns the angle between neighbouring pixels in the middle of the image, in radians.
 
     The angle is 0 if these pixels have no rays.

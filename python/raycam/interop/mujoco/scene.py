@@ -5,6 +5,8 @@ The world follows the model's state.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -18,9 +20,10 @@ from ...world import World
 from .cameras import model_camera
 from .deformable import Deformable, deformables
 from .lights import LightSources
-from .look import DEFAULT_FLAGS, MujocoLook, model_lights
+from .look import DEFAULT_FLAGS, MujocoLook, model_lights, pixel_angle
 from .materials import element_look, material_keys
 from .model import GEOM_OBJECT, SDF, SITE_OBJECT, check_model, element_name, element_prefix
+from .scene_geoms import scene_geom
 from .shapes import covered_geoms, element_shape, with_texture
 from .surfaces import Surfaces, texel_density
 from .textures import color_texture, skybox_faces
@@ -29,6 +32,8 @@ __all__ = ["MujocoScene", "from_mujoco"]
 
 SHOWN_GROUPS = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows by default."""
+NO_ELEMENT = (-1, -1)
+"""Type and id of objects that are not part of the model."""
 
 
 class MujocoScene:
@@ -72,8 +77,8 @@ class MujocoScene:
         if skybox_faces(model) is not None:
             text = "the skybox is not part of the world; only MujocoScene.render shows it"
             self._world_notices.append(Notice(text, "ignored_element"))
-        surfaces = Surfaces(model, self.elements, self._densities)
-        self._look = MujocoLook(model, self.world, surfaces, self.elements)
+        self._surfaces = Surfaces(model, self.elements, self._densities)
+        self._look = MujocoLook(model, self.world, self._surfaces, self.elements)
         self.flags = np.array(DEFAULT_FLAGS, np.uint8)
         """Parts of the image of `render` by `mjtRndFlag`: shadows, reflections, the skybox, fog and haze."""
         self.update(data)
@@ -135,6 +140,36 @@ class MujocoScene:
         blending.
         """
         return self._look.image(camera, self._light_states, samples=samples, flags=self.flags)
+
+    def with_geoms(self, geoms: Iterable[Any], camera: Camera) -> MujocoScene:
+        """Returns a copy that also shows geoms of an `mjvScene` (`mjvGeom`), such as markers and trajectories.
+
+        The copy does not follow later calls of `update`. Spheres, capsules, ellipsoids, cylinders, boxes, planes,
+        arrows, lines and triangles are shown with their `rgba`, `emission`, `specular` and `shininess`. The width of
+        lines is in pixels of `camera`. A notice names other types, labels and textures, which are not shown.
+        """
+        found, shown, omitted = copy(self), [], set()
+        found.world, found.elements = self.world.copy(), list(self.elements)
+        for geom in geoms:
+            new = scene_geom(geom, camera.C, pixel_angle(camera))
+            if new is None:
+                omitted.add(f"type {int(geom.type)}")
+            elif new.rgba[3] > 0:
+                shown.append(new)
+                keys = material_keys(self.model, new.rgba, -1) | new.shape.keys
+                if new.values.emission > 0 or new.unlit:
+                    keys["emission"] = (1.0 if new.unlit else new.values.emission) * np.asarray(keys["color"])
+                found.world.add_object(name=f"scene geom {len(shown)}", matrix=new.pose, **keys)
+                found.elements.append(new.element)
+            omitted |= {"labels"} if geom.label else set()
+            omitted |= {"materials"} if geom.matid >= 0 or geom.texid >= 0 else set()
+        if omitted:
+            text = f"geoms that were added to the scene: {', '.join(sorted(omitted))} not shown"
+            warn_all([Notice(text, "ignored_element")])
+        if shown:
+            elements = [*self.elements, *[NO_ELEMENT] * len(shown)]
+            found._look = MujocoLook(self.model, found.world, self._surfaces.extended(shown), elements)
+        return found
 
     def _moved(self, deformable: Deformable, data: Any) -> Any:
         """The keys of an object with the vertices of a skin, flex or tendon in the state `data`."""

@@ -27,7 +27,7 @@ from .model import (
 from .primitives import textured_primitive
 from .textures import color_texture, is_cube, map_cube, planar_coordinates
 
-__all__ = ["Shape", "covered_geoms", "element_shape", "with_texture"]
+__all__ = ["Shape", "covered_geoms", "element_shape", "primitive_shape", "with_texture"]
 
 INFINITE_PLANE = 100.0
 """Half the side length, in metres, of planes of size 0, which MuJoCo extends to the horizon."""
@@ -53,6 +53,16 @@ def element_shape(model: Any, element: int, number: int) -> Shape | None:
     """Returns the shape of a geom or site; None for kinds that are not shown."""
     kind, size = _kind_and_size(model, element, number)
     data = int(model.geom_dataid[number]) if element == GEOM_OBJECT else -1
+    if kind == HFIELD:
+        vertices, faces = _height_field(model, data)
+        return Shape({"vertices": vertices, "triangles": faces})
+    if kind in (MESH, SDF) and data >= 0:
+        return _mesh(model, data)
+    return primitive_shape(kind, size)
+
+
+def primitive_shape(kind: int, size: Floats) -> Shape | None:
+    """Returns the shape of a primitive geom with `mjModel.geom_size` [3]; None for other kinds."""
     if kind == PLANE:
         sides = [2 * (half if half > 0 else INFINITE_PLANE) for half in size[:2]]
         return Shape({"plane": {"size": sides}})
@@ -65,11 +75,6 @@ def element_shape(model: Any, element: int, number: int) -> Shape | None:
     if kind == CAPSULE:
         vertices, faces, normals = capsule_mesh(size[0], 2 * size[1])
         return Shape({"vertices": vertices, "triangles": faces, "normals": normals})
-    if kind == HFIELD:
-        vertices, faces = _height_field(model, data)
-        return Shape({"vertices": vertices, "triangles": faces})
-    if kind in (MESH, SDF) and data >= 0:
-        return _mesh(model, data)
     return None
 
 

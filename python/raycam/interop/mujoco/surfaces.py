@@ -5,6 +5,7 @@ Each surface has one colour, multiplied by filtered textures.
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from ...arguments import Floats
 from ...srgb import linear_from_srgb
 from .materials import element_look, is_opaque, surface_values
 from .model import BOX, GEOM_OBJECT, PLANE
+from .scene_geoms import SceneGeom
 from .textures import is_cube, texture_pixels
 
 __all__ = ["Surfaces", "texel_density"]
@@ -48,6 +50,8 @@ class Surfaces:
         """The strength of highlights."""
         self.exponent = np.array([128 * value.shininess for value in values], np.float32)
         """The exponent of highlights."""
+        self.unlit: npt.NDArray[np.bool_] | None = None
+        """True for objects that have their plain colour; None if all objects are lit."""
         self.mirror: tuple[int, float] | None = None
         """The only object that reflects (the first opaque plane or box with a reflectance), and its reflectance."""
         for number in self.opaque:
@@ -62,6 +66,30 @@ class Surfaces:
             number: (pyramids[texture], density.astype(np.float32))
             for number, (texture, density) in densities.items()
         }
+
+    def extended(self, geoms: list[SceneGeom]) -> Surfaces:
+        """Returns a copy with the surfaces of more objects, which have no textures."""
+        found, first = copy(self), len(self.alpha)
+        found._rgb = np.concatenate(
+            [self._rgb, [np.clip(geom.rgba[:3], 0, 1) for geom in geoms]], dtype=np.float32
+        )
+        columns = [
+            (
+                min(float(geom.rgba[3]), 1.0),
+                geom.values.emission,
+                geom.values.specular,
+                128 * geom.values.shininess,
+            )
+            for geom in geoms
+        ]
+        more = np.array(columns, np.float32)
+        for name, column in zip(("alpha", "emission", "specular", "exponent"), more.T, strict=True):
+            setattr(found, name, np.concatenate([getattr(self, name), column]))
+        found.unlit = np.concatenate([np.zeros(first, bool), [geom.unlit for geom in geoms]])
+        numbers = range(first, first + len(geoms))
+        found.opaque = [*self.opaque, *(i for i in numbers if is_opaque(geoms[i - first].rgba))]
+        found.transparent = [*self.transparent, *(i for i in numbers if not is_opaque(geoms[i - first].rgba))]
+        return found
 
     def colors(self, instance: npt.NDArray[np.int32]) -> Single:
         """Returns the plain sRGB colours [n, 3] of objects [n]."""
