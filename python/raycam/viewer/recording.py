@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from ..arguments import real, size_of, whole
-from ..errors import Notice
+from ..errors import FormatError, Notice
+from ..io.atomic_files import check_writable, write
 from ..notices import collected, warn_all
 from ..render import render
 from .session import View
@@ -66,9 +67,17 @@ class Recording:
         """Stops the recording and writes an HTML page that plays an image of each change.
 
         The page needs no server and makes no requests. `size` (width, height) is the size of the images (default: that
-        of the view, at most 640 x 480), `samples` the number of samples per pixel. Raises `SettingsError` for invalid
-        arguments, the errors of `raycam.render`, and `OSError` if the file cannot be written.
+        of the view, at most 640 x 480), `samples` the number of samples per pixel. Raises `FormatError` unless `path`
+        ends with .html, `SettingsError` for invalid arguments, the errors of `raycam.render`, and `OSError` if the file
+        cannot be written. Ending, arguments and folder are checked before the images are rendered.
         """
+        if Path(path).suffix.lower() != ".html":
+            raise FormatError(
+                f"{os.fspath(path)}: a recording is saved as a page; expected a name that ends with .html (for a "
+                "video, use Save video or Turntable in the view, or raycam.video.write_video)",
+                code="unknown_format",
+            )
+        check_writable(path)
         samples = whole("samples", samples, 1, 1 << 16)
         size = None if size is None else size_of(size)
         self.stop()
@@ -92,7 +101,7 @@ class Recording:
                 for number, data in enumerate(images)
             ),
         ]
-        Path(path).write_text(assembled(self._title, blocks, folder="recording/"), encoding="utf-8")
+        write(path, assembled(self._title, blocks, folder="recording/").encode())
         warn_all(notices)
 
     def _run(self) -> None:

@@ -52,10 +52,7 @@ function commandsOf(client) {
       if (client.taken && client.mode !== "off") return client.setMode("off");
       client.takeB();
       if (client.mode === "off") client.setMode("slider");
-      document.body.classList.remove("no-panel");
-      byId("panel-button", HTMLButtonElement).setAttribute("aria-expanded", "true");
-      byId("compare", HTMLDetailsElement).open = true;
-      byId("compare", HTMLElement).scrollIntoView({ block: "nearest" });
+      openGroup(byId("compare", HTMLDetailsElement)).scrollIntoView({ block: "nearest" });
     },
     compare: () => client.nextMode(),
     flip: () => client.flip(),
@@ -68,10 +65,7 @@ function commandsOf(client) {
       byId("tree-button", HTMLButtonElement).setAttribute("aria-expanded", String(!hidden));
     },
     save: () => {
-      document.body.classList.remove("no-panel");
-      byId("panel-button", HTMLButtonElement).setAttribute("aria-expanded", "true");
-      const group = byId("save", HTMLDetailsElement);
-      group.open = true;
+      const group = openGroup(byId("save", HTMLDetailsElement));
       group.scrollIntoView({ block: "start" });
       group.querySelector("button")?.focus();
     },
@@ -92,7 +86,9 @@ function commandsOf(client) {
  */
 export function bindCommands(client, live) {
   const { picture } = client;
-  const palette = new Palette(() => entriesOf(client, perform));
+  /** The labels of this keyboard. @type {Map<string, string> | null} */
+  let layout = null;
+  const palette = new Palette(() => entriesOf(client, layout, perform));
   const commands = {
     ...commandsOf(client),
     ...live.commands,
@@ -143,48 +139,79 @@ export function bindCommands(client, live) {
   }, self !== top);
   foldPanels(client.transport.live);
   byId("mouse-help", HTMLElement).textContent = live.mouse;
-  fillKeys(client.transport.live, perform);
+  fillKeys(client.transport.live, null, perform);
+  readLayout().then((found) => fillKeys(client.transport.live, (layout = found), perform));
+}
+
+/** The labels of keys by their positions on this keyboard, if the browser provides them. @returns {Promise<Map<string, string> | null>} */
+async function readLayout() {
+  const { keyboard } = /** @type {any} */ (navigator);
+  return Promise.resolve(keyboard?.getLayoutMap?.()).then((found) => found || null, () => null);
 }
 
 /**
- * The entries of the command palette: the commands with keys, the channels, and the buttons of the panel.
+ * The entries of the command palette: the commands with keys, the channels, and the controls of the panel.
  * @param {Client} client
+ * @param {Map<string, string> | null} layout the labels of this keyboard
  * @param {(command: string) => void} perform
  * @returns {import("./palette.js").PaletteEntry[]}
  */
-function entriesOf(client, perform) {
+function entriesOf(client, layout, perform) {
   const { live } = client.transport;
   const rows = KEYS.filter((row) => (live || !row.live) && row.command !== "palette" && !row.command.startsWith("channel "));
-  const commands = rows.map(({ keys, command, does }) => ({ text: does, key: keyLabel(keys[0], null), act: () => perform(command) }));
+  const commands = rows.map(({ keys, command, does }) => ({ text: does, key: keyLabel(keys[0], layout), act: () => perform(command) }));
   const channels = client.channels.map((name) => {
-    const key = KEYS.find(({ command }) => command === `channel ${name}`)?.keys[0] || "";
-    return { text: `channel ${name}`, key, act: () => client.setChannel(name) };
+    const key = KEYS.find(({ command }) => command === `channel ${name}`)?.keys[0];
+    return { text: `channel ${name}`, key: key ? keyLabel(key, layout) : "", act: () => client.setChannel(name) };
   });
   const cameras = [...byId("camera", HTMLSelectElement).options].filter(({ value }) => value).map(({ value }) => ({
     text: `look through camera ${value}`, key: "", act: () => perform(`look-through-camera ${value}`),
   }));
-  const buttons = [...document.querySelectorAll("#panel .group[id] ~ .group button, #panel .group button")].flatMap((each) => {
-    const button = /** @type {HTMLButtonElement} */ (each);
-    const group = button.closest(".group");
-    if (button.disabled || button.hidden || !group || /** @type {HTMLElement} */ (group).hidden) return [];
-    const title = group.querySelector("h2")?.textContent || "";
-    return [{ text: `${title}: ${button.getAttribute("aria-label") || button.textContent}`, key: "", act: () => button.click() }];
+  return [...commands, ...channels, ...(live ? cameras : []), ...panelEntries()];
+}
+
+/** The entries of the panel: a button or a check box is clicked, and any other field gets the focus. @returns {import("./palette.js").PaletteEntry[]} */
+function panelEntries() {
+  return [...document.querySelectorAll("#panel .group button, #panel .group label")].flatMap((each) => {
+    const control = each instanceof HTMLLabelElement ? each.control : each;
+    const group = each.closest("details");
+    if (!(control instanceof HTMLElement) || control.matches(":disabled") || !group || !isShownIn(group, each)) return [];
+    const name = control.getAttribute("aria-label") || each.firstChild?.textContent?.trim() || each.textContent?.trim();
+    const act = () => {
+      if (control.matches("button, [type=checkbox]")) return control.click();
+      openGroup(group);
+      control.scrollIntoView({ block: "center" });
+      control.focus();
+    };
+    return [{ text: `${group.querySelector("h2")?.textContent}: ${name}`, more: each.getAttribute("title") || "", key: "", act }];
   });
-  return [...commands, ...channels, ...(live ? cameras : []), ...buttons];
+}
+
+/** False if an element is hidden even while its group is open. @param {Element} group @param {Element} inner @returns {boolean} */
+function isShownIn(group, inner) {
+  if (getComputedStyle(inner).display === "none") return false;
+  return inner === group || isShownIn(group, /** @type {Element} */ (inner.parentElement));
+}
+
+/** Opens the panel and a group in it. @param {HTMLDetailsElement} group */
+function openGroup(group) {
+  document.body.classList.remove("no-panel");
+  byId("panel-button", HTMLButtonElement).setAttribute("aria-expanded", "true");
+  group.open = true;
+  return group;
 }
 
 /**
  * Fills the help: a row for each command, with its keys as this keyboard labels them, and a button.
  * @param {boolean} live
+ * @param {Map<string, string> | null} layout the labels of this keyboard
  * @param {(command: string) => void} perform
  */
-async function fillKeys(live, perform) {
-  const { keyboard } = /** @type {any} */ (navigator);
-  const layout = await Promise.resolve(keyboard?.getLayoutMap?.()).catch(() => null);
+function fillKeys(live, layout, perform) {
   const rows = KEYS.filter((row) => live || !row.live).map(({ keys, command, does }) => {
     const row = element("tr");
     const cell = element("th", "", { scope: "row" });
-    keys.forEach((key, i) => cell.append(i ? " " : "", element("kbd", keyLabel(key, layout || null))));
+    keys.forEach((key, i) => cell.append(i ? " " : "", element("kbd", keyLabel(key, layout))));
     const button = element("button", does, { type: "button" });
     button.addEventListener("click", () => {
       byId("help", HTMLDialogElement).close();

@@ -124,6 +124,7 @@ export class LiveView {
     }
     if (message.type === "look") {
       this.look.show(message.look);
+      if (message.exposure !== this.client.controls.display.exposure) this.client.controls.setExposure(message.exposure);
       this.integrator.value = message.integrator;
       byId("variant", HTMLSelectElement).value = message.variant;
       showAbout(/** @type {any} */ (message));

@@ -2,7 +2,7 @@
 
 import { byId, element } from "./dom.js";
 
-/** @typedef {{ text: string, key: string, act: () => void }} PaletteEntry */
+/** @typedef {{ text: string, more?: string, key: string, act: () => void }} PaletteEntry `more` is found too, but not shown */
 
 export class Palette {
   /** @param {() => PaletteEntry[]} entries called each time the palette opens */
@@ -30,8 +30,8 @@ export class Palette {
   }
 
   find() {
-    const words = this.search.value.toLowerCase().split(/\s+/).filter(Boolean);
-    this.found = this.entries().filter(({ text }) => words.every((word) => text.toLowerCase().includes(word)));
+    const words = plain(this.search.value).split(/\s+/).filter(Boolean);
+    this.found = this.entries().filter(({ text, more = "" }) => words.every((word) => plain(`${text} ${more}`).includes(word)));
     this.at = 0;
     this.draw();
   }
@@ -68,4 +68,9 @@ export class Palette {
       this.choose(this.found[this.at]);
     }
   }
+}
+
+/** A text in small letters and American spelling, so that both spellings are found. @param {string} text */
+function plain(text) {
+  return text.toLowerCase().replaceAll("colour", "color");
 }

@@ -16,7 +16,16 @@ from ...notices import warn
 from ...world import World
 from ...world.sources import is_model_file
 
-__all__ = ["ARCHIVE", "Opening", "check_name", "combine_models", "find_world", "first_world", "unpack"]
+__all__ = [
+    "ARCHIVE",
+    "IMAGES",
+    "Opening",
+    "check_name",
+    "combine_models",
+    "find_world",
+    "first_world",
+    "unpack",
+]
 
 ARCHIVE = ".zip"
 MAX_ARCHIVE_FILES = 10_000
@@ -32,6 +41,8 @@ Y_UP = (".glb", ".gltf", ".vrm", ".obj")
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """Rotates a model that is y up in a world that is z up."""
 LISTED_NAMES = 3
+IMAGES = (".png", ".jpg", ".jpeg", ".webp")
+"""The extensions of images that replace textures."""
 
 
 class Opening(NamedTuple):
@@ -109,9 +120,16 @@ def find_world(path: str | os.PathLike[str], unpacked: Path) -> tuple[Path, Path
 
     The folder is None for a single file, which may read the files in its own folder. Archives are unpacked to the
     folder `unpacked`. A notice names the chosen world if a folder or an archive contains several suitable worlds.
-    Raises `SettingsError` for a folder or archive without a world, and `FileNotFoundError` for a missing file.
+    Raises `SettingsError` for an image and for a folder or archive without a world, and `FileNotFoundError` for a
+    missing file.
     """
     given = Path(path)
+    if given.suffix.lower() in IMAGES:
+        raise SettingsError(
+            f"{given}: expected a world or a model, got an image; to show photographs behind their cameras, use "
+            "--cameras FILE --photos DIR (cameras= and photos= in Python)",
+            code="wrong_type",
+        )
     if given.is_file() and given.suffix.lower() == ARCHIVE:
         unpack(given, unpacked, _check_archive(given))
         return _world_in(given, unpacked), unpacked

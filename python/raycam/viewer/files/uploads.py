@@ -18,14 +18,12 @@ from ...errors import Error, SettingsError
 from ...world import World
 from ...world.load import load
 from ...world.sources import assumed_up_axis, is_model_file
-from .sources import ARCHIVE, check_name, combine_models, first_world, unpack
+from .sources import ARCHIVE, IMAGES, check_name, combine_models, first_world, unpack
 
 __all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types", "is_image"]
 
 MAX_BYTES = 256 * 2**20
 MAX_FILES = 200
-IMAGES = (".png", ".jpg", ".jpeg", ".webp")
-"""The extensions of images that replace textures."""
 
 
 def file_types() -> dict[str, list[str]]:

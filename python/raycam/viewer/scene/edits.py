@@ -19,6 +19,7 @@ from ..._core import srgb_from_linear
 from ...arguments import Floats, real
 from ...camera import Camera
 from ...errors import SettingsError, WorldError
+from ...notices import collected
 from ...world import World
 from ...world.load import with_up_axis
 from .contents import matrix_of_object, names_of_objects, visibilities
@@ -318,7 +319,8 @@ def is_animated(world: World, number: int) -> bool:
         return False
     moved, step = world.copy(), np.eye(4)
     step[:3, 3] = 1.0
-    moved.set_object(number, matrix=step @ matrix_of_object(world, number))
+    with collected():  # the notice that animations replace the pose concerns only this copy
+        moved.set_object(number, matrix=step @ matrix_of_object(world, number))
     before, after = (matrix_of_object(each.at(0.0), number) for each in (world, moved))
     return bool(np.array_equal(before, after))
 

@@ -143,6 +143,10 @@ class Look:
             return {name: value for name, value in STUDIO_OPTIONS.items() if name != "samples"}
         return ENVIRONMENT_OPTIONS if self.light == "sky" else {}
 
+    def exposure_of(self, world: World, opened: World, camera: Camera) -> float:
+        """The exposure in stops, at most 0, at which the world in this look is not overexposed; see `light_up`."""
+        return exposure_of_lights(self.light_up(world, opened, camera), camera)
+
     def describe(self) -> dict[str, Any]:
         """The look as the messages `welcome` and `look` describe it."""
         return {

@@ -289,9 +289,14 @@ class Session:
         self.send_history()
 
     def send_look(self) -> None:
-        """Sends the look, the integrator and the variant, which the client's controls show."""
+        """Sends look, exposure, integrator and variant, which the client's controls show."""
         view = self.view
-        own = {"look": view.look.describe(), "integrator": view.integrator, "variant": view.variant}
+        own = {
+            "look": view.look.describe(),
+            "exposure": view.exposure,
+            "integrator": view.integrator,
+            "variant": view.variant,
+        }
         self.connection.send({"type": "look", **own, **self.about()})
 
     def open_upload(self, name: str, more: Sequence[str] = ()) -> None:
@@ -477,8 +482,14 @@ class Session:
             ground=message.ground,
             background=message.background or None,
         )
-        self.show(replace(self.view, look=look))
+        before = self.view.exposure
+        self.show(self.view.with_look(look))
         self.send_look()
+        if self.view.exposure != before:
+            self.notify(
+                f"The exposure is now {self.view.exposure:g} stops, so that the image keeps its brightness: the light "
+                "is added to the lights of the world."
+            )
 
     def set_camera(self, camera: Camera) -> None:
         """Shows the view of a camera that the script chose, in the camera's own shape."""

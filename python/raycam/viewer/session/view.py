@@ -279,12 +279,11 @@ class View:
     def restored(self, earlier: View) -> View:
         """The view with camera, pivot, look, variant and integrator of an earlier view."""
         view = replace(
-            self,
+            self.with_look(earlier.look),
             camera=earlier.camera,
             camera_name=earlier.camera_name,
             pivot=earlier.pivot,
             shape=earlier.shape,
-            look=earlier.look,
             variant=earlier.variant,
             integrator=earlier.integrator,
         )
@@ -343,6 +342,20 @@ class View:
         if animation:
             one_of("animation", animation, [each.name for each in self.base.animations], error=WorldError)
         return replace(self, time=min(float(time), self.seconds), animation=animation).evaluated()
+
+    def with_look(self, look: Look) -> View:
+        """The view with another look.
+
+        If the world has lights, to which the look's lights are added, the exposure is changed so that the image keeps
+        its brightness.
+        """
+        view = replace(self, look=look)
+        if look.light == self.look.light or not self.base.lights:
+            return view
+        own, other = (
+            each.look.exposure_of(each.world, each._opened_world, each.camera) for each in (self, view)
+        )
+        return replace(view, exposure=round(self.exposure + other - own, 2) + 0.0)  # + 0.0 turns -0 into 0
 
     def with_variant(self, name: str) -> View:
         """The view with a material variant. Raises `WorldError` for an unknown name."""

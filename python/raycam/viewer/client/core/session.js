@@ -313,7 +313,7 @@ export class Session {
     if (!plane) return;
     if (!moving) this.shown = this.channel;
     const [width, height] = this.size;
-    this.say({ type: "picture", version: this.version, channel: this.channel, plane, width, height, samples, integrator: this.integrator, ms, moving });
+    this.say({ type: "picture", version: this.version, channel: this.channel, plane, width, height, samples, wanted: COLORS.includes(this.channel) ? this.target : 0, integrator: this.integrator, ms, moving });
   }
 
   /** @param {import("../messages").Probe} message */

@@ -10,8 +10,9 @@ export class StatusLine {
   }
 
   /** @param {import("../client.js").Message} message with an image */
-  show({ samples, ms, moving, integrator, rate, change }) {
-    const light = moving ? "moving" : `${integrator}, ${samples} ${samples === 1 ? "sample" : "samples"}`;
+  show({ samples, wanted, ms, moving, integrator, rate, change }) {
+    const still = wanted ? `${integrator}, ${samples} ${samples === 1 ? "sample" : "samples"}` : "ground truth"; // only images with light are refined
+    const light = moving ? "moving" : still;
     this.showRefinement(moving ? 0 : rate, moving ? null : change);
     byId("status", HTMLElement).textContent = `${light}, ${ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`}`;
   }

@@ -32,9 +32,9 @@ export class Timeline {
     byId("variants", HTMLElement).hidden = !variants.length;
     byId("animations", HTMLElement).hidden = animations.length < 2;
     this.slider.max = String(this.seconds);
-    fillSelect(this.animation, [["", "the first"], ...animations.map((/** @type {string} */ name) => [name, name])]);
+    fillSelect(this.animation, animations.map((/** @type {string} */ name) => [name, name]));
     fillSelect(this.variant, [["", "as in the file"], ...variants.map((/** @type {string} */ name) => [name, name])]);
-    this.animation.value = time.animation;
+    this.animation.value = time.animation || animations[0] || "";
     this.variant.value = variant;
     this.show(time.now);
   }

@@ -40,6 +40,8 @@ export class WorldControls {
     this.names = "";
     /** True once the user has selected an object; objects are outlined only after that. */
     this.isChosen = false;
+    /** True from the choice of a tool or an object until the server's answer, if handles are expected over the image. */
+    this.expectsHandles = false;
     this.tree = new SceneTree({
       select: (number) => {
         this.pick(number);
@@ -168,6 +170,7 @@ export class WorldControls {
     this.selected = Number(this.object.value);
     const chosen = this.tool === "none" && this.isChosen ? "outline" : this.tool;
     const tool = /** @type {import("../messages").Select["tool"]} */ (chosen);
+    this.expectsHandles = this.tool !== "none";
     this.client.transport.send({ type: "select", number: this.selected, tool });
   }
 
@@ -190,6 +193,8 @@ export class WorldControls {
     const fixed = byId("object-fixed", HTMLElement);
     fixed.hidden = !animated;
     fixed.textContent = animated ? "An animation moves this object, so it cannot be moved here." : "";
+    if (animated && this.expectsHandles) this.client.say(fixed.textContent, "notice");
+    this.expectsHandles = false;
     for (const button of document.querySelectorAll("#turns button")) /** @type {HTMLButtonElement} */ (button).disabled = Boolean(animated);
     if (number >= this.objects.length && name) {
       this.object.selectedOptions[0].textContent = name;
