@@ -104,7 +104,9 @@ def write_frames(folder: Path, policy: str) -> None:
     if policy:
         load = RELAY.replace("export default", "const widget =")
     meta = f'<meta http-equiv="Content-Security-Policy" content="{policy}">' if policy else ""
-    cells = CELLS.replace("LOAD", load + " widget.render({ model, el: document.getElementById('output') });")
+    cells = CELLS.replace(
+        "LOAD", load + " globalThis.leave = widget.render({ model, el: document.getElementById('output') });"
+    )
     cells = (
         cells.replace("POLICY", meta).replace("STILL", STILL).replace("PAGE", script_text(cell_page("spot")))
     )
@@ -257,5 +259,27 @@ def test_cell_without_a_kernel_shows_the_image_and_reports_a_lost_kernel(
             ),
             "the silence was not told",
         )
+    finally:
+        kernel.views.close()
+
+
+def test_removed_output_closes_its_view_and_a_repeated_cell_starts_another(
+    browser: Tab, address: str, small_world: raycam.World, tmp_path: Path
+) -> None:
+    write_frames(tmp_path / "pages", "")
+    browser.call("Page.navigate", url=address)
+    browser.wait("Boolean(window.tell)")
+    kernel = Kernel(browser, small_world)
+    try:
+        kernel.pump(lambda: kernel.pictures >= 1)
+        (first,) = kernel.views.sessions
+        window = in_the_notebook("document.defaultView")
+        browser.evaluate(f"{window}.leave(), document.body.dataset.left = 'yes'")
+        kernel.pump(lambda: "gone" in kernel.kinds)
+        assert kernel.views.sessions == {}
+        assert kernel.views.scheduler is None
+        browser.evaluate("document.getElementById('webview').contentWindow.location.reload()")
+        kernel.pump(lambda: len(kernel.views.sessions) == 1)
+        assert first not in kernel.views.sessions
     finally:
         kernel.views.close()

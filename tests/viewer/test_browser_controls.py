@@ -279,3 +279,16 @@ def test_up_button_turns_the_model_upright(tab: Tab, small_world: raycam.World) 
         assert session.view.base.up == "y"
     finally:
         made.close()
+
+
+def test_numbers_of_the_pose_follow_the_camera_during_a_drag(tab: Tab, live: Server) -> None:
+    session = opened(tab, live, SAMPLES)
+    x, y = place_of(tab, session.view.size[0] // 2, session.view.size[1] // 2, session.view.size)
+    shown = "['x', 'y', 'z'].map((axis) => Number(document.getElementById(`pose-${axis}`).value))"
+    tab.mouse("mousePressed", x, y, button="left", clickCount=1)
+    for step in range(1, 4):
+        before = session.view.camera.location
+        tab.mouse("mouseMoved", x + 30 * step, y, button="left", buttons=1)
+        until(lambda before=before: not np.allclose(session.view.camera.location, before))
+        until(lambda: np.allclose(tab.evaluate(shown), session.view.camera.location, atol=1e-6))
+    tab.mouse("mouseReleased", x + 90, y, button="left", clickCount=1)

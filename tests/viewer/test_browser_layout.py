@@ -40,6 +40,27 @@ def session_of(viewer: Viewer, tab: Tab) -> Session:
     return session
 
 
+def choose_light(tab: Tab, session: Session, light: str) -> None:
+    tab.evaluate(
+        f"(() => {{ const field = document.getElementById('look-light'); field.value = '{light}';"
+        " field.dispatchEvent(new Event('change')); })()"
+    )
+    until(lambda: session.view.look.light == light)
+
+
+def mean_of(session: Session) -> float:
+    """The mean brightness of the shown world's first object."""
+    view = session.view
+    frame = raycam.render(
+        view.lit,
+        view.camera.resized((60, 40)),
+        channels=["color", "instance"],
+        integrator="direct",
+        samples=16,
+    )
+    return float(frame["color"][frame["instance"] == 0].mean())
+
+
 def click(tab: Tab, selector: str) -> None:
     """Clicks an element once it is enabled."""
     tab.wait(f"!document.querySelector({selector!r}).disabled")
@@ -115,7 +136,7 @@ def test_several_cameras_replace_the_rate_in_the_status_line(tab: Tab, viewer: V
 def test_saved_files_are_reported(tab: Tab, viewer: Viewer) -> None:
     session_of(viewer, tab)
     click(tab, "#snapshot-glb")
-    tab.wait("document.getElementById('message').textContent.includes('.glb as a download')")
+    tab.wait("document.getElementById('message').textContent.includes('.glb')")
 
 
 def color_of(tab: Tab, selector: str, name: str) -> str:
@@ -157,6 +178,7 @@ def test_depth_has_a_scale_over_the_image_and_color_has_none(tab: Tab, viewer: V
         )
         tab.wait(f"document.getElementById('scale').hidden === {hidden}")
         if channel == "depth":
+            tab.wait("document.getElementById('status').textContent.startsWith('ground truth, ')")
             ticks = tab.evaluate(
                 "[...document.querySelectorAll('#scale .ticks span')].map((e) => +e.textContent)"
             )
@@ -184,11 +206,7 @@ def test_presets_axes_and_palette_change_the_view(tab: Tab, viewer: Viewer) -> N
 
 def test_look_controls_change_the_light_and_reset_restores_it(tab: Tab, viewer: Viewer) -> None:
     session = session_of(viewer, tab)
-    tab.evaluate(
-        "(() => { const field = document.getElementById('look-light'); field.value = 'sun';"
-        " field.dispatchEvent(new Event('change')); })()"
-    )
-    until(lambda: session.view.look.light == "sun")
+    choose_light(tab, session, "sun")
     assert not tab.evaluate("document.getElementById('look-elevation-row').hidden")
     click(tab, "#look-reset")
     until(lambda: session.view.look.light == "studio")
@@ -252,6 +270,65 @@ def test_phones_show_the_image_first_and_panels_as_sheets(tab: Tab, viewer: View
         assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     finally:
         tab.show(1280, 800)
+
+
+def test_panels_return_when_a_narrow_window_is_widened(tab: Tab, viewer: Viewer) -> None:
+    def shown() -> list[bool]:
+        widths = (
+            "['tree', 'panel'].map((id) => document.getElementById(id).getBoundingClientRect().width > 0)"
+        )
+        return list(tab.evaluate(widths))
+
+    try:
+        tab.show(390, 780)
+        session_of(viewer, tab)
+        until(lambda: shown() == [False, False])
+        for width, expected in ((900, [False, True]), (1280, [True, True]), (600, [False, False])):
+            tab.show(width, 780)
+            until(lambda expected=expected: shown() == expected, f"{width} pixels: {shown()}")
+        tab.show(1280, 780)
+        until(lambda: shown() == [True, True])
+        click(tab, "#panel-button")  # a panel that the user has closed stays closed
+        tab.show(600, 780)
+        until(lambda: shown() == [False, False])
+        tab.show(1280, 780)
+        until(lambda: shown() == [True, False])
+        assert (
+            tab.evaluate("document.getElementById('panel-button').getAttribute('aria-expanded')") == "false"
+        )
+    finally:
+        tab.show(1280, 800)
+
+
+def test_light_that_is_added_to_the_worlds_lights_lowers_the_exposure(tab: Tab) -> None:
+    world = model()
+    world.add_light(type="sun", direction=[-1, 1, -2], irradiance=2.6)
+    world.add_light(type="sky", radiance=0.4)
+    with Viewer(world, port=0, integrator="direct", samples=SAMPLES) as lit:
+        session = session_of(lit, tab)
+        tab.wait("document.querySelectorAll('#tree-list li').length === 4")
+
+        def choose(light: str) -> float:
+            """Chooses a light; returns the mean of the displayed radiance."""
+            choose_light(tab, session, light)
+            shown = (
+                f"{session.view.exposure:+.4g}"
+                if session.view.exposure > 0
+                else f"{session.view.exposure:.4g}"
+            )
+            tab.wait(f"document.getElementById('exposure-text').textContent === '{shown} stops'")
+            return mean_of(session) * 2**session.view.exposure
+
+        before = choose("own")
+        assert choose("sun") == pytest.approx(before, rel=0.3)
+        assert session.view.exposure < -0.7
+        click(tab, "#undo")
+        until(lambda: session.view.look.light == "own")
+        assert session.view.exposure == 0
+        tab.wait("document.getElementById('exposure-text').textContent === '0 stops'")
+        choose("sky")
+        choose("own")
+        assert session.view.exposure == 0
 
 
 def test_colors_are_sent_as_images_until_numbers_are_read(tab: Tab, viewer: Viewer) -> None:
@@ -318,3 +395,32 @@ def test_tab_key_reaches_every_control(tab: Tab, viewer: Viewer) -> None:
         reached.add(None if order is None else int(order))
     assert len(names) > 60
     assert [name for i, name in enumerate(names) if i not in reached] == []
+
+
+def test_edits_keep_the_light_until_the_list_of_lights_changes_it(tab: Tab, viewer: Viewer) -> None:
+    session = session_of(viewer, tab)
+    tab.wait("document.querySelectorAll('#tree-list li').length === 2")
+    before, studio = mean_of(session), session.view.look
+    tab.evaluate(
+        "(() => { const field = document.getElementById('object-emission'); field.value = '0.001';"
+        " field.dispatchEvent(new Event('change')); })()"
+    )
+    until(lambda: session.view.opened.edits.about()["undo"] == 1)
+    assert session.view.look is studio
+    assert mean_of(session) == pytest.approx(before, rel=0.05)
+    world = model()
+    world.add_light(type="point", position=[2, -3, 4], power=300)
+    world.add_camera(world.default_camera(), "camera")
+    with Viewer(world, port=0, integrator="direct", samples=SAMPLES) as lit:
+        session = session_of(lit, tab)
+        tab.wait("document.querySelectorAll('#tree-list li').length === 4")
+        assert mean_of(session) > 0.01
+        click(tab, "#light-remove")
+        until(lambda: not session.view.base.lights)
+        assert mean_of(session) == 0  # dark, without the renderer's default lights
+        assert (
+            tab.evaluate("document.getElementById('look-light').selectedOptions[0].textContent")
+            == "as in the file"
+        )
+        choose_light(tab, session, "default")
+        assert mean_of(session) > 0.01

@@ -23,7 +23,7 @@ from raycam.viewer.scheduler import Scheduler
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
 from support.chromium import Tab
-from support.gltf_document import variant_square
+from support.gltf_document import Document, animated, variant_square
 from support.patience import until
 from support.session_messages import receive
 from support.viewer_page import opened, place_of, text_of
@@ -425,3 +425,67 @@ def test_clients_share_the_world_and_have_their_own_cameras(
     assert session.view.camera == camera
     assert not tab.evaluate("document.getElementById('undo').disabled")
     assert text_of(tab, "title") == "w"
+
+
+@pytest.fixture
+def sliding(tmp_path: Path) -> raycam.World:
+    """A square that an animation moves in two seconds, from a place far from its place at rest."""
+    document = Document()
+    node = document.node(mesh=document.square(pbrMetallicRoughness={}), name="square")
+    animated(document, "translation", [0, 2], [[5, 0, 0], [9, 0, 0]], node=node)
+    return raycam.load(document.save(tmp_path / "sliding.glb"))
+
+
+def scrub(tab: Tab, time: float) -> None:
+    tab.evaluate(
+        f"(() => {{ const bar = document.getElementById('time'); bar.value = '{time}';"
+        " bar.dispatchEvent(new Event('input')); })()"
+    )
+
+
+def test_first_image_and_first_camera_show_the_animated_world_at_its_time(
+    tab: Tab, sliding: raycam.World
+) -> None:
+    tab.show(400, 300)
+    server = Server(lambda: Session(sliding, integrator="direct", samples=SAMPLES, title="s"), port=0)
+
+    def assert_shown(time: float) -> None:
+        rest(tab, session)
+        view, world = session.view, sliding.at(time)
+        expected = raycam.render(
+            view.look.light_up(world, world, view.camera), view.still_camera, samples=SAMPLES
+        )
+        shown = on_the_screen(tab, view.size)
+        exact = expected.to_srgb8(view.exposure, view.transform).astype(int)
+        assert min(np.abs(each - exact).mean() for each in shown if each.shape == exact.shape) <= 2
+        assert 0.02 < (expected["instance"] == 0).mean() < 0.9
+
+    try:
+        session = opened(tab, server, SAMPLES)
+        assert_shown(0)
+        scrub(tab, 2)
+        until(lambda: session.view.time == 2)
+        tab.press("f")
+        until(lambda: np.allclose(session.view.pivot, sliding.at(2.0).bounds.mean(axis=0)))
+        assert_shown(2)
+        scrub(tab, 0)
+        tab.press("Home")
+        until(
+            lambda: (
+                session.view.time == 0
+                and session.view.camera == sliding.at(0.0).view_from(size=session.view.size)
+            )
+        )
+        assert_shown(0)
+    finally:
+        tab.show(1280, 800)
+        server.close()
+
+
+def test_tools_explain_that_an_animation_moves_the_object(tab: Tab, sliding: raycam.World) -> None:
+    with raycam.view(sliding, samples=SAMPLES, block=False, browser=False, port=0) as viewer:
+        tab.open(viewer.url)
+        tab.wait("document.querySelector('#tree-list li')")
+        tab.evaluate("document.querySelector('[data-tool=move]').click()")
+        tab.wait("document.getElementById('message').textContent.includes('An animation moves this object')")
+        tab.wait("document.querySelector('#turns button').disabled")

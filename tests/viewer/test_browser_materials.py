@@ -16,6 +16,7 @@ from support.patience import until
 from support.viewer_page import place_of
 
 SAMPLES = 4
+LISTED_ALONE = "document.querySelectorAll('#tree-list li').length === 1"
 STRIPES = np.repeat(np.repeat(np.array([[[255, 0, 0], [0, 0, 255]]], np.uint8), 4, axis=0), 2, axis=1)
 
 
@@ -199,3 +200,38 @@ def test_measure_tool_draws_the_distance_between_two_clicks(tab: Tab, session: S
     assert abs(shown - expected) < 1e-4 * expected
     assert tab.evaluate("document.getElementById('measure').getAttribute('aria-pressed')") == "false"
     assert tab.said == []
+
+
+def test_turn_and_size_buttons_keep_the_middle_of_a_distant_mesh(tab: Tab, viewer: Viewer) -> None:
+    world = raycam.World()
+    corners = np.array(np.meshgrid([5, 6], [5, 7], [0, 1])).reshape(3, -1).T.astype(float)
+    world.add_object(vertices=corners, triangles=[[0, 1, 2], [1, 3, 2], [4, 5, 6], [5, 7, 6]])
+    viewer.world = world
+    tab.open(viewer.url)
+    assert viewer._server is not None
+    for button in range(1, 5):
+        before = viewer.world.bounds
+        tab.wait(f"document.querySelectorAll('#turns button').length === 4 && {LISTED_ALONE}")
+        click(tab, f"#turns button:nth-child({button})")
+        until(lambda before=before: not np.allclose(viewer.world.bounds, before, atol=1e-3))
+        assert np.allclose(viewer.world.bounds.mean(axis=0)[:2], before.mean(axis=0)[:2], atol=1e-5)
+
+
+def test_roughness_slider_keeps_the_colour_of_each_material(tab: Tab, viewer: Viewer, tmp_path: Path) -> None:
+    (tmp_path / "m.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.9\n")
+    faces = "usemtl red\nf 1 2 3\nusemtl blue\nf 2 4 3\n"
+    (tmp_path / "m.obj").write_text(f"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n{faces}")
+    viewer.world = raycam.load(tmp_path / "m.obj")
+    tab.open(viewer.url)
+    tab.wait(LISTED_ALONE)
+    put(tab, "object-roughness", "0.35")
+    until(lambda: viewer.world._core.material(0, 0).count("Principled"))
+    seen = raycam.render(
+        viewer.world,
+        viewer.world.view_from("top", size=(64, 64)),
+        channels=["albedo", "roughness", "triangle"],
+    )
+    for triangle, color in enumerate(([0.8, 0.1, 0.1], [0.1, 0.1, 0.9])):
+        chosen = seen["triangle"] == triangle
+        assert np.allclose(seen["albedo"][chosen], color, atol=1e-3)
+        assert np.allclose(seen["roughness"][chosen], 0.35, atol=1e-3)

@@ -72,3 +72,20 @@ def test_socket_opens_before_the_page_has_a_body(tab: Tab, viewer: Viewer) -> No
         assert tab.evaluate("hadBody") is False
     finally:
         tab.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script["identifier"])
+
+
+def test_redirect_file_opens_the_view_once_without_the_token(tab: Tab, viewer: Viewer) -> None:
+    server = viewer._server
+    assert server is not None
+    file = viewer.redirect_file()
+    assert file.stat().st_mode & 0o077 == 0
+    assert server.token not in file.read_text()
+    tab.evaluate("sessionStorage.clear()") if tab.evaluate("location.protocol") == "http:" else None
+    tab.call("Page.navigate", url="about:blank")
+    tab.open(file.as_uri())
+    tab.wait("document.getElementById('status-connection').textContent === 'connected'")
+    history = tab.call("Page.getNavigationHistory")["entries"]
+    invitation = file.read_text().partition("#t=")[2].partition("'")[0]
+    for secret in (server.token, invitation):
+        assert not [each["url"] for each in history if secret in each["url"]]
+    assert not server._tokens.accept(invitation)

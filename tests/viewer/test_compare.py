@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import raycam
+from raycam.viewer.page import page
 from scipy.ndimage import correlate1d
+from support.chromium import Tab
 from support.node_core import needs_node, run_module
 
 pytestmark = needs_node
@@ -87,3 +91,53 @@ def test_flip_equals_nvidias_evaluator() -> None:
     np.testing.assert_allclose(shown, np.asarray(expected).reshape(HEIGHT, WIDTH), atol=2e-3)
     assert np.mean(found[0]) == pytest.approx(mean, abs=1e-3)
     assert not np.any(found[1])
+
+
+@pytest.mark.proof
+def test_page_compares_by_every_kind_of_difference_in_a_range_that_is_entered(
+    tab: Tab, small_world: raycam.World, tmp_path: Path
+) -> None:
+    import flip_evaluator
+
+    camera = small_world.camera("front")
+    a, b = (raycam.render(small_world, camera, channels="color", samples=4, seed=seed) for seed in (0, 1))
+    path = tmp_path / "compared.html"
+    path.write_text(page(a, title="first.npz", compare=b, compare_title="second.npz"), encoding="utf-8")
+    tab.open(path.as_uri())
+    assert "first.npz" in tab.evaluate("document.getElementById('compare-text').textContent")
+    assert "second.npz" in tab.evaluate("document.getElementById('compare-text').textContent")
+
+    def choose(mode: str) -> dict[str, str]:
+        enter("compare-mode", mode)
+        rows = "[...document.querySelectorAll('#difference dt')].map((t) => [t.textContent, t.nextSibling.textContent])"
+        return dict(tab.evaluate(rows))
+
+    def enter(name: str, value: str) -> None:
+        tab.evaluate(
+            f"(() => {{ const field = document.getElementById('{name}'); field.value = '{value}';"
+            " field.dispatchEvent(new Event('change')); })()"
+        )
+
+    x, y = (each["color"].astype(float) for each in (a, b))
+    for mode in ("difference", "signed", "relative"):
+        assert float(choose(mode)["largest difference"]) == pytest.approx(np.abs(x - y).max(), rel=1e-4)
+    bytes_ = [each.to_srgb8(0, "standard") for each in (a, b)]
+    error = ((bytes_[0].astype(float) - bytes_[1]) ** 2).mean()
+    shown = choose("difference")
+    assert float(shown["PSNR, as displayed"].split()[0]) == pytest.approx(
+        10 * np.log10(255**2 / error), abs=0.1
+    )
+    assert 0 < float(shown["SSIM, as displayed"]) < 1
+    pair = [np.ascontiguousarray(each, np.float32) / 255 for each in bytes_]
+    expected = flip_evaluator.evaluate(*pair, "LDR", inputsRGB=True, applyMagma=False)[1]
+    assert float(choose("perceptual")["mean FLIP error"]) == pytest.approx(expected, abs=0.01)
+    choose("signed")
+    automatic = tab.evaluate("document.getElementById('difference-most').value")
+    ends = "document.getElementById('legend').textContent"
+    before = tab.evaluate(ends)
+    enter("difference-most", "7.5")
+    assert "7.5" in tab.evaluate(ends)
+    assert "-7.5" in tab.evaluate(ends)
+    tab.evaluate("document.getElementById('difference-auto').click()")
+    assert tab.evaluate("document.getElementById('difference-most').value") == automatic
+    assert tab.evaluate(ends) == before

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import json
 from collections.abc import Callable, Iterator
@@ -330,3 +331,41 @@ def test_browser_leads_and_counts_its_followers(class_server: Server, join: Join
     tab.wait(
         f"document.getElementById('pixel-place').textContent === 'column {held[0]}, row {held[1]} (held)'"
     )
+
+
+@pytest.mark.proof
+def test_followers_show_the_file_that_the_leader_opens(class_server: Server, join: Join, tab: Tab) -> None:
+    def open_file(name: str) -> None:
+        mesh = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+        leader.say("upload", name=name, bytes=len(mesh), offset=0, data=base64.b64encode(mesh).decode())
+        leader.say("open", name=name, others=[])
+
+    def tree() -> list[str]:
+        names = "[...document.querySelectorAll('#tree-list .row-name')].map((each) => each.textContent)"
+        return list(tab.evaluate(names))
+
+    leader = join(leads=True)
+    tab.said.clear()
+    tab.evaluate("sessionStorage.clear()") if tab.evaluate("location.protocol") == "http:" else None
+    tab.open(class_server.followers_urls[0])
+    tab.wait("document.getElementById('following-text').textContent === 'You follow the leader.'")
+    assert tree()[:2] == ["box", "floor"]
+    open_file("wedge.obj")
+    tab.wait("document.getElementById('title').textContent === 'wedge.obj'")
+    tab.wait("document.querySelectorAll('#tree-list .row-name').length === 1")
+    assert tree() == ["wedge"]
+    (session,) = (each for each in class_server.sessions.values() if each.role.is_attached)
+    tab.wait("document.getElementById('status').textContent.includes('sample')")
+    tab.mouse(
+        "mouseMoved", *place_of(tab, session.view.size[0] // 2, session.view.size[1] // 2, session.view.size)
+    )
+    tab.wait("document.getElementById('values').textContent.includes('wedge')")
+    tab.evaluate("document.getElementById('following-button').click()")
+    tab.wait("document.getElementById('following-text').textContent.startsWith('You look around')")
+    open_file("other.obj")
+    leader.hear("welcome", title="other.obj")
+    tab.evaluate("document.getElementById('following-button').click()")
+    tab.wait("document.getElementById('title').textContent === 'other.obj'")
+    tab.wait("document.querySelector('#tree-list .row-name').textContent === 'other'")
+    assert tab.evaluate("document.getElementById('status-connection').textContent") == "connected"
+    assert not [line for line in tab.said if "error" in line.lower()]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import base64
+import contextlib
+import os
 import re
 import signal
 import subprocess
@@ -15,6 +17,7 @@ import raycam
 from raycam.viewer import gate
 from raycam.viewer.server import Server, machine_addresses
 from raycam.viewer.session import Session
+from support.chromium import Tab
 from support.patience import PATIENCE, until
 from support.viewer_client import Client
 from websockets.datastructures import Headers
@@ -97,23 +100,23 @@ def test_proxy_with_its_own_host_header_is_refused_with_the_cause() -> None:
         assert word in answer.text
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
-def test_signal_notifies_the_pages_and_removes_uploads(tmp_path: Path, name: str) -> None:
-    (tmp_path / "world.obj").write_bytes(TRIANGLE)
-    folder = tmp_path / "temporary"
-    folder.mkdir()
-    command = [
+@contextlib.contextmanager
+def served(world: Path, folder: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """The command that shows a world and opens dropped files, and its address; `folder` is for temporary files."""
+    words = [
         sys.executable,
         "-m",
         "raycam",
         "view",
-        str(tmp_path / "world.obj"),
+        str(world),
         "--no-browser",
         "--allow-open",
+        "--port",
+        "0",
     ]
     with subprocess.Popen(
-        [*command, "--port", "0"],
-        env={"TMPDIR": str(folder), "PATH": ""},
+        words,
+        env={"TMPDIR": str(folder), "PATH": "", "PYTHONPATH": os.pathsep.join(sys.path)},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -123,13 +126,48 @@ def test_signal_notifies_the_pages_and_removes_uploads(tmp_path: Path, name: str
         while found is None:
             line = process.stdout.readline()
             assert line, "the command ended"
-            found = re.search(r"http://(127\.0\.0\.1:\d+)/#t=(\S+)", line)
-        with socket_of(found[1], found[2]) as made:
+            found = re.search(r"http://127\.0\.0\.1:\d+/#t=\S+", line)
+        yield process, found[0]
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
+def test_signal_notifies_the_pages_and_removes_uploads(tmp_path: Path, name: str) -> None:
+    (tmp_path / "world.obj").write_bytes(TRIANGLE)
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    with served(tmp_path / "world.obj", folder) as (process, url):
+        address, token = url.removeprefix("http://").split("/#t=")
+        with socket_of(address, token) as made:
             client = Client(made)
             data = base64.b64encode(TRIANGLE).decode()
             client.say("upload", name="dropped.obj", bytes=len(TRIANGLE), offset=0, data=data)
             until(lambda: list(folder.rglob("dropped.obj")), "the file did not arrive")
             process.send_signal(getattr(signal, name))
             assert client.hear("closing")[0]["text"] == "The server has stopped."
+        process.wait(PATIENCE)
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.proof
+def test_browser_opens_every_printed_address_of_a_public_server(public: Server, tab: Tab) -> None:
+    for url in public.urls:
+        tab.open(url)
+        tab.wait("document.getElementById('status-connection').textContent === 'connected'")
+        tab.wait("document.getElementById('status').textContent.includes('4 samples')")
+
+
+@pytest.mark.proof
+def test_browser_reports_a_server_that_a_signal_ends(tab: Tab, tmp_path: Path) -> None:
+    (tmp_path / "world.obj").write_bytes(TRIANGLE)
+    (tmp_path / "dropped.obj").write_bytes(TRIANGLE)
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    with served(tmp_path / "world.obj", folder) as (process, url):
+        tab.open(url)
+        tab.drop(400, 300, [tmp_path / "dropped.obj"])
+        tab.wait("document.getElementById('title').textContent === 'dropped.obj'")
+        assert list(folder.rglob("dropped.obj"))
+        process.send_signal(signal.SIGHUP)
+        tab.wait("document.getElementById('message').textContent.includes('The server has stopped.')")
         process.wait(PATIENCE)
     assert list(folder.iterdir()) == []

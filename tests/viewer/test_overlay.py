@@ -9,8 +9,12 @@ import pytest
 import raycam
 from raycam.explanation.scene_figure import Line
 from raycam.viewer.scene.overlay import MAX_CAMERAS, frusta, grid, polylines
+from raycam.viewer.server import Server
 from raycam.viewer.session import Session
+from support.chromium import Tab
+from support.patience import until
 from support.session_messages import receive
+from support.viewer_page import place_of
 
 
 def test_frustum_ends_at_its_projected_corners(small_world: raycam.World) -> None:
@@ -126,3 +130,28 @@ def test_cameras_are_drawn_at_their_video_poses() -> None:
     assert np.allclose(place, [-3, 0, 1])
     expected = session.view.still_camera.project(place)[0] - session.view.still_camera.corner
     assert np.allclose(drawn["lines"][1][0], expected, atol=0.06)
+
+
+@pytest.mark.proof
+def test_rays_in_the_browser_end_with_escape_or_another_world_or_light(tab: Tab, server: Server) -> None:
+    changes: dict[str, dict[str, Any]] = {
+        "world": {"type": "edit", "kind": "object", "number": 0, "key": "move", "value": [0.1, 0, 0]},
+        "light": {"type": "quality", "integrator": "path"},
+    }
+    tab.open(server.url)
+    (session,) = server.sessions.values()
+    for end in ("Escape", *changes):
+        tab.wait("document.getElementById('status').textContent.includes('16 samples')")
+        tab.click(*place_of(tab, session.view.size[0] // 2, session.view.size[1] // 2, session.view.size))
+        tab.wait("!document.getElementById('explain').disabled")
+        tab.evaluate("document.getElementById('explain').click()")
+        tab.wait("document.getElementById('explained').open")
+        tab.evaluate("document.getElementById('explained').close()")
+        until(lambda: session.overlays.rays)
+        assert "sun 0" in [line["name"] for line in session.overlay(session.view)]
+        if end == "Escape":
+            tab.press("Escape")
+        else:
+            receive(session, changes[end])
+        until(lambda: not session.overlays.rays, end)
+        assert not [line for line in session.overlay(session.view) if line["name"]]

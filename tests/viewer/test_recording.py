@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from raycam.viewer import recording as recording_module
 from raycam.viewer.recording import Recording
 from raycam.viewer.viewer import Viewer
 from support.chromium import Tab
@@ -95,3 +96,17 @@ def test_saved_page_plays_in_a_browser_without_requests(
     assert tab.evaluate("document.getElementById('picture').src") != first
     assert [each for each in tab.requests if not each.startswith("data:")] == []
     assert tab.said == []
+
+
+def test_recording_is_refused_before_rendering_unless_it_can_be_saved_as_a_page(
+    small_world: raycam.World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Viewer(small_world, small_world.camera("front"), port=0) as viewer:
+        recording = viewer.record()
+        monkeypatch.setattr(recording_module, "render", lambda *given, **keys: pytest.fail("rendered"))
+        for name in ("tour.mp4", "tour.gif", "tour"):
+            with raises(raycam.FormatError, code="unknown_format", mentions=[name, ".html", "Save video"]):
+                recording.save(tmp_path / name)
+        with pytest.raises(FileNotFoundError):
+            recording.save(tmp_path / "missing" / "tour.html")
+    assert list(tmp_path.iterdir()) == []

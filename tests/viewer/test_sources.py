@@ -11,6 +11,7 @@ import pytest
 import raycam
 from raycam.viewer.files import sources
 from raycam.viewer.files.sources import combine_models, find_world
+from support.raises import raises
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 0 2\nf 1 2 3\n"
 
@@ -50,6 +51,12 @@ def test_folder_without_world_is_refused(tmp_path: Path) -> None:
     with pytest.raises(raycam.SettingsError) as found:
         find_world(tmp_path, tmp_path)
     assert found.value.code == "missing_value"
+
+
+def test_photograph_instead_of_a_model_is_refused_with_the_options_for_photographs(tmp_path: Path) -> None:
+    (tmp_path / "IMG_1.JPG").write_bytes(b"")
+    with raises(raycam.SettingsError, code="wrong_type", mentions=["IMG_1.JPG", "--photos", "photos="]):
+        find_world(tmp_path / "IMG_1.JPG", tmp_path)
 
 
 def test_archive_is_unpacked_with_its_folders(folder: Path, tmp_path: Path) -> None:

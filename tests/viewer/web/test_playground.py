@@ -13,6 +13,7 @@ import struct
 import subprocess
 import sys
 import threading
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -273,3 +274,21 @@ def test_numbers_of_the_page_equal_raycam(tab: Tab) -> None:
     world.add_object(box={"size": 1})
     expected = raycam.Camera.look_at([4, 3, 2], [0, 0, 0], [0, 0, 1], size=(80, 60), fov=40)
     assert np.allclose(json.loads(told), expected.C, atol=1e-12)
+
+
+def test_link_that_unpacks_to_a_huge_text_is_refused(tab: Tab, page: Path) -> None:
+    packer = zlib.compressobj(9, wbits=-15)
+    packed = b"".join(packer.compress(b"#" * 2**20) for _ in range(16)) + packer.flush()
+    link = base64.urlsafe_b64encode(packed).decode().rstrip("=")
+    assert len(link) < 32 * 1024
+    tab.call("Page.navigate", url="about:blank")
+    tab.call("Page.navigate", url=f"{page.as_uri()}#w={link}")
+    tab.wait("document.getElementById('world-problem')?.textContent.includes('damaged')")
+    assert tab.evaluate("document.getElementById('world-text').value.length") < 10_000
+
+
+def test_editor_of_a_long_text_draws_few_lines(tab: Tab) -> None:
+    type_world(tab, BOX + "# line\n" * 20_000)
+    tab.wait(STILL)
+    assert tab.evaluate("document.getElementById('world-lines').textContent.length") < 20_000
+    assert tab.evaluate("document.querySelectorAll('#world-lines *').length") < 500
