@@ -100,15 +100,16 @@ class SelfCheck:
         ):
             lines.append(f"{name:12} {true:16.8f} {got:16.8f} {got - true:+12.2e}")
         lines += [
-            f"OpenCV's RMS                       {found.rms:.4f} px",
-            f"focal length                       {found.focal_error * 100:.4f} %",
-            f"principal point                    {found.center_error:.4f} px",
-            f"whole image, K and lens            {found.picture_error:.4f} px at most",
-            "with exact projections as corners  "
-            f"{exact.rms:.1e} px, {exact.focal_error * 100:.1e} %, {exact.center_error:.1e} px",
-            "found minus exact corners          "
-            f"{self.detector_rms:.4f} px RMS, {self.detector_bias:.4f} px in the mean",
-            f"image minus exact projections      {self.picture_largest:.1e} px at most",
+            f"OpenCV's RMS reprojection error                      {found.rms:.4f} px",
+            f"error of the focal length                            {found.focal_error * 100:.4f} %",
+            f"error of the principal point                         {found.center_error:.4f} px",
+            f"largest distance between the pixels of the same ray  {found.picture_error:.4f} px",
+            "errors with exact projections as corners             "
+            f"RMS {exact.rms:.1e} px, focal length {exact.focal_error * 100:.1e} %, "
+            f"principal point {exact.center_error:.1e} px",
+            "detected minus exact corners                         "
+            f"{self.detector_rms:.4f} px RMS, length of the mean offset {self.detector_bias:.4f} px",
+            f"pixel centre minus projection of its surface point   {self.picture_largest:.1e} px at most",
             "the residual comes from "
             + ("the corner detector" if self.cause == "detector" else "the image, which is a bug in raycam"),
         ]
