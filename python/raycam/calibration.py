@@ -89,7 +89,7 @@ class Cameras(Mapping[str, Camera]):
         return camera.resized(self._size)
 
     def __iter__(self) -> Iterator[str]:
-        """Iterates over the names."""
+        """Iterates over the names of the cameras."""
         return iter(self._records)
 
     def __len__(self) -> int:

@@ -50,7 +50,7 @@ def collected() -> Iterator[list[Notice]]:
 
 
 def warn_all(notices: Iterable[Notice]) -> None:
-    """Issues a warning for each group of notices."""
+    """Issues one warning for each group of notices that differ only in numbers."""
     for notice in distinct(notices):
         warn(notice)
 

@@ -82,7 +82,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         return self.maps[name]
 
     def __iter__(self) -> Any:
-        """Iterates over the names."""
+        """Iterates over the names of the maps."""
         return iter(self.maps)
 
     def __len__(self) -> int:

@@ -49,7 +49,7 @@ def corner_curvatures(corners: Floats) -> Floats:
 
 
 def _add(sums: Floats, place: np.ndarray, values: Floats) -> None:
-    """Adds rows [n, 3] of values to rows of sums."""
+    """Adds each row of `values` [n, 3] to the row of `sums` whose index is in `place` [n]."""
     for axis in range(3):
         sums[:, axis] += np.bincount(place, weights=values[:, axis], minlength=len(sums))
 

@@ -174,7 +174,7 @@ def _settings(
 
 
 def _refuse_texture_arguments(maps: list[str], atlas: Atlas | None, denoise: bool) -> None:
-    """Raises `SettingsError` for arguments that vertices do not support."""
+    """Raises `SettingsError` for arguments and maps that require textures, not vertices."""
     unsupported = [name for name in maps if name in (*ID_MAPS, "tangent_normal")]
     if unsupported:
         raise SettingsError(

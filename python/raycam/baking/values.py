@@ -96,7 +96,7 @@ class BakedObject:
         return values, points.missed
 
     def _own_points(self, at: FacePoints) -> SurfacePoints:
-        """The points on the object."""
+        """Returns the points `at` as points of the object's own surface."""
         mesh, number = self.mesh, self.settings.number
         corners = mesh.corners[at.face]
         normal = face_normals(corners)

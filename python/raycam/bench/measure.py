@@ -41,7 +41,7 @@ RAY_OFFSET = 1e-4
 
 @dataclasses.dataclass(frozen=True)
 class BenchRow:
-    """The result for one scene and kind; rates in millions per second."""
+    """The result for one scene and one of `KINDS`; rates are in millions per second."""
 
     scene: str
     kind: str

@@ -153,7 +153,7 @@ class Optics(CameraGeometry):
         return self.still()._changed(shutter={**shutter, "direction": direction})
 
     def _as_pose(self, pose: dict[str, Any]) -> dict[str, Any]:
-        """The pose, with K instead of a complete camera matrix."""
+        """Returns the description `pose` with this camera's `K` added, unless `pose` contains K."""
         return {"K": self.K.tolist(), **pose}
 
     def still(self) -> Self:

@@ -149,7 +149,7 @@ def _main(words: Sequence[str]) -> int:
 
 
 def _refuse(commands: dict[str, argparse.ArgumentParser], name: str, others: Sequence[str]) -> NoReturn:
-    """Exits with the arguments that a command does not accept, and the likely option."""
+    """Exits with an error message: the arguments that the command does not accept, and a remedy."""
     message = f"unrecognized arguments: {' '.join(others)}"
     option = next((word.partition("=")[0] for word in others if word.startswith("--")), "")
     having = [f"raycam {other}" for other, command in commands.items() if option in option_names(command)]

@@ -78,7 +78,7 @@ def _lists() -> dict[str, Iterable[str]]:
 
 
 def _bash(parsers: dict[str, argparse.ArgumentParser]) -> Iterator[str]:
-    """The script for bash, which zsh also runs. Everywhere else, file names are completed."""
+    """The script for bash and zsh; words without a list of values are completed as file names."""
     yield "_raycam() {"
     yield '    local word="${COMP_WORDS[COMP_CWORD]}" last="${COMP_WORDS[COMP_CWORD-1]}" words=""'
     yield "    COMPREPLY=()"

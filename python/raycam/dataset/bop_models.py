@@ -219,7 +219,7 @@ class ModelCatalogue:
                 self._replace(model, other, pairs, turns=1)
 
     def _replace(self, model: Model, other: Model, pairs: list[dict[int, Model]], turns: int) -> None:
-        """Replaces a model by another model, which has its shape after this number of quarter turns."""
+        """Replaces `model` by `other`, whose shape is that of `model` after `turns` quarter turns."""
         other.own_id = other.own_id or model.own_id
         other.names |= model.names
         other.categories |= model.categories

@@ -61,7 +61,7 @@ def files(plan: Plan, ids: Sequence[int]) -> Index:
 
 
 def frames(plan: Plan, ids: Sequence[int], numbers: Mapping[tuple[int, ...], int]) -> Iterator[bytes]:
-    """Iterates over the lines of frames.txt; `numbers` are the rig ids by their cameras."""
+    """Iterates over the lines of frames.txt; `numbers` maps tuples of camera ids to rig ids."""
     yield b"# FRAME_ID, RIG_ID, RIG_FROM_WORLD[QW, QX, QY, QZ, TX, TY, TZ], NUM_DATA_IDS, DATA_IDS[] as (SENSOR_TYPE, "
     yield b"SENSOR_ID, DATA_ID)\n"
     single = ([number] for number, view in enumerate(plan.shots) if view.rig is None)

@@ -13,7 +13,7 @@ from .world_sequence import WorldSequence
 __all__ = ["JOINTS", "joint_keypoints"]
 
 JOINTS = "joints"
-"""The value of the option."""
+"""The value of the option `keypoints` that selects the joints of the robots."""
 
 
 def joint_keypoints(

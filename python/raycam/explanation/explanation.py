@@ -236,7 +236,7 @@ def check_figure(path: str | os.PathLike[str]) -> None:
 
 
 def pixel_of(camera: Camera, pixel: tuple[int, int]) -> tuple[int, int]:
-    """The pixel as two ints within the image; raises SettingsError."""
+    """Returns `pixel` as two ints within the image; raises SettingsError for other values."""
     try:
         column, row = (number.__index__() for number in pixel)
     except (AttributeError, TypeError, ValueError):

@@ -248,9 +248,10 @@ def _corner_labels(A: Floats, B: Floats, C: Floats, middle: Floats) -> list[Labe
 
 
 def to_page_points(to_page: Callable[[Floats], Floats], c: Candidate) -> tuple[Floats, Floats]:
-    """Returns the points on the page at which u meets the lines through the edges.
+    """Returns the points on the page at which the line of u meets the lines of the edges.
 
-    The points are the crossings [n, 2], and nearby intersections [m, 2] that are not crossings.
+    The first array [n, 2] contains the crossings of the segment u with the edges; the second array [m, 2] contains
+    other intersections that are at most one length of u away from f.
     """
 
     def places(chosen: Bools) -> Floats:

@@ -39,7 +39,7 @@ class LensSteps:
     in_camera: Floats
     """The direction of the ray in the camera, [3], of unit length."""
     direction: Floats
-    """The same direction in the world, [3]: Rᵀ times the direction in camera axes."""
+    """The direction of the ray in the world, [3]: Rᵀ times `in_camera`."""
     origin: Floats
     """The start of the ray in the world, [3], metres."""
     forward: Floats

@@ -46,7 +46,7 @@ def beam_figure(e: BeamSteps) -> str:
 
 
 def _across(reach: float, distance: float) -> float:
-    """The x coordinate of a distance."""
+    """Returns the x coordinate in the figure for a distance along the beam."""
     return MARGIN + (WIDTH - 2 * MARGIN) * distance / reach
 
 

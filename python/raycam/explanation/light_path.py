@@ -124,7 +124,7 @@ def _cosine_direction(normal: Floats, random: np.random.Generator) -> Floats:
 
 
 def _text(path: LightPath) -> Iterator[str]:
-    """The lines of the text."""
+    """Yields the lines of `LightPath.__str__`."""
     yield f"ONE PATH OF LIGHT (seed {path.seed}): THE IMAGE IS THE MEAN OF MANY PATHS"
     yield ""
     yield "   Each direction is random, with a density proportional to its cosine with the normal. Each bounce"

@@ -72,7 +72,7 @@ class LightTerm:
     radiance: Floats
     """The light's contribution to the pixel: its radiance in an image with only this light."""
     error: float
-    """The standard error of its luminance; 0 if all samples are equal."""
+    """The standard error of the luminance of `radiance`; 0 if all samples are equal."""
 
     @property
     def is_exact(self) -> bool:
@@ -269,7 +269,7 @@ def _blocker(world: World, surface: Surface, to_light: Floats, distance: float) 
 
 
 def _text(found: Lighting) -> Iterator[str]:
-    """The lines of the text."""
+    """Yields the lines of `Lighting.__str__`."""
     yield "THE LIGHT OF THE PIXEL (integrator direct: light that comes straight from a lamp)"
     yield ""
     surface = found.surface

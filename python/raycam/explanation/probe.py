@@ -27,7 +27,7 @@ DARK = {"type": "sun", "direction": [0, 0, -1], "irradiance": [0, 0, 0]}
 
 @dataclass(frozen=True)
 class Estimate:
-    """A mean of samples."""
+    """The mean radiance of samples, with its standard error."""
 
     value: Floats
     """The mean in linear RGB, [3], W/(m² sr)."""

@@ -49,7 +49,7 @@ class Box:
 
 @dataclass(frozen=True)
 class TreeSearch:
-    """The search of one ray."""
+    """The search for the closest triangle of one ray, in a tree of boxes."""
 
     boxes: tuple[Box, ...]
     """The boxes that are opened, in order."""
@@ -154,7 +154,7 @@ def entered(low: Floats, high: Floats, C: Floats, r: Floats) -> tuple[float, flo
 
 
 def _text(search: TreeSearch) -> Iterator[str]:
-    """The lines of the text."""
+    """Yields the lines of `TreeSearch.__str__`."""
     yield "THE TREE: BOXES AROUND TRIANGLES, SO THAT FEW OF THEM ARE TESTED"
     yield ""
     yield "   If the ray misses a box, none of its triangles is tested. Each box is halved along its longest"

@@ -231,7 +231,7 @@ class _InterfaceVelocities:
 def _length_in_fog(
     rays: _Rays, hits: dict[str, npt.NDArray[Any]], fog_top: tuple[int, float] | None
 ) -> Floats:
-    """Returns the length in fog of the ways from the rays' starts to their hits, in metres."""
+    """Returns the length [n] of each ray within fog, from the ray's start to its hit, in metres."""
     if fog_top is None:
         optical: Floats = hits["distance"] * rays.index
         return optical

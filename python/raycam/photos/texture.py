@@ -276,7 +276,7 @@ def _nearest(known: Floats, wanted: Floats, threads: int | None) -> npt.NDArray[
 
 
 def _textured(world: World, number: int, mesh: ObjectMesh, texture: npt.NDArray[np.uint8]) -> World:
-    """A world with the textured object."""
+    """Returns a world that contains only the textured object."""
     made = World(world.up)
     rows = np.concatenate([mesh.corners.reshape(-1, 3), mesh.uvs[0].reshape(-1, 2)], axis=1)
     welded, faces = unique_rows(rows)

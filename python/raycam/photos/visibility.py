@@ -281,7 +281,7 @@ class _Totals:
     def result(
         self, ids: npt.NDArray[np.int32], names: tuple[str, ...], facing: Literal["front", "both"]
     ) -> SurfaceVisibility:
-        """The values as a result."""
+        """Returns the values as a `SurfaceVisibility`."""
         sparse = None
         if self.pairs:
             empty = (np.zeros(0, np.int64), np.zeros(0, np.int32), np.zeros(0, np.float32))

@@ -85,7 +85,7 @@ def read_pose(owner: Element, fail: Fail) -> tuple[Floats, str]:
 
 
 def read_numbers(element: Element, count: int, fail: Fail) -> tuple[float, ...]:
-    """Returns the `count` finite numbers of an element's text; raises `FormatError`."""
+    """Returns the `count` finite numbers of an element's text, or raises `FormatError`."""
     try:
         values = tuple(float(word) for word in element.text.split())
     except ValueError:

@@ -48,7 +48,7 @@ class Guard:
         sys.addaudithook(self._check)
 
     def start(self) -> None:
-        """Refuses, from now on, access to other files, processes, connections and imports."""
+        """From now on, raises `Refused` for other files, processes, connections and imports."""
         self._is_active = True
 
     def stop(self) -> None:

@@ -30,7 +30,7 @@ GREY = (0.8, 0.8, 0.8)
 
 
 def rows(matrix: Gf.Matrix4d) -> list[list[float]]:
-    """The matrix for column vectors, which raycam uses; USD's matrices are for row vectors."""
+    """Returns USD's matrix, which is for row vectors, as rows of a matrix for column vectors."""
     return np.array(matrix).T.tolist()  # type: ignore[no-any-return]
 
 

@@ -118,7 +118,7 @@ class Answers:
 
 
 def probe(session: Session, message: Probe) -> None:
-    """Answers a probe."""
+    """Sends the values of the pixel that the message specifies."""
     with session.lock:
         view, still = session.view, session.images.still
     camera = view.still_camera
@@ -171,7 +171,7 @@ def send_thumbnails(session: Session, world: World, number: int) -> None:
 
 
 def answer(session: Session, message: Message) -> None:
-    """Answers a message of `SLOW`, or sends the error to the client."""
+    """Answers a message of one of the types `SLOW`; an error is sent to the client."""
     view = session.view
     try:
         if isinstance(message, Explain):

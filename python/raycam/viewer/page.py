@@ -328,7 +328,7 @@ def _explanations(
 
 
 def _document(document: dict[str, Any], planes: Mapping[str, bytes], still: str) -> str:
-    """The HTML text. Its security policy allows only the page's own script, and no requests."""
+    """The HTML text of the page; the page runs only its own script and sends no requests."""
     blocks = [still, f'<script type="application/json" id="document">{json_text(document)}</script>']
     # Element ids contain numbers instead of names, because names come from untrusted files.
     for number, data in enumerate(planes.values()):

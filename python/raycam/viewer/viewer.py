@@ -159,7 +159,7 @@ class Viewer:
             weakref.finalize(self, self._watcher.end)
 
     def _session(self) -> Session:
-        """Returns the prepared session, once, and then new ones."""
+        """Returns the prepared session at the first call, and a new session at every later call."""
         made, self._prepared = self._prepared, None
         if made is None or made.view.base is not self._edits.world:
             made = Session(self._edits, self._camera, **self._options)
@@ -186,7 +186,7 @@ class Viewer:
         self._edits.replace(world_of(world).copy())
 
     def _reload(self) -> None:
-        """Shows the world of the changed file, or its error."""
+        """Shows the world of the changed file, or the error of loading the file."""
         assert self._load is not None
         name, texts = self._options["source"].name, []
         try:

@@ -105,7 +105,7 @@ def is_unattended() -> bool:
 
 
 def cell_page(title: str) -> str:
-    """The page in the frame. Its security policy allows only the page's own script, no requests."""
+    """The HTML text of the page in a cell, which runs only its own script and sends no requests."""
     script, style = f"\n{bundle()}", f"\n{style_sheet()}"
 
     def hashed(text: str) -> str:

@@ -19,7 +19,7 @@ Building = TypeVar("Building", bound=WorldBuilding)
 
 
 def cull_faces(world: Building, which: int | str, keep: npt.ArrayLike) -> Building:
-    """See `World.cull_faces`."""
+    """Returns a copy in which an object has only the faces to keep; see `World.cull_faces`."""
     number = object_number(world._core, which)
     mask = np.asarray(keep)
     mesh = object_mesh(world, number)

@@ -71,7 +71,7 @@ def corner_values(name: str, value: npt.ArrayLike | None, columns: int) -> npt.N
 
 
 def indices(name: str, value: npt.ArrayLike) -> npt.NDArray[np.int64]:
-    """Checks vertex indices of triangles [m, 3], m >= 1; raises `WorldError`."""
+    """Returns vertex indices of triangles [m, 3], m >= 1; raises `WorldError` for other values."""
     refuse_mask(name, value, WorldError)
     try:
         array = np.asarray(value)

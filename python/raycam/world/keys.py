@@ -221,7 +221,7 @@ def _shape_table(shape: str, own: tuple[str, ...], given: dict[str, Any]) -> dic
 
 
 def light_keys(description: Mapping[str, Any] | str | None, keys: dict[str, Any]) -> dict[str, Any]:
-    """Merges a light's description (a dict or its type) with keywords; returns its keys."""
+    """Merges a light's description (a dict or the type) with keywords; returns the light's keys."""
     if isinstance(description, str):
         description = {"type": description}
     return merge_keys(description, keys)

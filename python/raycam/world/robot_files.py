@@ -298,7 +298,7 @@ class _Builder:
         return _core.world_add_object(core, plain(keys | {"mesh": path}), None)
 
     def _image(self, mesh: Path, name: str) -> Path:
-        """The path of an image named by a mesh; raises `OSError`."""
+        """Returns the path of an image named by a mesh; raises `OSError` if the image is not found."""
         try:
             if "://" in name or Path(name).is_absolute():
                 return self._files.find(name)

@@ -54,10 +54,10 @@ def settle(
 
     Returns how the objects came to rest.
 
-    With `into` (a bin) or `on` (a table), the objects are thrown from above the bin or table, one every 0.1 s, with
-    random poses that depend on `seed` and their names. Without both, they fall from where they are. Objects are given
-    by name or number; the name of a robot, or "shelf" for "shelf/left" and "shelf/right", means all of its parts. The
-    other visible objects do not move. Gravity points against the world's up axis.
+    With `into` (a bin) or `on` (a table), the `objects` are thrown from above the bin or the table, one every 0.1 s,
+    with random poses that depend on `seed` and their names. Without both, they fall from where they are. Objects are
+    given by name or number; the name of a robot, or "shelf" for "shelf/left" and "shelf/right", means all of its
+    parts. The other visible objects do not move. Gravity points against the world's up axis.
 
     `seconds` limits the simulated time after the last throw, `gravity` is in m/s². `physics` has a table for each
     object by name, with the keys `density` (1,000 kg/m³), `friction` (0.5), `restitution` (0.1) and `parts` (32).

@@ -74,7 +74,7 @@ def assumed_up_axis(path: str | os.PathLike[str]) -> Literal["y"] | None:
 
 
 def is_model_file(path: str | os.PathLike[str]) -> bool:
-    """True unless the name is that of a world file, whose light is complete."""
+    """False for the name of a world file, which specifies its own light; True for other files."""
     return Path(path).suffix.lower() != ".toml"
 
 

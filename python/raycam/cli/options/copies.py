@@ -134,7 +134,7 @@ def _flat(cameras: Found) -> dict[str, Camera]:
 
 
 def _rectified(cameras: dict[str, Camera], options: argparse.Namespace, maps: dict[str, object]) -> Rig:
-    """The rectified pair of two cameras; fills in the maps."""
+    """Returns the rectified pair of two cameras; with `--maps`, adds their pixel maps to `maps`."""
     from ...rig import Rig
 
     if len(cameras) != 2:

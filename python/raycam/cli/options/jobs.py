@@ -43,7 +43,7 @@ def add_job(command: argparse.ArgumentParser) -> None:
 
 
 def parse_shard(options: argparse.Namespace) -> tuple[int, int] | None:
-    """Returns (I, N) of `--shard`, or None; raises `SettingsError`."""
+    """Returns (I, N) of `--shard`, or None; raises `SettingsError` for other values."""
     if options.shard is None:
         return None
     first, _, last = options.shard.partition("/")

@@ -35,7 +35,7 @@ CALL_ARGUMENTS = ("denoise", "transparent_background")
 
 
 def add_render_options(command: argparse.ArgumentParser) -> None:
-    """Adds `--preset`, the options of the table, `--denoise` and `--transparent-background`."""
+    """Adds `--preset`, all `RENDER_OPTIONS`, `--denoise` and `--transparent-background`."""
     group = command.add_argument_group(
         "rendering",
         "omitted options take their values from the world file's [render] section, or their defaults",

@@ -35,7 +35,7 @@ def array_of(name: str, values: Any) -> Array:
 
 
 def last(name: str, values: Any, width: int) -> Array:
-    """Returns numbers as an array [..., width]."""
+    """Returns `values` as an array [..., `width`]; raises `RaycastingError` for other shapes."""
     array = array_of(name, values)
     if array.ndim == 0 or array.shape[-1] != width or array.dtype.kind not in "fiu":
         raise RaycastingError(
@@ -62,7 +62,7 @@ def rows(name: str, values: Any, kinds: str) -> Array:
 
 
 def matrix(name: str, values: Any, size: int) -> Array:
-    """Returns an invertible matrix [size, size] as float64; raises an error for other values."""
+    """Returns an invertible matrix [size, size] as float64; else raises `RaycastingError`."""
     array = array_of(name, values)
     if array.shape != (size, size) or array.dtype.kind not in "fiu":
         raise RaycastingError(
@@ -75,7 +75,7 @@ def matrix(name: str, values: Any, size: int) -> Array:
 
 
 def pixel_count(name: str, value: Any) -> int:
-    """Returns a number of pixels; raises an error for values below 1."""
+    """Returns a number of pixels; raises `RaycastingError` unless it is an integer above 0."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
         raise RaycastingError(f"{name} is {value!r}, expected a whole number of pixels, at least 1")
     return int(value)

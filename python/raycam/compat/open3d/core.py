@@ -214,7 +214,7 @@ class Tensor(np.ndarray[Any, np.dtype[Any]], metaclass=HintingType):
         return int(self.size)
 
     def append(self, values: Any, axis: int | None = None) -> Tensor:
-        """Appends other numbers, flat or along an axis."""
+        """Returns the tensor followed by `values`, flattened or along `axis`."""
         return append(self, values, axis)
 
     def __getitem__(self, key: Any) -> Any:
@@ -328,7 +328,7 @@ def concatenate(tensors: Any, axis: int | None = 0) -> Tensor:
 
 
 def append(self: Any, values: Any, axis: int | None = None) -> Tensor:
-    """Returns a tensor followed by another tensor, flat or along an axis."""
+    """Returns a tensor followed by another tensor, flattened or along `axis`."""
     return _as_tensor(np.append(np.asarray(self), np.asarray(values), axis=axis))
 
 

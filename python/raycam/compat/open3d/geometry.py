@@ -88,7 +88,7 @@ class TriangleMesh(Hints):
         return self._move(moved[:3, :3], moved[:3, 3])
 
     def translate(self, translation: Any, relative: bool = True) -> TriangleMesh:
-        """Moves the vertices by [3], or with `relative=False` the centre to [3]; returns the mesh."""
+        """Moves the vertices by `translation` [3], or with `relative=False` their centre to it."""
         offset = math.check_vector("translation", translation)
         self.vertices = Vector3dVector(self.vertices) + (offset if relative else offset - self.get_center())
         return self

@@ -48,7 +48,7 @@ def normalize(vectors: Floats) -> Floats:
 
 
 def check_vector(name: str, values: Any) -> Floats:
-    """Returns three finite numbers as float64 [3]."""
+    """Returns three finite numbers as float64 [3]; otherwise raises `RaycastingError`."""
     array = array_of(name, values)
     if array.size != 3 or array.dtype.kind not in "fiu" or not np.isfinite(array).all():
         raise RaycastingError(f"{name}: expected three finite numbers, got {array.tolist()}")

@@ -50,7 +50,7 @@ class Material:
 
     @property
     def is_transparent(self) -> bool:
-        """True if surfaces behind may be visible."""
+        """True if surfaces behind this material may be visible."""
         return False
 
     @property

@@ -143,7 +143,7 @@ class Scene(Bounded):
             )
 
     def set_pose(self, node: Node, pose: npt.ArrayLike) -> None:
-        """Sets a node's pose parent_from_node [4, 4]; raises `ValueError` if it is not in the scene."""
+        """Sets a node's pose parent_from_node [4, 4]; raises `ValueError` if the scene lacks it."""
         self._check(node)
         node.matrix = pose
 

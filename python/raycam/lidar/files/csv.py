@@ -12,7 +12,7 @@ __all__ = ["csv_bytes"]
 
 
 def csv_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
-    """Returns the file's bytes."""
+    """Returns the bytes of a CSV file with a header and a row for each point."""
     columns = dict(scalar_columns(arrays))
     texts = [[str(value) for value in column.tolist()] for column in columns.values()]
     rows = [",".join(row) for row in zip(*texts, strict=True)]

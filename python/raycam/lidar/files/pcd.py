@@ -20,13 +20,13 @@ LETTERS = {"f": "F", "i": "I", "u": "U", "b": "U"}
 
 
 def pcd_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
-    """Returns the file's bytes; x, y and z are float32, other fields have their own types."""
+    """Returns the bytes of a binary PCD file; positions are float32, other fields unchanged."""
     records = point_records(arrays)
     return _header(records, "binary") + records.tobytes()
 
 
 def pcd_compressed(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
-    """Returns the bytes of a file with compressed points (LZF), field after field."""
+    """Returns the bytes of a PCD file with compressed points (LZF), field after field."""
     records = point_records(arrays)
     fields = b"".join(np.ascontiguousarray(records[name]).tobytes() for name in records.dtype.names or ())
     packed = _core.compress_lzf(fields)
@@ -34,7 +34,7 @@ def pcd_compressed(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
 
 
 def pcd_text(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
-    """Returns the file's bytes with a line of numbers for each point, which restore every bit."""
+    """Returns the bytes of a PCD text file: a line for each point, with numbers of all digits."""
     records = point_records(arrays)
     columns = [[str(value) for value in records[name]] for name in records.dtype.names or ()]
     lines = [" ".join(row) for row in zip(*columns, strict=True)]

@@ -22,7 +22,7 @@ NAMES = {
 
 
 def ply_bytes(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
-    """Returns the file's bytes; x, y and z are float32, other fields have their own types."""
+    """Returns the bytes of a binary PLY file; positions are float32, other fields unchanged."""
     records = point_records(arrays)
     names = records.dtype.names or ()
     lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(records)}"]

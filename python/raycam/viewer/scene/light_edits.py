@@ -98,7 +98,7 @@ def _color_and_level(strength: Floats) -> tuple[str, float]:
 
 
 def _tinted(light: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
-    """The keys of a light with another level or colour. Raises `WorldError` and `SettingsError`."""
+    """Returns the keys of a light with another level or colour; raises `edit_light`'s errors."""
     name = _strength_key(light)
     if name is None:
         raise WorldError(

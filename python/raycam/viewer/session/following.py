@@ -37,7 +37,7 @@ class Following:
     """
 
     def __init__(self, leader: Session, token: str = "") -> None:
-        """`token` is the followers' token; clients that may lead pass it on in an address."""
+        """Starts without followers; `token` is the followers' token, a part of their address."""
         self.leader = leader
         """The session that leads, even while no client is connected to it."""
         self._token = token

@@ -168,7 +168,7 @@ class TriangleMesh(Hints):
         return self._move(moved[:3, :3], moved[:3, 3])
 
     def translate(self, translation: Any, relative: bool = True) -> TriangleMesh:
-        """Moves the positions by [3], or with `relative=False` the centre to [3]; returns the mesh."""
+        """Moves the positions by `translation` [3], or with `relative=False` their centre to it."""
         offset = math.check_vector("translation", translation)
         center = 0.0 if relative else self._positions().mean(axis=0)
         self._set(self.vertex, "positions", self._positions() + offset - center)
