@@ -130,4 +130,4 @@ def test_joints_beyond_the_limit_are_reported(tmp_path: Path) -> None:
     with Viewer(raycam.load(tmp_path / "snake.urdf"), port=0) as viewer:
         found = listed(viewer)
     assert len(found) == MAX_SLIDERS + 1
-    assert found["Joints"]["value"] == f"3 of {count} joints have no slider"
+    assert found["Joints"]["value"] == f"3 of {count} joints have no slider; the limit is {count - 3}"

@@ -94,7 +94,8 @@ def disparity(
     if isinstance(left, Rig):
         if right is not None:
             raise CameraError(
-                "a rig contains both cameras of the pair; pass the rig alone, or two cameras",
+                "right cannot be combined with a rig, which contains both cameras of the pair; omit right, or pass two "
+                "cameras",
                 code="conflicting_values",
             )
         rig = left

@@ -43,7 +43,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="side of the square texture in texels (default: 1024)",
     )
     command.add_argument(
-        "--uv-set", metavar="N", type=int, default=0, help="set of texture coordinates (default: 0)"
+        "--uv-set", metavar="N", type=int, default=0, help="index of the UV set, from 0 (default: 0)"
     )
     command.add_argument(
         "--from",
@@ -90,7 +90,7 @@ def _add_ray_options(command: argparse.ArgumentParser) -> None:
         "--green",
         choices=("up", "down"),
         default="up",
-        help="direction of green in tangent_normal: up (default; glTF, OpenGL) or down (DirectX)",
+        help="direction of the green channel in tangent_normal: up (default; glTF, OpenGL) or down (DirectX)",
     )
     command.add_argument(
         "--max-depth",
@@ -101,7 +101,7 @@ def _add_ray_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--denoise",
         action="store_true",
-        help="denoise light with Open Image Denoise (requires raycam[denoise])",
+        help="denoise irradiance, direct and radiance with Open Image Denoise (requires raycam[denoise])",
     )
 
 

@@ -51,7 +51,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--time-offset",
         metavar="SECONDS",
-        help="time in seconds that is subtracted from the cameras' times; first: the earliest time",
+        help="time in seconds to subtract from the cameras' times, or first for the earliest time (default: 0)",
     )
     command.set_defaults(run=_run)
 

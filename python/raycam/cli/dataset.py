@@ -60,8 +60,8 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--poses",
         metavar="FILE",
-        help="trajectory of the body of --rig or --lidar (tum, kitti-poses, ...); default: the world's video, or a "
-        "fixed pose",
+        help="trajectory file (tum, kitti-poses, ...) of the body that carries --rig or --lidar (default: the motion "
+        "in the world's video, or a fixed pose)",
     )
     command.add_argument(
         "--camera-format",
@@ -78,7 +78,8 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--time-offset",
         metavar="SECONDS",
-        help="time in seconds that is subtracted from the times of --cameras and --poses; first: the earliest time",
+        help="time in seconds to subtract from the times of --cameras and --poses, or first for the earliest time "
+        "(default: 0)",
     )
     command.add_argument(
         "--sample",

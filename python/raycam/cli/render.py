@@ -66,8 +66,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         nargs="?",
         const=4.0,
         type=parse_seconds,
-        help="render a video of one turn around the world (default: 4 seconds): .mp4 (default), .gif, ... or a "
-        "folder",
+        help="render a turntable video: one turn around the world in SECONDS (default: 4); for file formats, see "
+        "raycam video --help",
     )
     group.add_argument(
         "--at",

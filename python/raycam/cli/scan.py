@@ -36,7 +36,9 @@ def _add(command: argparse.ArgumentParser) -> None:
     )
     add_lidar_pose(command)
     settings = command.add_argument_group("lidar settings")
-    settings.add_argument("--rate", metavar="HZ", type=float, help="frames per second")
+    settings.add_argument(
+        "--rate", metavar="HZ", type=float, help="frames per second (default: the device's)"
+    )
     settings.add_argument(
         "--force-rate",
         action="store_const",
@@ -46,7 +48,7 @@ def _add(command: argparse.ArgumentParser) -> None:
     settings.add_argument(
         "--returns",
         metavar="MODE",
-        help="echoes to report: first, last, strongest, dual (last and strongest) or all",
+        help="echoes to report: first, last, strongest, dual (last and strongest) or all (default: the device's)",
     )
     settings.add_argument(
         "--beam-samples", metavar="N", type=int, help="rays per pulse: 1 (default), 7, 19 or 37"
@@ -60,15 +62,20 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="N",
         type=int,
         default=0,
-        help="number of the frame, which selects the random numbers and the part of a pattern that does not repeat "
-        "(default: 0); use --at for the time",
+        help="number of the frame (default: 0), which selects the random numbers and the part of a scan pattern that "
+        "does not repeat; use --at for the time",
     )
     command.add_argument(
         "--in-world", action="store_true", help="write points in world coordinates instead of the sensor's"
     )
     command.add_argument("--text", action="store_true", help="write a .pcd file as text")
     command.add_argument("--compress", action="store_true", help="write a compressed .pcd file")
-    command.add_argument("--at", metavar="SECONDS", type=float, help="time of the world's video or animation")
+    command.add_argument(
+        "--at",
+        metavar="SECONDS",
+        type=float,
+        help="time of the world's video or animation, in seconds (default: no motion)",
+    )
     command.add_argument("--animation", metavar="NAME", help="animation of a glTF file (default: the first)")
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     command.set_defaults(run=_run)

@@ -43,7 +43,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--seconds",
         metavar="N",
         type=float,
-        help="length of the video in seconds; the motion is played faster or slower to fit",
+        help="length of the video in seconds (default: the motion's duration); the motion is played faster or slower "
+        "to fit",
     )
     group.add_argument(
         "--fps", metavar="N", type=float, help="frames per second (default: the world's, or 24)"

@@ -60,13 +60,15 @@ def _add(command: argparse.ArgumentParser) -> None:
         "--at",
         metavar="SECONDS",
         type=float,
-        help="initial time of the world's video or animation, in seconds",
+        help="initial time of the world's video or animation, in seconds (default: 0)",
     )
     command.add_argument("--animation", metavar="NAME", help="initial animation of a glTF file")
     command.add_argument(
         "--variant", dest="first_variant", metavar="NAME", help="initial material variant of a glTF file"
     )
-    command.add_argument("--channel", metavar="NAME", help="initial channel, for example depth")
+    command.add_argument(
+        "--channel", metavar="NAME", help="initial channel, for example depth (default: color)"
+    )
     command.add_argument("--exposure", metavar="STOPS", type=float, help="initial exposure in stops")
     command.add_argument(
         "--view", metavar="NAME", help="initial view transform: standard, agx or pbr_neutral"
@@ -108,7 +110,9 @@ def _add_server(command: argparse.ArgumentParser) -> None:
         help="load the world again when its file or a file that it uses changes",
     )
     command.add_argument("--no-edit", action="store_true", help="disable editing of objects and lights")
-    command.add_argument("--allow-open", action="store_true", help="open files that are dropped on the page")
+    command.add_argument(
+        "--allow-open", action="store_true", help="allow clients to open files by dropping them on the page"
+    )
     command.add_argument(
         "--follow",
         action="store_true",

@@ -34,8 +34,8 @@ def check(plan: Plan) -> None:
             apart, now = product(base.R, camera.C - base.C), product(first.R, view.camera.C - first.C)
             if not (np.allclose(before, here, atol=1e-9) and np.allclose(apart, now, atol=1e-9)):
                 raise CameraError(
-                    f"camera {name!r} has different poses relative to the first camera of its rig (at {now} and at "
-                    f"{apart}); expected a rigid rig",
+                    f"camera {name!r} must have the same pose relative to its rig's first camera in all views; its "
+                    f"rotation or position differs (relative positions: {apart} and {now} m)",
                     code="unsupported_camera",
                 )
 

@@ -44,7 +44,8 @@ class BodyMotion:
         """
         if len(times) < LEAST_POSES or (np.diff(times) <= 0.0).any():
             raise SettingsError(
-                f"imu requires at least {LEAST_POSES} poses, and ascending times; got {counted(len(times), 'pose')}",
+                f"imu requires at least {LEAST_POSES} poses, each with a later time than the previous pose; got "
+                f"{counted(len(times), 'pose')}",
                 code="missing_value",
             )
         turns = quaternions.copy()

@@ -153,7 +153,8 @@ def _plan(world: World, settings: Mapping[str, Any], threads: int | None) -> Pla
     if recipe.files != settings["files"]:
         changed = sorted(name for name, stamp in settings["files"].items() if recipe.files.get(name) != stamp)
         raise JobError(
-            f"{settings['folder']}: {', '.join(changed)} changed since the job began",
+            f"{settings['folder']}: {', '.join(changed)} changed since the job began; restore these files, or start a "
+            "new job in another output folder",
             code="changed_input",
         )
     pairs = [(known[view_name(number)], name) for number, name in enumerate(settings["names"])]

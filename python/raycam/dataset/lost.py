@@ -83,7 +83,7 @@ def lost_notices(records: Iterator[Record] | Iterable[Record], format: str) -> l
 
 def _lost_notice(format: str, kind: str, what: str, count: int, of: int, images: int) -> Notice:
     written = "marked as invalid" if kind == "flow" else "written as 0"
-    share = f"{count} of {of} pixels with a value ({100.0 * count / of:.3g} %)"
+    share = f"{count} of {of} valid pixels ({100.0 * count / of:.3g} %)"
     where = f"in {images} image{'' if images == 1 else 's'}"
     remedy = ""
     if kind == "depth" and format != "kitti":

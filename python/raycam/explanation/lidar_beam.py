@@ -98,7 +98,10 @@ class BeamExplanation(BeamSteps):
 def check_beam_figure(path: str | os.PathLike[str]) -> None:
     """Raises `SettingsError` if the figure of a beam cannot be written with this extension."""
     if Path(path).suffix.lower() != ".svg":
-        raise SettingsError(f"{os.fspath(path)}: figures of beams are written as .svg", code="unknown_format")
+        raise SettingsError(
+            f"{os.fspath(path)}: unsupported format; figures of lidar beams require .svg",
+            code="unknown_format",
+        )
 
 
 def explain_beam(world: World, lidar: Lidar | str, firing: int, *, frame: int = 0) -> BeamExplanation:

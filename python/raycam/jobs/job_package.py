@@ -78,7 +78,9 @@ class JobPackage:
         for path, known in settings.get("backgrounds", {}).items():
             if _hash_of(path) != known:
                 raise JobError(
-                    f"{path}: the background has changed since the job began", code="changed_input"
+                    f"{path}: the background has changed since the job began; restore the file, or start a new "
+                    "job in another output folder",
+                    code="changed_input",
                 )
 
     @property

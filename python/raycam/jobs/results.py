@@ -176,5 +176,8 @@ def _safe_name(name: str) -> str:
     """Checks the name of a result, and returns the name with this system's separators."""
     parts = [part for part in name.split("/") if part not in ("", ".")]
     if not parts or name.startswith("/") or ".." in parts or parts[0] == STATE:
-        raise JobError(f"{name!r} is not a valid file name for a job", code="invalid_value")
+        raise JobError(
+            f"{name!r} is not a valid file name for a job; expected a path inside the job's folder",
+            code="invalid_value",
+        )
     return os.path.join(*parts)

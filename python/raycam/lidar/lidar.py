@@ -539,7 +539,10 @@ class Lidar:
         else:
             steps = [(real("seconds", time, error=LidarError), lidar) for time, lidar in to]
         if not steps or any(not isinstance(lidar, Lidar) for _, lidar in steps):
-            raise LidarError("moving requires a lidar or a list of (seconds, lidar)", code="wrong_type")
+            raise LidarError(
+                f"moving requires a lidar or a list of (seconds, lidar) with at least one entry, got {to!r}",
+                code="wrong_type",
+            )
         times = np.array([time for time, _ in steps])
         if (np.diff(times) <= 0.0).any():
             raise LidarError(f"moving: times must ascend, got {times.tolist()}", code="unordered_times")

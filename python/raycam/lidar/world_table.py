@@ -90,14 +90,17 @@ def _along(lidar: Lidar, name: str, contents: bytes, time: float | None) -> Lida
         poses = load_cameras(path, intrinsics=body)
     times = np.array([poses.times.get(key, np.nan) for key in poses])
     if not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
-        raise LidarError(f"{name}: a trajectory requires ascending times", code="unordered_times")
+        raise LidarError(
+            f"{name}: each pose of a trajectory requires a time, later than the previous pose's time",
+            code="unordered_times",
+        )
     if time is None:
         return _placed(lidar, poses, times[:1] * 0.0, np.zeros(1, int))
     end = time + 1.0 / lidar.rate
     if time < times[0] - 1e-9 or end > times[-1] + 1e-9:
         text = (
             f"{name}: the frame from {time:g} to {end:g} s is outside the trajectory ({times[0]:g} to "
-            f"{times[-1]:g} s); at times outside, the lidar has its first or last pose"
+            f"{times[-1]:g} s); before and after the trajectory, the lidar keeps the first or last pose"
         )
         warn(Notice(text, "outside_times"))
     first = max(0, int(np.searchsorted(times, time, side="right")) - 1)

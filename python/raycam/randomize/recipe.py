@@ -284,7 +284,8 @@ class Recipe:
                 except WorldError as fault:
                     raise WorldError(f"{self._source}{fault}", code=fault.code) from None
         raise WorldError(
-            f"{self._source}{last} (the last of {MAX_ATTEMPTS} draws of world {number}, all rejected)",
+            f"{self._source}{last} (world {number}: all {MAX_ATTEMPTS} draws were rejected; this is the last draw's "
+            "reason)",
             code=last.code,
         )
 

@@ -57,9 +57,9 @@ def picture_behind(given: Any, camera: Camera | None, size: tuple[int, int]) -> 
         if pixels.shape == (height, width, 3):
             return pixels, notices
         message = (
-            f"{os.fspath(given)} of {_size(pixels)} is scaled and cropped to cover the frame of {width} x "
-            f"{height}: only "
-            "a photograph of the camera's size, or a raycam.Background with its own camera, matches the world"
+            f"{os.fspath(given)} ({_size(pixels)} pixels) is scaled and cropped to the frame's {width} x {height} "
+            "pixels, so it does not match the world's perspective; use a photograph of the camera's size, or a "
+            "raycam.Background with its own camera"
         )
         notices.append(Notice(message, "resampled_background"))
         return _covering(pixels, size), notices
@@ -152,7 +152,8 @@ def _warped(
     if outside:
         share = 100 * outside / weight.size
         message = (
-            f"{name} does not cover {counted(outside, 'pixel')} ({share:.3g} %) of the frame, shown in black"
+            f"{name} does not cover {counted(outside, 'pixel')} ({share:.3g} %) of the frame; these pixels are "
+            "black"
         )
         notices.append(Notice(message, "uncovered_background"))
     seen = (total / np.maximum(weight, 1)[:, None]).astype(np.float32).reshape(height, width, 3)

@@ -150,7 +150,9 @@ class _Converter:
         linear = matrix[:3, :3] * self._unit[:, None]
         points = self._values(part, sources, "VERTEX", corners, 3)
         if points is None:
-            raise self._document.fail(part.xmlnode, "triangles without vertices", "missing_value")
+            raise self._document.fail(
+                part.xmlnode, f"<{part.xmlnode.tag}> has no input with the semantic VERTEX", "missing_value"
+            )
         with np.errstate(all="ignore"):
             points = points @ linear.T + matrix[:3, 3] * self._unit
             determinant = np.linalg.det(linear)

@@ -190,7 +190,9 @@ def _sqlite_messages(path: Path) -> Iterator[tuple[str, bytes, int]]:
                 _check_size(f"{path}: topic {topic}", size)
                 if not isinstance(topic, str) or not isinstance(data, bytes) or not isinstance(time, int):
                     raise FormatError(
-                        f"{path}: the message table contains values of wrong types", code="damaged_data"
+                        f"{path}: the message table has wrong types; expected topic names (text), data (blobs) "
+                        "and times (integers)",
+                        code="damaged_data",
                     )
                 yield topic, data, time
         finally:

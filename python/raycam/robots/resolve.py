@@ -52,7 +52,10 @@ class FileResolver:
             if not package.is_dir():
                 raise SettingsError(f"packages: folder {package} not found", code="file_not_found")
             if self._confined and not self._inside(package, self.root):
-                raise SettingsError(f"packages: {package} is not inside {self.root}", code="outside_root")
+                raise SettingsError(
+                    f"packages: folder {package} is outside {self.root}; pass a folder= that contains it",
+                    code="outside_root",
+                )
 
     def find(self, name: str) -> Path:
         """Returns the path of a file; raises `Missing` with the reason and the searched folders."""

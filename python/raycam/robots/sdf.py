@@ -164,7 +164,8 @@ class _Document:
         if self.depth >= MAX_INCLUDES:
             raise self.fail(
                 include,
-                f"more than {MAX_INCLUDES} nested files; do they include each other in a circle?",
+                f"included files are nested too deeply; the limit is {MAX_INCLUDES}; check whether files include each "
+                "other in a circle",
                 "budget_exceeded",
             )
         text = uri.text.strip()
@@ -408,7 +409,7 @@ def _shape(document: _Document, part: Element) -> Visual | None:
             raise document.fail(shape, f"<{shape.tag}> has no <{tag}>", "missing_value")
         values = read_numbers(found, count, document.fail)
         if tag != "normal" and tag != "scale" and min(values) < 0:
-            raise document.fail(found, f"<{tag}> must not be negative", "out_of_range")
+            raise document.fail(found, f"<{tag}> must not be negative, got {min(values):g}", "out_of_range")
         return values
 
     geometry: Geometry

@@ -54,7 +54,7 @@ def read_light(
             return default
         values = read_numbers(found, len(found.text.split()) if tag == "diffuse" else len(default), fail)
         if tag != "direction" and min(values) < 0:
-            raise fail(found, f"<{tag}> must not be negative", "out_of_range")
+            raise fail(found, f"<{tag}> must not be negative, got {min(values):g}", "out_of_range")
         return values
 
     diffuse = numbers(light, "diffuse", (1.0, 1.0, 1.0, 1.0))
@@ -88,7 +88,11 @@ def read_light(
     distance = max(float(np.linalg.norm(pose[:3, 3])), MIN_DISTANCE)
     fading = constant + linear * distance + quadratic * distance**2
     if not fading > 0:
-        raise fail(attenuation or light, "the attenuation must not be 0", "out_of_range")
+        raise fail(
+            attenuation or light,
+            "constant, linear and quadratic of <attenuation> must not all be 0",
+            "out_of_range",
+        )
     if constant or linear:
         text = (
             f"{label}: <attenuation> is replaced by a falloff with the square of the distance; "

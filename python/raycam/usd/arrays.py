@@ -49,8 +49,9 @@ def read_arrays(folder: Path) -> dict[str, npt.NDArray[Any]]:
     for name, (kind, columns) in ARRAYS.items():
         path = folder / f"{name}.bin"
         row = np.dtype(kind).itemsize * columns
-        if path.stat().st_size % row:
-            raise ValueError(f"{path.name}: the file's size is not a multiple of {row} bytes")
+        size = path.stat().st_size
+        if size % row:
+            raise ValueError(f"{path.name}: the file has {size} bytes; expected a multiple of {row}")
         table = np.fromfile(path, dtype=kind).reshape(-1, columns)
         found[name] = table.astype(table.dtype.newbyteorder("="), copy=False)
     return found

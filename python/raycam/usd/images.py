@@ -169,6 +169,9 @@ def _wrapped(size: int, wrap: str, low: int, high: int) -> Any:
 def _pixels(file: Path) -> Texels:
     """Values [height, width, 4] of an image of integers."""
     if file.suffix in (".exr", ".hdr"):
-        raise UsdRejected("unsupported_feature", "changes of float images (.exr, .hdr) are not supported")
+        raise UsdRejected(
+            "unsupported_feature",
+            f"the image is a {file.suffix} file of floats; expected integers, as in a .png file",
+        )
     texels: Texels = _core.read_texels(file)
     return texels

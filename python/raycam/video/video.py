@@ -91,7 +91,10 @@ class VideoPlan:
             message = "the world has no [video], so the camera orbits its centre for 4 seconds"
             self.notices.append(Notice(message, "default_video"))
         if settings.get("time_limit") or world.render_settings.get("time_limit"):
-            message = "time_limit: the number of samples per frame differs between runs; use samples instead"
+            message = (
+                "time_limit: the number of samples per frame depends on the computer's speed; for reproducible "
+                "videos, use samples"
+            )
             self.notices.append(Notice(message, "varying_samples"))
         video = world.video
         self.fps = (FPS if video is None else video.fps) if fps is None else real("fps", fps, 0, above=True)

@@ -74,7 +74,9 @@ class JointSliders:
             slider.on_change(partial(self._move, robot.name, joint))
             self._sliders[robot.name, joint] = slider
         if len(left) > MAX_SLIDERS:
-            text = f"{len(left) - MAX_SLIDERS} of {len(left)} joints have no slider"
+            text = (
+                f"{len(left) - MAX_SLIDERS} of {len(left)} joints have no slider; the limit is {MAX_SLIDERS}"
+            )
             self._others.append(self._controls.add_text("Joints", text, editable=False))
 
     def _move(self, robot: str, joint: str, slider: Control) -> None:

@@ -81,9 +81,10 @@ def parse_message(data: str | bytes) -> Message:
         raise BadMessage("expected a JSON message") from None
     if not isinstance(content, dict) or not isinstance(content.get("type"), str):
         raise BadMessage("expected a JSON object with a type")
-    kind = MESSAGES.get(content.pop("type"))
+    given = content.pop("type")
+    kind = MESSAGES.get(given)
     if kind is None:
-        raise BadMessage("unknown message type")
+        raise BadMessage(f"unknown message type {given[:80]!r}; expected one of {', '.join(MESSAGES)}")
     checks = CHECKS[kind.KIND]
     if content.keys() != checks.keys():
         raise BadMessage(f"{kind.KIND}: expected the fields {', '.join(checks) or '(none)'}")

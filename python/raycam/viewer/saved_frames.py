@@ -172,7 +172,8 @@ def _places(
     if is_within:
         return size, region, []
     message = (
-        "the data window extends beyond the display window: pixels are counted from the data window's corner"
+        "the data window extends beyond the display window; pixel positions are relative to the data window's "
+        "upper left corner"
     )
     return (columns, rows), (0, 0, columns, rows), [Notice(message, "ignored_feature")]
 

@@ -30,7 +30,10 @@ def add_framing(group: argparse._ArgumentGroup) -> None:
         "with --camera: keep its lens, but move it so that the world fits",
     )
     group.add_argument(
-        "--zoom", metavar="N", type=float, help="scale of the subject in the image; 1 fills 90 %% of it"
+        "--zoom",
+        metavar="N",
+        type=float,
+        help="scale of the subject in the image (default: 1, which fills 90 %% of the image)",
     )
     group.add_argument(
         "--fov", metavar="DEGREES", type=float, help="vertical field of view in degrees (default: 45)"

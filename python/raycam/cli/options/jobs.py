@@ -31,7 +31,9 @@ def add_job(command: argparse.ArgumentParser) -> None:
         help="resume a partial run (default); --no-resume starts over",
     )
     group.add_argument("--retry-failed", action="store_true", help="retry frames that failed")
-    group.add_argument("--shard", metavar="I/N", help="render every Nth frame, starting at frame I")
+    group.add_argument(
+        "--shard", metavar="I/N", help="render every Nth frame, starting with the Ith (I is 1 to N)"
+    )
     where = group.add_mutually_exclusive_group()
     where.add_argument("--workers", metavar="N", type=int, help="render frames in N processes")
     where.add_argument(

@@ -26,7 +26,7 @@ def add_lidar_beam(command: argparse.ArgumentParser) -> None:
         metavar="N",
         type=int,
         default=0,
-        help="number of the frame, for a pattern that does not repeat (default: 0); use --at for the time",
+        help="number of the frame, for a scan pattern that does not repeat (default: 0); use --at for the time",
     )
     lidar.add_argument(
         "--beam-samples",

@@ -34,7 +34,7 @@ def add_look(command: argparse.ArgumentParser) -> None:
         "--hdri-rotation",
         metavar="DEGREES",
         type=float,
-        help="rotate the environment counterclockwise, seen from above (degrees)",
+        help="angle in degrees by which the environment is rotated counterclockwise, seen from above (default: 0)",
     )
     group.add_argument(
         "--sun",

@@ -142,8 +142,7 @@ class Viewer:
         if name in HANDLERS:
             raise AttributeError(
                 f"Viewer.{name}: not supported, because raycam's viewer is a web page without window events; "
-                "use run_in_thread=True and change the scene while holding render_lock, and the page is "
-                "updated"
+                "use run_in_thread=True, and change the scene while holding render_lock"
             )
         raise AttributeError(f"Viewer has no attribute {name!r}")
 

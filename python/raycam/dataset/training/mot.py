@@ -25,7 +25,8 @@ def check(plan: Plan) -> None:
         name = sequence(plan, number)[0]
         if sizes.setdefault(name, view.camera.size) != view.camera.size:
             raise SettingsError(
-                f"view {number} has another size than the first view in sequence {name!r}; expected equal sizes",
+                f"view {number} has the size {view.camera.size}, but the first view in sequence {name!r} has "
+                f"{sizes[name]}; expected equal sizes",
                 code="unsupported_camera",
             )
 

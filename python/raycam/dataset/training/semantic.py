@@ -83,7 +83,8 @@ def make(plan: Plan, number: int) -> Made:
         count = counts[own] = counts.get(own, -1) + 1
         if own * 1000 + count > 65535:
             raise SettingsError(
-                f"label id {own} with instance {count} does not fit into 16 bits; use label ids up to 64",
+                f"instance id {own * 1000 + count} (label id {own} * 1000 + instance {count}) does not fit into 16 "
+                "bits; use label ids up to 64",
                 code="out_of_range",
             )
         labels[mask], instances[mask] = own, own * 1000 + count

@@ -66,7 +66,8 @@ def load_lidar(
     size = file.stat().st_size
     if size > MAX_FILE_BYTES:
         raise LidarError(
-            f"{file}: {size} bytes; a calibration has at most {MAX_FILE_BYTES}", code="budget_exceeded"
+            f"{file}: the calibration file is too large: {size} bytes; the limit is {MAX_FILE_BYTES}",
+            code="budget_exceeded",
         )
     if device is not None:
         device_description(device)

@@ -163,7 +163,10 @@ def _matrix(path: Path, keys: dict[str, Any], name: str, default: tuple[float, .
         raise LidarError(f"{path}: {name} has {len(values)} numbers; expected 16", code="wrong_shape")
     turn = np.reshape(values, (4, 4))[:3, :3]
     if not np.allclose(product(turn, turn.T), np.eye(3), rtol=0.0, atol=ROTATION_TOLERANCE):
-        raise LidarError(f"{path}: {name} contains no rotation: {turn.tolist()}", code="not_a_rotation")
+        raise LidarError(
+            f"{path}: the upper left 3 x 3 block of {name} must be a rotation, got {turn.tolist()}",
+            code="not_a_rotation",
+        )
     return values
 
 

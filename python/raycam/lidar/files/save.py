@@ -95,8 +95,7 @@ def encode_scan(
         if extension.lower() != ".pcd":
             option = "text" if text else "compress"
             raise LidarError(
-                f"{extension}: {option} is an option of .pcd files; for compressed files, use .pcd, .laz, .npz or "
-                ".feather",
+                f"{extension}: {option} requires a .pcd file; other text format: .csv, other compressed format: .laz",
                 code="cannot_write",
             )
         if text and compress:

@@ -345,7 +345,8 @@ def _with_number(world: World, number: int, value: Any) -> Floats:
     place = placement_of_matrix(matrix_of_object(world, number), world.up)
     if place is None:
         raise WorldError(
-            "the object is sheared, so single numbers of its pose cannot be edited; drag its handles instead",
+            "the object is sheared, so its position, rotation and scale cannot be edited as numbers; drag its handles "
+            "instead",
             code="conflicting_values",
         )
     place[int(value[0])] = float(value[1])

@@ -24,7 +24,9 @@ def matrix_of_placement(values: Any, up: str) -> Floats:
     Raises `SettingsError` unless `values` are `LENGTH` finite numbers with scales other than 0.
     """
     if not isinstance(values, list) or len(values) != LENGTH or not np.isfinite(values).all():
-        raise SettingsError(f"place: expected {LENGTH} numbers", code="wrong_shape")
+        raise SettingsError(
+            f"place: expected {LENGTH} finite numbers (position, rotation, scale)", code="wrong_shape"
+        )
     if not all(values[6:]):
         raise SettingsError("scale: must not be 0", code="out_of_range")
     matrix = np.eye(4)
