@@ -8,13 +8,29 @@ import numpy as np
 
 from ..arguments import Floats
 from ..camera import Camera
+from ..errors import SettingsError
 from ..lidar import Lidar, Scan, scan
 from ..rig import Rig
 from ..sensors import Sensor
 from ..world import World
 from .plan import Plan, View
 
-__all__ = ["lidars_of", "other_sensors", "pose_of", "scan_lidar", "world_sensors"]
+__all__ = ["check_rigs", "lidars_of", "other_sensors", "pose_of", "scan_lidar", "world_sensors"]
+
+
+def check_rigs(plan: Plan, format: str) -> None:
+    """Raises `SettingsError` unless all views belong to rigs, as `format` requires."""
+    if plan.rigs and sum(len(frame) for frame in plan.rigs) == len(plan.shots):
+        return
+    own = [
+        name
+        for name, rig in plan.world.rigs.items()
+        if any(isinstance(sensor, Lidar) for sensor in rig.sensors.values())
+    ]
+    remedy = 'cameras=raycam.Rig({"front": camera, "top": lidar})'
+    if own:
+        remedy = f'cameras=world.rigs["{own[0]}"], or --rig {own[0]} on the command line'
+    raise SettingsError(f"{format} requires a rig with a lidar; pass {remedy}", code="missing_value")
 
 
 def other_sensors(rigs: Sequence[object], number: int, times: Sequence[float | None]) -> dict[str, Sensor]:

@@ -16,7 +16,7 @@ from ..annotations.labels import box3d
 from ..arguments import Floats, product, real, whole
 from ..errors import CameraError, SettingsError
 from ..lidar import Lidar, Scan
-from .lidars import lidars_of, pose_of, scan_lidar
+from .lidars import check_rigs, lidars_of, pose_of, scan_lidar
 from .plan import NO_LENSES, Format, Index, Made, Plan, Record, k_with_integer_centers, png
 from .training.cdr import body_of, mount_of, quaternion
 
@@ -45,12 +45,7 @@ def check(plan: Plan) -> None:
 
     The world must be z up, all views must belong to rigs with a lidar, and the cameras, if any, must be pinholes.
     """
-    if not plan.rigs or sum(len(frame) for frame in plan.rigs) != len(plan.shots):
-        raise SettingsError(
-            "nuscenes requires a rig with a lidar, such as "
-            'raycam.Rig({"CAM_FRONT": camera, "LIDAR_TOP": lidar})',
-            code="missing_value",
-        )
+    check_rigs(plan, "nuscenes")
     if plan.world.up != "z":
         raise SettingsError(
             f"nuscenes requires a world with up = z, not {plan.world.up}", code="unsupported_feature"

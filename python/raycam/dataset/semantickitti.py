@@ -17,7 +17,7 @@ from ..arguments import Floats, product, real, whole
 from ..camera import Camera
 from ..errors import CameraError, SettingsError, nearest
 from ..lidar import Lidar
-from .lidars import lidars_of, pose_of, scan_lidar
+from .lidars import check_rigs, lidars_of, pose_of, scan_lidar
 from .plan import NO_LENSES, Format, Index, Made, Plan, Record, Shot, k_with_integer_centers, matrix_text
 
 __all__ = ["FORMAT"]
@@ -35,11 +35,7 @@ def check(plan: Plan) -> None:
 
     All views must belong to rigs that have the lidar. The first camera, if any, must be a pinhole camera without skew.
     """
-    if len(plan.rigs) == 0 or sum(len(frame) for frame in plan.rigs) != len(plan.shots):
-        raise SettingsError(
-            'semantickitti requires a rig with a lidar: cameras=raycam.Rig({"camera": camera, "top": lidar})',
-            code="missing_value",
-        )
+    check_rigs(plan, "semantickitti")
     for frame in plan.rigs:
         chosen_lidar(plan, frame[0])
         camera = plan.shots[frame[0]].optional_camera
