@@ -34,11 +34,11 @@ def flow(
 ) -> Maps:
     """Returns the optical flow and the scene flow between two images.
 
-    The first image shows `world` through `camera`, the second image `world2` through `camera2`. `world2` is `world` at
-    another time (`world.at(0.5)`), or any world with the same objects and triangles. `world2` and `camera2` default to
-    `world` and `camera`. The surface point on each pixel's centre ray is identified by its object, triangle and
-    barycentric coordinates, so rigid and deforming meshes are both followed, in float64. Returns arrays of the size of
-    `camera`:
+    The first image shows `world` through `camera`, the second image `world2` through `camera2`. `world2` is `world`
+    at another time (`world.at(0.5)`), or any world with the same objects and triangles. `world2` and `camera2`
+    default to `world` and `camera`. `threads` is the number of threads (default: all). The surface point on each
+    pixel's centre ray is identified by its object, triangle and barycentric coordinates, so rigid and deforming
+    meshes are both followed, in float64. Returns arrays of the size of `camera`:
 
     ========== ================= ========================================================================== ==========
     flow       float32 [h, w, 2] pixels right and down, from the pixel's centre to the point's new image    NaN
@@ -78,11 +78,11 @@ def disparity(
 ) -> Maps:
     """Returns the disparity of a rectified pair, in the image of one of its cameras.
 
-    The disparity is x_left - x_right in pixels. The pair is two cameras `left` and `right`, or a rig, of
-    which the first two cameras are used; both may be given as names in the world or as paths. `of` selects
-    the image, "left" or "right". Returns `disparity` float32 [h, w] (NaN for the background), and `occluded`
-    and `outside` bool [h, w] for the other camera, as in `flow`. With focal length f and baseline B, the
-    disparity is f B / depth + (cx_left - cx_right).
+    The disparity is x_left - x_right in pixels. The pair is two cameras `left` and `right`, or a rig, of which the
+    first two cameras are used; both may be given as names in the world or as paths. `of` selects the image, "left" or
+    "right". Returns `disparity` float32 [h, w] (NaN for the background), and `occluded` and `outside` bool [h, w] for
+    the other camera, as in `flow`. With focal length f and baseline B, the disparity is f B / depth + (cx_left -
+    cx_right). `threads` is the number of threads (default: all).
 
     Raises `CameraError` if the cameras are not a rectified pair. Both cameras of
     a rectified pair have the same rotation, focal lengths, skew and principal point row, and no lens. The right

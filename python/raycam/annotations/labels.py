@@ -179,12 +179,12 @@ def label(
 ) -> list[Label]:
     """Returns a label for each of the `objects` with a nonempty amodal mask.
 
-    By default, `objects` are all objects except shadow catchers. `world` and `camera` are as in `render`.
-    Masks belong to the exact rays through the pixels' centres. The visible mask comes from the channel
-    `instance`, which is rendered if not given; the amodal mask shows each object alone. Amodal masks extend
-    `margin` columns and rows beyond the image (default: the image's width and height on every side, as in the
-    BOP toolkit). With a rolling shutter, each line has its own time, as in the image; `box3d` belongs to the
-    middle of the exposure.
+    By default, `objects` are all objects except shadow catchers. `world` and `camera` are as in `render`. Masks
+    belong to the exact rays through the pixels' centres. The visible mask comes from the channel `instance`, which is
+    rendered if not given; the amodal mask shows each object alone. Amodal masks extend `margin` columns and rows
+    beyond the image (default: the image's width and height on every side, as in the BOP toolkit). With a rolling
+    shutter, each line has its own time, as in the image; `box3d` belongs to the middle of the exposure. `threads` is
+    the number of threads (default: all).
 
     Raises `SettingsError` for unknown objects, and if `instance` does not have the image's size.
     """
@@ -246,9 +246,9 @@ def _number(known: Sequence[Object], which: int | str) -> int:
 
 
 def box3d(world: World | str | os.PathLike[str], number: int | str) -> Box3D:
-    """Returns the oriented box around an object of the world, by id or name.
+    """Returns the oriented box around an object of the world.
 
-    Raises `SettingsError` for an unknown object.
+    `number` is the object's id or name. Raises `SettingsError` for an unknown object.
 
     Source: the nearest rotation is the orthogonal polar factor, N. J. Higham, Computing the Polar Decomposition, 1986.
     """

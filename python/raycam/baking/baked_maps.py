@@ -90,10 +90,11 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         return len(self.maps)
 
     def to_world(self, name: str, low: float = 0.0, high: float = 1.0) -> World:
-        """Returns a world with the object as an unlit mesh whose vertex colours are a map's values.
+        """Returns a world with the object as an unlit mesh, coloured by the map `name`.
 
-        The values are scaled linearly: `low` becomes 0 (black), `high` becomes 1. Requires maps of vertices. Raises
-        `SettingsError` for maps of textures, an unknown map, and values outside `low` to `high`.
+        The map's values become vertex colours and are scaled linearly: `low` becomes 0 (black), `high`
+        becomes 1. Requires maps of vertices. Raises `SettingsError` for maps of textures, an unknown map, and
+        values outside `low` to `high`.
         """
         if self.vertices is None or self.faces is None:
             raise SettingsError(
@@ -147,7 +148,7 @@ class BakedMaps(Mapping[str, npt.NDArray[Any]]):
         return ".png" if is_id or name in (*UNIT_MAPS, "tangent_normal") else ".exr"
 
     def save_map(self, name: str, path: str | os.PathLike[str]) -> None:
-        """Writes one map to a file with the ending that `save` uses.
+        """Writes the map `name` to the file `path`, which must have the ending that `save` uses.
 
         Raises `SettingsError` for another ending.
         """

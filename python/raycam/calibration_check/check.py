@@ -131,11 +131,11 @@ def selfcheck(
 
     The board is rendered from `views` positions.
 
-    `camera` (default: 1920 x 1080 with five coefficients) has a lens that OpenCV calibrates: none, "opencv" with any of
-    its coefficients, or "fisheye". The camera's pose does not matter. `size` (width, height) replaces the camera's
+    `camera` (default: 1920 x 1080 with five coefficients) has a lens that OpenCV calibrates: none, "opencv" with any
+    of its coefficients, or "fisheye". The camera's pose does not matter. `size` (width, height) replaces the camera's
     image size. `board` is "charuco" or "checkerboard". The images have `samples` rays per pixel, a lens blur of 1.5
     pixels and 8 bits of linear light. `progress(done, total)` counts the views; `keep(number, frame)` receives each
-    image.
+    image. `threads` is the number of threads (default: all).
 
     The calibration starts without the camera's values: OpenCV receives only the number of lens coefficients. Raises
     `SettingsError` if OpenCV is not installed (`pip install opencv-python-headless`) or detects the board in too few

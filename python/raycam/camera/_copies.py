@@ -49,10 +49,11 @@ class Copies(Optics):
     ) -> Self:
         """Returns a copy with new values for the given arguments of `Camera`.
 
-        `R` [3, 3] and `C` [3] move the camera. `distortion` without `model` keeps the lens model ("opencv" for a
-        pinhole); `pinhole` removes the lens. `pixel_center` alone changes the pixel coordinates' origin: K moves by
-        half a pixel. `size` alone keeps K; `resized` and `cropped` change both. Raises the errors of `Camera`, and
-        `CameraError` for `K` of a camera that was created from a matrix with its centre at infinity.
+        `R` [3, 3] and `C` [3] move the camera. `distortion` without `model` keeps the lens model ("opencv"
+        for a pinhole); `pinhole` removes the lens. `pixel_center` alone changes the pixel coordinates'
+        origin: K moves by half a pixel. `size` alone keeps K; `resized` and `cropped` change both. `up` is
+        the world's up axis. Raises the errors of `Camera`, and `CameraError` for `K` of a camera that was
+        created from a matrix with its centre at infinity.
         """
         posed = self
         if R is not None or C is not None:

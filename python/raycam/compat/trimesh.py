@@ -63,7 +63,7 @@ class RayMeshIntersector:
     ) -> tuple[Floats, Ids, Ids]:
         """Returns the hits of rays [n, 3]: locations [m, 3], ray int64 [m], and triangle int64 [m].
 
-        The order is the order of `intersects_id`.
+        `multiple_hits` and the order of the hits are as in `intersects_id`.
         """
         triangle, ray, location = self.intersects_id(
             ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True, max_hits=None

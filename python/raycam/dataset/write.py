@@ -238,15 +238,16 @@ def write(
     require all worlds again; these formats therefore require a list or a function.
 
     The data set is a `raycam.jobs.Job`. Every file is written atomically. After an interruption, the same call keeps
-    the finished views and renders the others; `resume=False` starts again. `workers` and `shard` (i, n) are as in
-    `make_pool` and `Job.run`. The index files are written when all views are finished. Memory does not grow with the
-    number of views; "colmap" stores one bit for each point and view in a temporary file. `progress(done, total,
-    failed)` is called after each unit of work; `tell` is as in `make_pool`. `dataset_card.json` and `.md` contain
-    counts, seeds, versions and `licence`, the licence of the images.
+    the finished views and renders the others, with `retry_failed` also the views that failed; `resume=False` starts
+    again. `workers` and `shard` (i, n) are as in `make_pool` and `Job.run`. The index files are written when all
+    views are finished. Memory does not grow with the number of views; "colmap" stores one bit for each point and view
+    in a temporary file. `progress(done, total, failed)` is called after each unit of work; `tell` is as in
+    `make_pool`. `dataset_card.json` and `.md` contain counts, seeds, versions and `licence`, the licence of the
+    images.
 
     Raises `SettingsError` and `CameraError`, before anything is rendered, for options and cameras that the format
     does not support; `JobError` if the folder contains another data set, and at the end if views failed; and
-    `OSError`.
+    `OSError` if a file cannot be read or written.
     """
     if folder is None:
         raise SettingsError("folder is missing; pass the data set's output folder", code="missing_value")

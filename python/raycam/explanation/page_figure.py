@@ -23,7 +23,7 @@ TRIANGLES = 300
 MAX_COARSE_TRIANGLES = 2000
 """Maximum number of triangles around the ray in figures of lines; larger meshes are simplified."""
 GRIDS = (192, 128, 96, 64, 48, 32, 24, 16, 12, 8)
-"""Cells along the drawn part of the world, on which the vertices of larger meshes are merged."""
+"""Numbers of cells along the drawn part of the world, for the grids on which larger meshes are simplified."""
 RADIUS = 0.75
 """The radius of the drawn part of the world, as a share of the ray's length."""
 DIGITS = 3

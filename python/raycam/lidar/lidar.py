@@ -193,9 +193,10 @@ class Lidar:
                        counterclockwise; `pause`: the time between lines, as a share of a line (default: 0)
         ============== ===========================================================================================
 
-        Each kind requires `pulse_rate` in hertz. Other keywords are settings of the lidar. `rate` is the number of
-        frames per second (default: 10; for a survey, a frame is the whole grid). The mirror's motion continues from
-        frame to frame. For a scanner that looks down, place it with `pitch=90`.
+        Each kind requires `pulse_rate` in hertz. Other keywords are settings of the lidar. `name` is the
+        lidar's name. `rate` is the number of frames per second (default: 10; for a survey, a frame is the
+        whole grid). The mirror's motion continues from frame to frame. For a scanner that looks down, place
+        it with `pitch=90`.
 
         Raises `LidarError` for unknown, missing and impossible numbers, and `MemoryError` for too many pulses.
         """
@@ -500,9 +501,10 @@ class Lidar:
     def placed(
         self, location: npt.ArrayLike, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
     ) -> Self:
-        """Returns the lidar at `location` [3], turned as in `Camera.from_pose` (angles in degrees).
+        """Returns the lidar at `location` [3], rotated by `roll`, `pitch` and `yaw` in degrees.
 
-        With all angles 0, the lidar looks along +x of a z-up world (along -z if `up` is "y"). Positive yaw turns left.
+        The angles are as in `Camera.from_pose`. With all angles 0, the lidar looks along +x of a z-up world
+        (along -z if `up` is "y"). Positive yaw turns left.
         """
         angles = [
             real(name, v, error=LidarError) for name, v in (("roll", roll), ("pitch", pitch), ("yaw", yaw))
@@ -603,7 +605,7 @@ class Lidar:
     def sample(
         self, world: World, *, frame: int = 0, threads: int | None = None
     ) -> dict[str, npt.NDArray[Any]]:
-        """Returns the fields of `raycam.scan(world, self)` by name."""
+        """Returns the fields of `raycam.scan` by name; the arguments are as in `raycam.scan`."""
         from .scanning import scan
 
         return {

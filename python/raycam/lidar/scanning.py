@@ -165,10 +165,10 @@ def scan_many(
 ) -> Iterator[Scan]:
     """Yields the scans of several frames one after another, so that only one scan is in memory.
 
-    `frames` are the frames' numbers, or the number of frames, counted from frame 0. Frame k starts k / `rate` seconds
-    after the world's time; a world without a time is static. If `lidar` is a name, each frame uses the sensor of this
-    name in `World.sensors` at the frame's start. Raises the errors of `scan`, and `SettingsError` for a frame number
-    below 0.
+    `frames` are the frames' numbers, or the number of frames, counted from frame 0. `keep_lost` and `threads` are as
+    in `scan`. Frame k starts k / `rate` seconds after the world's time; a world without a time is static. If `lidar`
+    is a name, each frame uses the sensor of this name in `World.sensors` at the frame's start. Raises the errors of
+    `scan`, and `SettingsError` for a frame number below 0.
     """
     count = as_number(frames)
     numbers: Any = frames if count is None else range(whole("frames", count, 0))

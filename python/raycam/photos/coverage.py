@@ -62,8 +62,8 @@ def coverage_world(
 ) -> World:
     """Returns a world whose faces have unlit colours that show each face's camera count.
 
-    `seen` contains the faces, as returned by `surface_visibility`. With `shaded_from` [3], a point in the world, faces
-    that are turned away from it are darker.
+    `seen` contains the faces, as returned by `surface_visibility`. With `shaded_from` [3], a point in the world,
+    faces that are turned away from it are darker. `most` is as in `coverage_colors` (default: the largest count).
     """
     made = World(world.up)
     colors = coverage_colors(seen.views, most)
@@ -93,7 +93,8 @@ def coverage_picture(
 ) -> Frame:
     """Renders the coverage as seen from `camera` (default: a camera that shows the whole mesh).
 
-    Faces are darker the more they are turned away; the background is transparent.
+    `world`, `seen` and `most` are as in `coverage_world`. Faces are darker the more they are turned away; the
+    background is transparent.
     """
     if camera is None:
         camera = coverage_world(world, seen, most).view_from(size=(960, 640))

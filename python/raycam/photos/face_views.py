@@ -1,4 +1,4 @@
-"""One photograph for each face: quality against the number of seams."""
+"""Choice of one photograph for each face, by quality and by the number of seams."""
 
 from __future__ import annotations
 

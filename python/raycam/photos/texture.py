@@ -76,7 +76,8 @@ def texture_from_photos(
 
     Photographs are looked up through the lens models of their cameras.
 
-    `photos` is the folder with the photographs, or a mapping from their names to paths or arrays. Arrays of uint8 and
+    `photos` is the folder with the photographs, or a mapping from their names to paths or arrays. `images` maps
+    camera names to names of photographs (default: `cameras.images`, or else the cameras' names). Arrays of uint8 and
     uint16 are sRGB, floats are linear; [h, w] is grey, and a fourth channel masks pixels below one half. The object's
     texture coordinates are kept, unless `atlas` is "xatlas" (requires `pip install raycam[atlas]`) or "cells" (two
     triangles in each cell of a grid), which computes new texture coordinates; all objects of the world occlude.

@@ -51,7 +51,8 @@ def photo_truth(
                no surface, or one off the tangent plane by more than 2 % of the depth
     ========== ===================================================================================================
 
-    `error.json` contains each photograph's share of pixels without a surface. Other layouts have fixed files:
+    `error.json` contains each photograph's share of pixels without a surface. The default `layout` is "plain". Other
+    layouts have fixed files:
 
     * "scannetpp": render_depth/NAME.png, uint16 millimetres
     * "mvsnet": Depths/depth_map_0000.pfm, depth_visual_0000.png and Cameras/00000000_cam.txt; pinhole cameras
@@ -78,7 +79,8 @@ def named_photographs(
 ) -> dict[str, Camera]:
     """Returns cameras by the names of their photographs, or by their own names or numbers.
 
-    Raises `SettingsError` for objects other than cameras, and for two cameras with the same photograph.
+    `images` maps camera names to names of photographs (default: `cameras.images`). Raises `SettingsError` for objects
+    other than cameras, and for two cameras with the same photograph.
     """
     return _named(cameras, images, Camera, "raycam.Camera")
 

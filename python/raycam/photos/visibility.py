@@ -77,7 +77,7 @@ class SurfaceVisibility:
     """The visible faces of each camera or lidar; None unless `pairs=True`."""
 
     def of(self, instance: int) -> npt.NDArray[np.bool_]:
-        """Returns True [n] for the faces of an object, by its id."""
+        """Returns True [n] for the faces of the object with the id `instance`."""
         found: npt.NDArray[np.bool_] = self.ids[:, 0] == instance
         return found
 
@@ -114,7 +114,9 @@ def surface_visibility(
     than half of the cameras show the world, and if a lidar measures no points. Memory does not grow with the
     number of cameras, except with `pairs`; each point of a lidar takes 13 bytes.
 
-    Raises `SettingsError` for invalid arguments and `WorldError` for unknown objects and worlds without faces.
+    `images` maps camera names to names of photographs, which the result then contains instead of the cameras' names
+    (default: `cameras.images`). `threads` is the number of threads (default: all). Raises `SettingsError` for invalid
+    arguments and `WorldError` for unknown objects and worlds without faces.
     """
     named = named_viewpoints(cameras, images)
     lenses = {name: camera for name, camera in named.items() if isinstance(camera, Camera)}

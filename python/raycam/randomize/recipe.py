@@ -192,12 +192,12 @@ class Recipe:
         return None if given is None else BackgroundFolder(given, self.folder)
 
     def background(self, number: int, camera: str) -> Background | None:
-        """Returns the background of a camera, by name, of world `number`; None without `background`."""
+        """Returns the background of `camera` (a name) in world `number`; None without `background`."""
         folder = self.backgrounds
         return None if folder is None else folder.background(self._behind(number, camera))
 
     def background_name(self, number: int, camera: str) -> str | None:
-        """Returns the name of the image of `background`; None without `background`."""
+        """Returns the image name of `background(number, camera)`; None without the key `background`."""
         folder = self.backgrounds
         return None if folder is None else folder.name_of(self._behind(number, camera))
 

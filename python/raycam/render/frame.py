@@ -183,7 +183,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     def to_srgba8(self, exposure: float | None = None, view: str | None = None) -> npt.NDArray[np.uint8]:
         """Returns colour and opacity as 8-bit sRGB [h, w, 4], for compositing.
 
-        The colour is not premultiplied.
+        The colour is not premultiplied. `exposure` and `view` are as in `to_srgb8`.
 
         Raises `SettingsError` for a frame that is not `transparent`.
         """
@@ -297,7 +297,8 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     ) -> bytes:
         """Returns the colour as a PNG file in sRGB.
 
-        The file has 8 or 16 bits per channel, and opacity if the frame is `transparent`.
+        The file has 8 or 16 `bits` per channel, and opacity if the frame is `transparent`. `exposure` and
+        `view` are as in `to_srgb8`.
 
         `channel` selects another channel, which is shown by the rules of `raycam.render.channel_picture` with 8 bits.
         """
@@ -325,7 +326,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     ) -> bytes:
         """Returns the image of `to_png` as a baseline JPEG file with quality 92.
 
-        The file has 8 bits per channel and no opacity.
+        The arguments are as in `to_png`. The file has 8 bits per channel and no opacity.
         """
         shown = self._shown(channel)
         if shown == "color":

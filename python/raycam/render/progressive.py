@@ -46,10 +46,11 @@ class Progressive:
     ) -> None:
         """Creates an image of `world` by `camera`, initially without samples.
 
-        `world` and `camera` are as in `render`. `channels` may be "color", "alpha", "coverage" and "error"; ground
-        truth does not depend on the number of samples. `samples` (16384) is the number per pixel at which `add_for`
-        stops. `options` are the options of `render` except `noise_threshold` and `time_limit`. Shadow catchers are
-        shown as ordinary surfaces; the studio and backgrounds are not supported.
+        `world`, `camera`, `frame`, `region` and `transparent_background` are as in `render`. `channels` may
+        be "color", "alpha", "coverage" and "error"; ground truth does not depend on the number of samples.
+        `samples` (16384) is the number per pixel at which `add_for` stops. `options` are the options of
+        `render` except `noise_threshold` and `time_limit`. Shadow catchers are shown as ordinary surfaces;
+        the studio and backgrounds are not supported.
 
         Each tile of 32 x 32 pixels or fewer has its own number of samples n. Its pixels are identical to
         `render(samples=n)`, independent of the calls that added the samples and of the number of threads. When n
@@ -153,7 +154,7 @@ class Progressive:
         camera: Camera | str | os.PathLike[str] | None = None,
         **settings: Any,
     ) -> Self:
-        """Removes all samples, and replaces the world, the camera and the options that are given."""
+        """Removes all samples; replaces the `world`, the `camera` and `settings` that are given."""
         options = self._options | settings
         seen = self._world if world is None else world
         self.__init__(seen, self._camera if camera is None else camera, **options)  # type: ignore[misc]

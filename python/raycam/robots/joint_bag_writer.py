@@ -41,9 +41,9 @@ def write_joint_states(
 ) -> None:
     """Writes joint positions to an .mcap file, one `sensor_msgs/JointState` message per time.
 
-    `joints` maps names to positions [n] in radians or metres; `times` [n] are increasing seconds. Stamps are
-    `start_time` plus the time, because ROS interprets a stamp of 0 as the latest. `raycam video --trajectory` and
-    ROS 2 read the file.
+    `joints` maps names to positions [n] in radians or metres; `times` [n] are increasing seconds. `topic` is the
+    messages' topic. Stamps are `start_time` plus the time, because ROS interprets a stamp of 0 as the latest. `raycam
+    video --trajectory` and ROS 2 read the file.
 
     Raises `SettingsError` without the package `mcap`, for other endings, for values that are not finite, times that do
     not increase and different numbers of values, and `OSError` if the file cannot be written.

@@ -168,7 +168,7 @@ class Folder:
         step: float | None = None,
         value: float | None = None,
     ) -> Control:
-        """Adds a slider from `min` to `max`, which starts at `value` (default: `min`)."""
+        """Adds a slider from `min` to `max` in steps of `step`, initially at `value` (or `min`)."""
         low, high = real("min", min, what="a number"), real("max", max, what="a number")
         if not low < high:
             raise SettingsError(f"{label}: min {low:g} must be less than max {high:g}", code="out_of_range")
@@ -180,7 +180,7 @@ class Folder:
         return self._add("button", label, value=0)
 
     def add_checkbox(self, label: str, value: bool = False) -> Control:
-        """Adds a checkbox."""
+        """Adds a checkbox with a `label`, which is checked at the start if `value`."""
         return self._add("checkbox", label, value=value)
 
     def add_text(self, label: str, value: str = "", *, editable: bool = True) -> Control:

@@ -69,7 +69,7 @@ class Refinement:
     """The time that all steps took, in seconds."""
     change: tuple[float, int] | None = field(default=None, init=False)
     """(change, samples): the mean change of the luminance since an earlier image, relative to the mean luminance, and
-    the earlier image's number of samples. It is the newest image with at most half of the current samples."""
+    the earlier image's number of samples. The earlier image is the newest image with at most half of the current samples."""
     _luminances: list[tuple[int, Floats32]] = field(default_factory=list, init=False)
 
     def step(self, cancel: Cancel) -> Frame | None:
@@ -135,7 +135,7 @@ class Slices(Refinement):
 
     _picture: Progressive | None = field(default=None, init=False)
     _told: int = field(default=0, init=False)
-    """The samples of the last frame."""
+    """The number of samples per pixel of the last returned frame."""
     _given: float | None = field(default=None, init=False)
     """The time at which the last step returned a frame; None if the step shows no frame."""
     _showing: float = field(default=0.0, init=False)
@@ -143,7 +143,7 @@ class Slices(Refinement):
     _shown: int = field(default=0, init=False)
     """Number of frames since the samples doubled; the time until the next frame grows with this number."""
     _spent: float = field(default=0.0, init=False)
-    """Seconds of samples since the last frame."""
+    """Time spent on samples since the last frame, in seconds."""
 
     def refine(self, cancel: Cancel) -> Frame | None:
         """Adds samples for a slice; returns a frame, or None if no frame is due.

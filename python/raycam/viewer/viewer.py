@@ -315,7 +315,7 @@ class Viewer:
     def add_slider(self, label: str, **options: Any) -> Control:
         """Adds a slider from `min` (0) to `max` (1), with `step` and `value`.
 
-        Returns a `Control` with `value` and `on_change`.
+        `options` are `min`, `max`, `step` and `value`. Returns a `Control` with `value` and `on_change`.
         """
         return self.controls.add_slider(label, **options)
 
@@ -324,7 +324,7 @@ class Viewer:
         return self.controls.add_button(label)
 
     def add_checkbox(self, label: str, value: bool = False) -> Control:
-        """Adds a checkbox."""
+        """Adds a checkbox with a `label`, which is checked at the start if `value`."""
         return self.controls.add_checkbox(label, value)
 
     def add_text(self, label: str, value: str = "", *, editable: bool = True) -> Control:

@@ -140,10 +140,11 @@ class WorldBuilding(WorldContents):
 
         Files are .urdf, .xacro, .sdf (with one model) or .xml.
 
-        Every shape of a link becomes an object named `robot/link`, `robot/link/2`, ... Its category is the link's
-        name, or the robot's name with `category="robot"`. `name` is the robot's name (default: as in its file).
-        `joints` are values by joint name or a vector (see `set_joints`). `placement` has the keys `location`, `roll`,
-        `pitch`, `yaw` or `matrix` of the root link; in a y-up world, a robot is turned upright without `matrix`.
+        Every shape of a link becomes an object named `robot/link`, `robot/link/2`, ... Its category is the
+        link's name, or the robot's name with `category="robot"`. `name` is the robot's name (default: as in
+        its file). `joints` are values by joint name or a vector; for these and `clamp_joints`, see
+        `set_joints`. `placement` has the keys `location`, `roll`, `pitch`, `yaw` or `matrix` of the root
+        link; in a y-up world, a robot is turned upright without `matrix`.
 
         Meshes are .stl, .obj, .ply, .off, .glb, .gltf, or .dae, which requires the `raycam[robots]` extra. Files are
         read from the robot's package folder only: the nearest parent folder with a package.xml, or else the folder of

@@ -67,8 +67,8 @@ class PointQueries:
         e², e³): a box contains `low <= p < high`, so a point on the common face of two adjacent boxes is inside exactly
         one. Points that are not finite are outside.
 
-        `objects` are numbers or names (default: all). Raises `WorldError` for unknown objects and `SettingsError` for
-        a wrong shape.
+        `objects` are numbers or names (default: all), and `threads` is the number of threads (default: all).
+        Raises `WorldError` for unknown objects and `SettingsError` for a wrong shape.
         """
         array = triples("points", points)
         mask, threads = self._ready(objects, threads)
@@ -110,12 +110,13 @@ class PointQueries:
         normal      float64 [..., 3] the triangle's unit normal, outwards; 0 without an area            0
         =========== ================ =================================================================  =====
 
-        The last column is the value if there is no surface within `max_distance` (one number, or one for each point),
-        in an empty world, and for points that are not finite. Triangles without area are included, as segments or
-        points. Among equal distances, for example at an edge, the triangle that faces the point most directly is
-        returned, and among these, the smallest (instance, triangle). Errors are below 4 units in the last place of the
-        largest coordinate. Raises `SettingsError` for a wrong shape and limits that are negative or NaN, and
-        `WorldError` for unknown objects.
+        The last column is the value if there is no surface within `max_distance` (one number, or one for each
+        point), in an empty world, and for points that are not finite. Triangles without area are included, as
+        segments or points. Among equal distances, for example at an edge, the triangle that faces the point
+        most directly is returned, and among these, the smallest (instance, triangle). Errors are below 4
+        units in the last place of the largest coordinate. `objects` and `threads` are as in `inside`. Raises
+        `SettingsError` for a wrong shape and limits that are negative or NaN, and `WorldError` for unknown
+        objects.
         """
         query, shape = self._points(points, max_distance, objects, threads)
         found = _core.world_closest_points(self._core, query)
@@ -131,7 +132,7 @@ class PointQueries:
     ) -> Floats:
         """Returns the distance float64 [...] of `points` [..., 3] to the nearest surface.
 
-        The rules are those of `closest_points`.
+        The arguments, rules and errors are those of `closest_points`.
         """
         query, shape = self._points(points, max_distance, objects, threads)
         return _core.world_distance(self._core, query).reshape(shape)
@@ -175,12 +176,13 @@ class PointQueries:
 
         The result is symmetric in `a` and `b`.
 
-        The points broadcast as in NumPy: `visible(a[:, None], b)` returns the visibility matrix, without copying the
-        points. Triangles within `margin` of either point are ignored, because the point may lie on them. The default
-        margin is eight units in the last place of the points' dtype (float32 or float64) at the largest coordinate, the
-        rounding error of a point on a surface. As in `cast_rays`, triangles include their edges, and `objects` and
-        `surface` select the triangles that block the view. The result is False for points that are not finite.
-        Raises `SettingsError` for a wrong shape and a negative margin.
+        The points broadcast as in NumPy: `visible(a[:, None], b)` returns the visibility matrix, without
+        copying the points. Triangles within `margin` of either point are ignored, because the point may lie
+        on them. The default margin is eight units in the last place of the points' dtype (float32 or float64)
+        at the largest coordinate, the rounding error of a point on a surface. As in `cast_rays`, triangles
+        include their edges, and `objects` and `surface` select the triangles that block the view. The result
+        is False for points that are not finite. `threads` is the number of threads (default: all). Raises
+        `SettingsError` for a wrong shape and a negative margin.
         """
         left, right = triples("a", a), triples("b", b)
         pair = paired(("a", left), ("b", right))

@@ -214,8 +214,9 @@ class RayQueries:
     ) -> npt.NDArray[np.int32]:
         """Returns the number of crossings of each ray, int32 [...], by the rules of `intersections`.
 
-        With `signed`, the result is the number of crossings that leave minus the number of crossings that enter
-        (through the front of a triangle). For closed oriented meshes, it is the winding number around the ray's origin.
+        The rays, `t_max`, `limits` and errors are as in `cast_rays`. With `signed`, the result is the number
+        of crossings that leave minus the number of crossings that enter (through the front of a triangle).
+        For closed oriented meshes, it is the winding number around the ray's origin.
         """
         query, shape = self._rays(origins, directions, t_max, limits, CrossingLimits)
         return _core.world_count_intersections(self._core, query, flag("signed", signed)).reshape(shape)

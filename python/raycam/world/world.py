@@ -74,9 +74,10 @@ class World(WorldBuilding, RayQueries, PointQueries):
     ) -> World:
         """Returns a world from a dict with the keys of a world file.
 
-        The keys are `up`, `camera`, `object`, `robot`, `light`, `video` and so on. Lists of numbers may be NumPy
-        arrays. All files must be in `folder`, as for a world file, so that an untrusted description cannot read other
-        files. Raises the errors of `load`, without file and line.
+        The keys are `up`, `camera`, `object`, `robot`, `light`, `video` and so on. Lists of numbers may be
+        NumPy arrays. All files must be in `folder`, as for a world file, so that an untrusted description
+        cannot read other files. `texture_memory` is as in `World`. Raises the errors of `load`, without file
+        and line.
         """
         return cls._described(description, folder, texture_memory)
 
@@ -118,9 +119,9 @@ class World(WorldBuilding, RayQueries, PointQueries):
 
     @classmethod
     def from_bytes(cls, data: bytes, *, texture_memory: int | str | None = None) -> World:
-        """Returns the world that `to_bytes` serialised.
+        """Returns the world whose `to_bytes` returned `data`.
 
-        Raises `FormatError` or `WorldError` for invalid bytes.
+        `texture_memory` is as in `World`. Raises `FormatError` or `WorldError` for invalid bytes.
         """
         if not isinstance(data, bytes | bytearray | memoryview):
             raise FormatError(

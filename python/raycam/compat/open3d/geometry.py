@@ -17,7 +17,7 @@ __all__ = ["TriangleMesh"]
 
 Floats = npt.NDArray[np.float64]
 PARTS = ("vertices", "triangles", "vertex_normals", "triangle_normals", "vertex_colors")
-"""The arrays of a mesh."""
+"""The names of a mesh's arrays."""
 
 
 class TriangleMesh(Hints):

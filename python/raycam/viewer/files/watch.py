@@ -16,7 +16,7 @@ __all__ = ["Watcher", "used_files"]
 INTERVAL_S = 0.25
 """Time between two checks of the files; a change is complete if the files are the same in two checks."""
 MAX_FILES = 2000
-"""Maximum number of files in the folder; the world's files are searched for their names."""
+"""Maximum number of files in a watched folder; the world's files are searched for the names of these files."""
 MAX_SEARCHED_BYTES = 64 * 2**20
 """Larger files are not searched for names of other files."""
 

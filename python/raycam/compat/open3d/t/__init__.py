@@ -1,4 +1,4 @@
-"""The tensor side of Open3D."""
+"""Replacement for `open3d.t`: ray casting, and meshes of tensors."""
 
 from typing import Any
 
