@@ -69,7 +69,8 @@ class Refinement:
     """The time that all steps took, in seconds."""
     change: tuple[float, int] | None = field(default=None, init=False)
     """(change, samples): the mean change of the luminance since an earlier image, relative to the mean luminance, and
-    the earlier image's number of samples. The earlier image is the newest image with at most half of the current samples."""
+    the earlier image's number of samples. The earlier image is the newest image with at most half of the current
+    samples."""
     _luminances: list[tuple[int, Floats32]] = field(default_factory=list, init=False)
 
     def step(self, cancel: Cancel) -> Frame | None:
