@@ -137,7 +137,10 @@ pub(crate) fn write(records: &[CameraRecord], path: &Path) -> Result<OutputFiles
 fn write_camera(records: &[CameraRecord]) -> Result<OutputFiles> {
     let format = "BOP's camera.json";
     let [record] = records else {
-        return Err(FormatError::encode(format!("{format} stores one camera, got {}", records.len())));
+        return Err(FormatError::encode(format!(
+            "{format} stores one camera, got {}; write each camera to a separate file",
+            records.len()
+        )));
     };
     record.require_pinhole(format)?;
     let focals = record.focals_with(PixelCenter::Integer, format)?;

@@ -61,11 +61,11 @@ impl Rotation {
         }
         if length > TAU + 1e-9 {
             return Err(format!(
-                "[{x}, {y}, {z}] is {length:.6} long, but a rotation vector (axis times angle, in radians) has a \
-                 length of at most 2 pi; write a rotation vector in radians (numpy.radians([{x}, {y}, {z}]) if these \
-                 are degrees), or, for angles about the axes, the 3x3 matrix \
-                 (scipy.spatial.transform.Rotation.from_euler(\"xyz\", [{x}, {y}, {z}], degrees=True).as_matrix(), \
-                 with the order of your axes)"
+                "[{x}, {y}, {z}] has length {length:.6}; expected a rotation vector (axis times angle, in radians) with a \
+                 length of at most 2 pi. If its numbers are degrees, write numpy.radians([{x}, {y}, {z}]). If the \
+                 numbers are angles about the axes, write the 3x3 matrix \
+                 scipy.spatial.transform.Rotation.from_euler(\"xyz\", [{x}, {y}, {z}], degrees=True).as_matrix(), \
+                 with the order of your axes"
             ));
         }
         Ok(Self::Matrix(DMat3::from_quat(DQuat::from_scaled_axis(DVec3::new(x, y, z)))))

@@ -9,10 +9,10 @@ codes! {
     /// Kind of an error. The documentation of each variant states the cause and what to do.
     ErrorCode {
         InvalidValue "invalid_value":
-            "A value is not allowed here.",
+            "A value is not one of the allowed values.",
             "Use one of the values that the message states.";
         OutOfRange "out_of_range":
-            "A number is outside its range, negative, zero, infinite or not a number.",
+            "A number is infinite, NaN or outside its range.",
             "Use a number in the range that the message states.";
         WrongType "wrong_type":
             "A value has the wrong type.",
@@ -30,7 +30,7 @@ codes! {
             "A key or an argument does not exist.",
             "Correct its spelling; the message lists the valid names.";
         UnknownName "unknown_name":
-            "A name does not belong to any of the options, objects, cameras or other parts.",
+            "No option, object, camera or other part has the given name.",
             "Correct its spelling; the message lists the valid names.";
         IndexOutOfRange "index_out_of_range":
             "An index refers to a part that does not exist.",
@@ -109,7 +109,7 @@ codes! {
             "Convert it to one of the formats that the message lists.";
         OutsideRoot "outside_root":
             "A file name inside a file points outside its folder.",
-            "Load with a folder= that contains all files, or move the file into the folder of the file that names it.";
+            "Set folder= to a folder that contains all files, or move the file into the folder of the file that names it.";
         FileNotFound "file_not_found":
             "A file does not exist.",
             "Check the path.";

@@ -70,7 +70,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     if long > 100.0 {
         calibration.note(
             NoticeCode::Implausible,
-            format!("translations of up to {long:.1} are probably in millimetres; the numbers are not converted"),
+            format!("translations of up to {long:.1} are probably in millimetres, and are not converted; divide them by 1000"),
         );
     }
     Ok(calibration)

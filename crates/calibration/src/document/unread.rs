@@ -179,7 +179,7 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
     unread_format(
         "DSO's camera.txt",
         is_dso,
-        "for RadTan or EquiDistant write K, dist and the size as JSON; for the FOV model multiply fx, cx by the width and fy, cy by the height, subtract 0.5 from cx and cy, and use Camera(..., distortion=[omega]) with the lens model \"fov\"",
+        "for RadTan or EquiDistant, write K, dist and the size as JSON. For the FOV model, multiply fx and cx by the width, and fy and cy by the height, subtract 0.5 from cx and cy, and use Camera(..., distortion=[omega]) with the lens model \"fov\"",
     ),
     unread_format(
         "a rational polynomial camera (RPC)",

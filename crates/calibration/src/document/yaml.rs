@@ -216,7 +216,7 @@ fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode> {
                 Some(_) => {
                     return fail(
                         "a second document that differs from the first; expected one calibration per file, so keep \
-                         only one of the messages",
+                         only one of the documents",
                     );
                 }
             },

@@ -103,7 +103,10 @@ pub(super) fn place_second(pose: Option<Pose>, calibration: &mut Calibration) ->
     if t.length() > 10.0 {
         calibration.note(
             NoticeCode::Implausible,
-            format!("T has length {:.6} and is probably in millimetres; the numbers are not converted", t.length()),
+            format!(
+                "T has length {:.6}, is probably in millimetres, and is not converted; divide T by 1000",
+                t.length()
+            ),
         );
     }
     let [first, second] = &mut calibration.records[..] else { return Ok(()) };

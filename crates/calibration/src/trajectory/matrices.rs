@@ -327,10 +327,7 @@ fn lens_beside(
     let listed = data_lines(file.text()?).map(|(_, line)| values(line)).collect::<Option<Vec<_>>>();
     let numbers = listed
         .ok_or_else(|| {
-            fail(
-                "the file contains words; expected only numbers, the lens coefficients, because of the file's name"
-                    .into(),
-            )
+            fail("the file contains words; a file of this name must contain only numbers, the lens coefficients".into())
         })?
         .concat();
     calibration.note(NoticeCode::UsedOtherFile, format!("the lens was read from {name}"));

@@ -137,7 +137,10 @@ fn beside(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibrat
 pub(crate) fn write_intrinsics(records: &[CameraRecord], _: &Path) -> Result<OutputFiles> {
     let format = "calibration.txt of TUM";
     let [record] = records else {
-        return Err(FormatError::encode(format!("{format} stores one camera, got {}", records.len())));
+        return Err(FormatError::encode(format!(
+            "{format} stores one camera, got {}; write each camera to a separate file",
+            records.len()
+        )));
     };
     record.require_pinhole(format)?;
     let focals = record.focals_with(PixelCenter::Integer, format)?;

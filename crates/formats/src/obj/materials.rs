@@ -70,7 +70,11 @@ impl Materials {
         }
         let lists = [
             (NoticeCode::MissingValue, "materials without a definition get a default material", undefined),
-            (NoticeCode::SubstitutedFile, "materials whose definitions differ in upper and lower case", differing),
+            (
+                NoticeCode::SubstitutedFile,
+                "materials found by their names in different upper and lower case",
+                differing,
+            ),
         ];
         for (code, what, names) in lists {
             if !names.is_empty() {

@@ -142,7 +142,8 @@ impl ObjBuilder {
             let count = bases[kind] + relative.before;
             let Ok(index) = u32::try_from(count as i64 + relative.value) else {
                 let (name, value) = (INDEX_NAMES[kind], relative.value);
-                let message = format!("f: {name} {value}, but there are only {count} before it");
+                let message =
+                    format!("f: {name} {value}, but the number of {name} statements before this line is {count}");
                 return Err((relative.line, ErrorCode::IndexOutOfRange.message(message)));
             };
             chunk.polygons.edit_corner(relative.corner, |corner| match kind {

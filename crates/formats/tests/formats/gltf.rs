@@ -119,7 +119,7 @@ fn files_outside_the_folder_are_not_opened() {
 fn gltf_errors_name_the_place_in_the_document() {
     let text = triangle();
     for (from, to, expected) in [
-        (r#""count": 3"#, r#""count": "3""#, "accessors[0].count: string \"3\", expected a whole number of at least 0"),
+        (r#""count": 3"#, r#""count": "3""#, "accessors[0].count: string \"3\"; expected a whole number of at least 0"),
         (r#""count": 3"#, r#""count": -3"#, "accessors[0].count: invalid value"),
         (r#""count": 3, "#, "", "accessors[0]: missing field `count`"),
         (r#""count": 3"#, r#""count": 4"#, "accessors[0]: 4 elements of 12 bytes"),

@@ -39,7 +39,8 @@ fn whole_colours_are_srgb_and_fractions_linear() {
     assert_eq!(some.parts[0].mesh.face_colors.as_ref().unwrap()[1], [1.0; 3]);
     let notices = texts(&some.notices).join("\n");
     assert!(
-        notices.contains("1 face with a colour map index") && notices.contains("transparency of 1 face"),
+        notices.contains("1 face shown in white: colour map indices are not supported")
+            && notices.contains("transparency of 1 face"),
         "{notices}"
     );
     let cube = read_model(&data("comments.off"), &Budget::default()).unwrap();
@@ -110,7 +111,10 @@ fn off_errors_contain_the_line() {
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 0 9\n",
             "a.off:7: face 0: vertex \"9\", but the file has 4 vertices (numbered from 0)",
         ),
-        ("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n-3 0 1 2\n", "a.off:7: face 0: expected a number of corners"),
+        (
+            "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n-3 0 1 2\n",
+            "a.off:7: face 0: expected the number of corners, a whole number >= 0",
+        ),
         (
             "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n99999999999 0 1\n",
             "a.off:7: face 0 ends after 2 of 99999999999 corners",
@@ -147,7 +151,7 @@ fn off_errors_contain_the_line() {
 #[test]
 fn colours_outside_the_specified_range_cause_notices() {
     for (color, expected, said) in [
-        ("300 0 0", None, "the colours of all faces are ignored, because the largest value is 300; expected 0 to 255"),
+        ("300 0 0", None, "all face colours are ignored, because the largest value is 300; expected 0 to 255"),
         ("255.0 0 0", Some([1.0, 0.0, 0.0]), "contain fractions up to 255 and are read as 0 to 255"),
         ("1.001 0 0.5", Some([1.0, 0.0, 0.5]), "contain values up to 1.001, which are clamped to 1"),
         ("-1 1 0", Some([0.0, 1.0, 0.0]), "face colours that are negative or not finite"),

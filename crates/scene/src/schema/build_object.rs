@@ -91,7 +91,7 @@ impl ObjectSpec {
                 (index, materials)
             }
             Some(original) => {
-                keys.refuse(&GEOMETRY, "the mesh belongs to another object; set this key there")?;
+                keys.refuse(&GEOMETRY, "the mesh belongs to the object of instance_of; set this key for that object")?;
                 let id = world.find_object(&original).map_err(|error| error.in_context("instance_of"))?;
                 let Object { mesh, materials, category: theirs, lidar: its, .. } = world.objects[id].clone();
                 (category, lidar) = (category.or(theirs), lidar.or(its));

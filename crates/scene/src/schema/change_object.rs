@@ -221,7 +221,7 @@ impl ObjectSpec {
             return Ok((mesh.map_or(ChangedMesh::Same, |mesh| ChangedMesh::New(Arc::new(mesh))), materials));
         }
         if let Some(original) = self.instance_of.take() {
-            keys.refuse(&GEOMETRY, "the mesh belongs to another object; set this key there")?;
+            keys.refuse(&GEOMETRY, "the mesh belongs to the object of instance_of; set this key for that object")?;
             let other = world.find_object(&original).map_err(|error| error.in_context("instance_of"))?;
             let Some(mesh) = world.objects.get(other).map(|other| other.mesh) else {
                 return Ok((ChangedMesh::Same, None));

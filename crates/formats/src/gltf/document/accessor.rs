@@ -47,7 +47,8 @@ impl Layout {
         let column = rows * component.size();
         // Columns of matrices start at multiples of four bytes (3.6.2.4).
         let size = if columns > 1 && column % 4 != 0 {
-            let message = ": matrices of small integers are not supported, because no feature uses them";
+            let message =
+                ": integer matrices whose columns need padding to 4 bytes are not supported; use float components";
             return Err((ErrorCode::UnsupportedFeature, message.into()));
         } else {
             columns * column

@@ -43,5 +43,5 @@ pub(crate) fn json_words(text: &str) -> String {
         kind if kind.starts_with("struct ") => "an object",
         kind => &kind.replace("an array of length", "a list of length"),
     };
-    format!("{found}, expected {expected}{place}")
+    format!("{found}; expected {expected}{place}")
 }

@@ -286,10 +286,7 @@ impl Builder<'_, '_> {
             if *count.get_or_insert(elements.count) != elements.count {
                 return Err(document.fault(
                     ErrorCode::WrongShape,
-                    format!(
-                        "{place}: the number of elements differs from the other attributes; expected equal \
-                    numbers"
-                    ),
+                    format!("{place}: {} elements; expected as many as in the other attributes", elements.count),
                 ));
             }
             // An instance is a separate object, which takes more memory than a vertex.

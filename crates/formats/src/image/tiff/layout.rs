@@ -142,8 +142,8 @@ impl Layout {
         };
         if !fits {
             return Err(file.unsupported(format!(
-                "predictor {predictor} of {format:?} samples of {bits} bits is not \
-                supported"
+                "predictor {predictor} of {format:?} samples of {bits} bits is not supported; expected predictor 1, 2 \
+                 (8, 16, 32 or 64 bits) or 3 (float)"
             )));
         }
         if self.photometric == Photometric::Palette && (format != SampleFormat::Unsigned || bits > 16) {

@@ -84,7 +84,10 @@ impl ApertureSpec {
             (Some(radius), None, None) => radius,
             (None, Some(f_number), Some(focal_length)) => {
                 if !(f_number > 0.0 && focal_length > 0.0) {
-                    return fail(ErrorCode::OutOfRange, "f_number and focal_length must be greater than 0");
+                    let message = format!(
+                        "f_number is {f_number}, focal_length is {focal_length}; expected numbers greater than 0"
+                    );
+                    return fail(ErrorCode::OutOfRange, &message);
                 }
                 focal_length / (2.0 * f_number)
             }
@@ -130,7 +133,8 @@ impl ShutterSpec {
                 let end = read(end).map_err(|error| error.in_context("end"))?;
                 let last = self.exposure + self.readout;
                 if last.is_nan() || last <= 0.0 {
-                    let message = "exposure and readout are both 0, so the pose \"end\" is never reached; set at least one of them";
+                    let message = "exposure and readout are both 0, so the pose \"end\" is never reached; set one \
+                                   of them";
                     return Err(SceneError::schema(ErrorCode::OutOfRange, "", message));
                 }
                 vec![(0.0, start), (last, end)]

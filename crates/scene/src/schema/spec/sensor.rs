@@ -148,7 +148,7 @@ with_pose! {
         pub description: serde_json::Map<String, serde_json::Value>,
     }
     pose {
-        location: "The sensor's position. Without a pose, the sensor is where its description places it.",
+        location: "The sensor's position. Without a pose, the sensor's description determines its pose.",
         target: "A point that the sensor's x axis points to, instead of angles.",
         up: "Direction that points up, with `target`; default: the world's up axis.",
         R: "The rotation from the axes of the world, or of the rig's body, to the sensor axes.",
@@ -166,7 +166,7 @@ impl LidarSpec {
     pub fn build<F: AssetLoader>(mut self, up: Up, place: &str, files: &mut F) -> Result<NamedSensor, F::Error> {
         let within = |error: SceneError| error.in_context(place);
         if self.device.is_none() && self.calibration.is_none() {
-            let message = "missing; expected the name of a lidar model, or \"calibration\" with a calibration file";
+            let message = "missing; expected a device such as \"vlp16\" (raycam lidars lists all), or \"calibration\" with a file";
             return Err(within(SceneError::schema(ErrorCode::MissingValue, "device", message)).into());
         }
         let pose = build_pose(&pose_of!(self), up).map_err(within)?;

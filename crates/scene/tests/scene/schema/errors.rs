@@ -161,7 +161,7 @@ fn invalid_values_are_reported_with_their_key() {
     );
     assert_error(
         build(r#"{ "object": [{ "box": {} }, { "instance_of": "box", "refine": 1 }] }"#),
-        "object[1].refine: the mesh belongs to another object; set this key there",
+        "object[1].refine: the mesh belongs to the object of instance_of; set this key for that object",
     );
     let point = |rest: &str| build(&format!(r#"{{ "light": {{ "type": "point", "position": [0, 0, 0], {rest} }} }}"#));
     assert!(
