@@ -362,7 +362,10 @@ mod tests {
                 assert_eq!(said(text, size), whole, "{size}");
             }
         }
-        assert!(said(bad[0], 8).starts_with("a.obj:5: f: vertex -4, but there are only 3"));
+        assert!(
+            said(bad[0], 8)
+                .starts_with("a.obj:5: f: vertex -4, but the number of vertex statements before this line is 3")
+        );
         assert!(said(bad[1], 8).starts_with("a.obj:6: f: vertex 10, but the file has 3"));
         assert!(said(bad[2], 8).starts_with("a.obj:6: v has 2 numbers"));
     }

@@ -1,6 +1,7 @@
 //! Parts of a world by name.
 
 use crate::camera::NamedCamera;
+use crate::counted::counted;
 use crate::error::{Result, SceneError, suggestion};
 use crate::world::World;
 
@@ -12,7 +13,7 @@ impl World {
     pub fn find_camera(&self, name: &str) -> Result<&NamedCamera> {
         self.cameras.iter().find(|camera| camera.name == name).ok_or_else(|| {
             let names = self.cameras.iter().map(|camera| camera.name.as_str());
-            let count = self.cameras.len();
+            let count = counted(self.cameras.len(), "camera");
             SceneError::unknown_name(format!(
                 "no camera named {name:?}; the world has {count}{}",
                 suggestion(name, names)
@@ -27,7 +28,7 @@ impl World {
     pub fn find_object(&self, name: &str) -> Result<usize> {
         self.objects.iter().position(|object| object.name == name).ok_or_else(|| {
             let names = self.objects.iter().map(|object| object.name.as_str());
-            let count = self.objects.len();
+            let count = counted(self.objects.len(), "object");
             SceneError::unknown_name(format!(
                 "no object named {name:?}; the world has {count}{}",
                 suggestion(name, names)

@@ -2,6 +2,7 @@
 
 use crate::camera::sensor::NamedSensor;
 use crate::camera::{NamedCamera, Rig};
+use crate::counted::counted;
 use crate::error::{Result, SceneError, suggestion};
 use crate::world::World;
 use crate::world::names::Names;
@@ -38,7 +39,7 @@ impl World {
     /// [`SceneError::World`] with the nearest name.
     pub fn find_rig(&self, name: &str) -> Result<usize> {
         self.rigs.iter().position(|rig| rig.name() == name).ok_or_else(|| {
-            let count = self.rigs.len();
+            let count = counted(self.rigs.len(), "rig");
             SceneError::unknown_name(format!(
                 "no rig named {name:?}; the world has {count}{}",
                 suggestion(name, self.rigs.iter().map(Rig::name))

@@ -1,5 +1,6 @@
 //! Material variants of a world.
 
+use crate::counted::counted;
 use crate::error::{Result, SceneError, suggestion};
 use crate::world::World;
 
@@ -11,7 +12,7 @@ impl World {
     pub fn with_variant(&self, name: &str) -> Result<World> {
         let Some(variant) = self.variants.iter().find(|variant| variant.name == name) else {
             let names = self.variants.iter().map(|variant| &variant.name[..]);
-            let count = self.variants.len();
+            let count = counted(self.variants.len(), "variant");
             let near = suggestion(name, names);
             return Err(SceneError::unknown_name(format!("no variant named {name:?}; the world has {count}{near}")));
         };

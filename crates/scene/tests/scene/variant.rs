@@ -19,5 +19,5 @@ fn variants_change_only_materials() {
     assert_eq!(night.objects[0].materials, [1]);
     assert_eq!((world.objects[0].materials[0], &night.meshes), (0, &world.meshes));
     let error = world.with_variant("nigth").unwrap_err().to_string();
-    assert_eq!(error, "no variant named \"nigth\"; the world has 1; did you mean \"night\"?");
+    assert_eq!(error, "no variant named \"nigth\"; the world has 1 variant; did you mean \"night\"?");
 }

@@ -275,7 +275,7 @@ fn invalid_video_values_are_refused() {
     );
     fails(
         r#"{ "keyframe": { "time": 1, "object": "bx", "yaw": 1 } }"#,
-        r#"video.keyframe[0].object: no object named "bx"; the world has 1; did you mean "box"?"#,
+        r#"video.keyframe[0].object: no object named "bx"; the world has 1 object; did you mean "box"?"#,
     );
     fails(
         r#"{ "orbit": { "target": [0, 0, 0] }, "keyframe": { "time": 1, "yaw": 1 } }"#,

@@ -29,11 +29,11 @@ fn unknown_keys_and_names_get_a_suggestion() {
     assert_error(build(r#"{ "up": "x" }"#), r#"up: unknown name "x"; expected one of "z", "y""#);
     assert_error(
         build(r#"{ "object": [{ "box": {}, "name": "table" }, { "instance_of": "tabel" }] }"#),
-        r#"object[1].instance_of: no object named "tabel"; the world has 1; did you mean "table"?"#,
+        r#"object[1].instance_of: no object named "tabel"; the world has 1 object; did you mean "table"?"#,
     );
     let world = camera(r#""name": "left", "focal": 500, "location": [0, 0, 0]"#).unwrap();
     let error = world.find_camera("lefft").unwrap_err().to_string();
-    assert_eq!(error, r#"no camera named "lefft"; the world has 1; did you mean "left"?"#);
+    assert_eq!(error, r#"no camera named "lefft"; the world has 1 camera; did you mean "left"?"#);
 }
 
 #[test]
