@@ -123,7 +123,7 @@ def test_matrix_of_another_kind_in_a_file_of_camera_matrices_is_an_error(tmp_pat
         "# fx fy cx cy\n500,25\t500,5\t320,0\t-240,0\n",
     ],
 )
-def test_decimal_commas_are_named(tmp_path: Path, text: str) -> None:
+def test_error_names_the_decimal_comma(tmp_path: Path, text: str) -> None:
     (tmp_path / "poses.txt").write_text(text)
     with raises(raycam.FormatError, code="syntax", mentions=["decimal commas"]):
         raycam.load_cameras(tmp_path / "poses.txt")

@@ -97,7 +97,9 @@ def test_depth_and_segmentation_agree_with_mujoco_rays(
     assert box[0] > 2 * box[2]
 
 
-def test_scene_options_without_effect_are_named(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+def test_scene_options_without_effect_give_a_notice_with_their_names(
+    state: tuple[mujoco.MjModel, mujoco.MjData],
+) -> None:
     model, data = state
     option = mujoco.MjvOption()
     option.flags[mujoco.mjtVisFlag.mjVIS_CONTACTPOINT] = True

@@ -45,7 +45,7 @@ def box_scene(o3d: Any) -> Any:
     return scene
 
 
-def test_calls_from_public_code_return_open3d_results(o3d: Any) -> None:
+def test_calls_copied_from_public_projects_return_the_results_of_open3d(o3d: Any) -> None:
     scene = box_scene(o3d)
     legacy = o3d.geometry.TriangleMesh(
         o3d.utility.Vector3dVector(cube((3, 0, 0), (4, 1, 1))[0]), o3d.utility.Vector3iVector(cube()[1])

@@ -33,7 +33,7 @@ def ball() -> Any:
     return trimesh.creation.icosphere(subdivisions=2)
 
 
-def test_calls_from_public_code_return_trimesh_results(engine: str) -> None:
+def test_calls_copied_from_public_projects_return_the_results_of_trimesh(engine: str) -> None:
     mesh = ball()
     n = 50
     random = np.random.default_rng(1)

@@ -325,7 +325,7 @@ def test_first_page_of_bigtiff_and_multi_page_files_is_shown(tmp_path: Path) -> 
         ({317: [7], 259: [8]}, [7]),
     ],
 )
-def test_unsupported_tiff_feature_is_named(
+def test_error_names_the_unsupported_tiff_feature(
     tmp_path: Path, changes: dict[int, list[int]], facts: list[int | str]
 ) -> None:
     tags = {256: [COLUMNS], 257: [ROWS], 258: [8], 259: [1], 262: [1], 277: [1], 278: [ROWS]}

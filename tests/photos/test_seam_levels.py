@@ -15,7 +15,7 @@ def grid_links(height: int, width: int) -> TexelLinks:
     return link_texels(index, (width, height), points, np.ones(height * width))
 
 
-def test_links_are_neighbours_on_the_surface() -> None:
+def test_linked_texels_are_neighbours_on_the_surface() -> None:
     points = np.array([[0, 0, 0], [1, 0, 0], [50, 0, 0], [0, 1, 0], [1, 1, 0], [50, 1, 0]], float)
     links = link_texels(np.arange(6), (3, 2), points, np.ones(6))
     found = set(zip(links.first.tolist(), links.second.tolist(), strict=True))

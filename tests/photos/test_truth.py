@@ -241,7 +241,7 @@ def test_interrupted_job_resumes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("layout", ["mvsnet", "colmap", "blendedmvs"])
-def test_pinhole_layouts_refuse_lenses(tmp_path: Path, layout: str) -> None:
+def test_layouts_for_pinhole_cameras_raise_for_fisheye_cameras(tmp_path: Path, layout: str) -> None:
     with raises(raycam.CameraError, code="unsupported_camera", mentions=["IMG_0000"]):
         raycam.photo_truth(table(), photographs(**FISHEYE), tmp_path, layout=layout)
     assert not any(tmp_path.iterdir())

@@ -70,7 +70,7 @@ def test_a_lamp_without_reflection_is_missing_in_mirrors_only() -> None:
     assert 0.9 * usual[matte].mean() < hidden[matte].mean() < usual[matte].mean()
 
 
-def test_an_environment_can_light_while_another_environment_is_the_background() -> None:
+def test_one_environment_illuminates_while_another_is_the_background() -> None:
     world = scene()
     world.remove_light(0)
     world.add_light(type="sky", zenith=[2, 1, 0.5], horizon=[1, 1, 1], visible={"camera": False})
@@ -187,7 +187,7 @@ def test_an_object_without_reflection_keeps_its_shadow(light: str) -> None:
     np.testing.assert_allclose(hidden.mean(), usual.mean(), rtol=0.005)
 
 
-def test_a_shining_object_without_reflection_illuminates() -> None:
+def test_an_emissive_object_without_reflection_illuminates_other_objects() -> None:
     def world(visible: Any) -> raycam.World:
         made = scene()
         made.set_light(0, type="sky", radiance=0)

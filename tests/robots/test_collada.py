@@ -71,7 +71,7 @@ def test_triangles_agree_with_trimesh(load: Callable[..., raycam.World], tmp_pat
     np.testing.assert_allclose(found[order[0]], expected[order[1]], atol=1e-6)
 
 
-def test_unit_is_applied_and_up_axis_is_not_as_in_rviz(load: Callable[..., raycam.World]) -> None:
+def test_unit_is_applied_and_up_axis_is_ignored_as_in_rviz(load: Callable[..., raycam.World]) -> None:
     plain = load(cube()).triangles()
     with warns(raycam.Notice, code="ignored_key", mentions=["Y_UP"]):
         scaled = load(cube("0.01", "Y_UP"), scale="2 2 2").triangles()

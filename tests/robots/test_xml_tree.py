@@ -49,7 +49,7 @@ def test_large_documents_are_refused_before_parsing() -> None:
         parse_xml(b"<robot>          </robot>", "x.xml", XmlLimits(bytes=10))
 
 
-def test_tree_has_lines_texts_and_tags_without_prefixes() -> None:
+def test_xml_elements_have_their_line_text_and_tag_without_prefix() -> None:
     root = parse_xml(b'<x:a xmlns:x="u">\n<b k="1">te<c/>xt</b></x:a>', "x.xml")
     assert root.tag == "a"
     (b,) = root.children

@@ -36,7 +36,7 @@ def newest_session(viewer: Viewer, count: int) -> Session:
 
 
 @pytest.mark.parametrize("width", [1280, 390])
-def test_server_knows_the_images_size_before_the_client_runs(tab: Tab, viewer: Viewer, width: int) -> None:
+def test_server_receives_the_image_size_before_the_client_runs(tab: Tab, viewer: Viewer, width: int) -> None:
     tab.show(width, 800)
     tab.call("Network.setBlockedURLs", urls=["*client.js"])
     try:
@@ -57,7 +57,7 @@ def test_server_knows_the_images_size_before_the_client_runs(tab: Tab, viewer: V
     assert session.images.version == 1
 
 
-def test_page_without_a_token_reports_it(tab: Tab, viewer: Viewer) -> None:
+def test_page_without_a_token_reports_the_missing_token(tab: Tab, viewer: Viewer) -> None:
     tab.call("Page.navigate", url=viewer.url.split("#")[0])
     tab.wait("document.getElementById('message').textContent.includes('token')")
 

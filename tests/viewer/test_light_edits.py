@@ -119,7 +119,7 @@ def test_drag_of_a_light_is_one_step_of_undo(small_world: raycam.World) -> None:
     assert edits.world.lights[1]["position"] == [0, 0, 1]
 
 
-def test_lights_reopen_from_the_saved_glb(small_world: raycam.World, tmp_path: Path) -> None:
+def test_lights_are_restored_from_the_saved_glb(small_world: raycam.World, tmp_path: Path) -> None:
     lit = edited(edited(small_world, "light", 0, "add", "point"), "light", 1, "color", "#40ff40")
     lit.to_gltf(tmp_path / "lit.glb")
     again = raycam.load(tmp_path / "lit.glb")

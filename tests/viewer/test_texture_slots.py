@@ -131,7 +131,7 @@ def test_cleared_texture_keeps_the_value_of_the_material(painted: raycam.World, 
     assert values[0] == values[1]
 
 
-def test_replaced_texture_reopens_from_the_saved_glb(painted: raycam.World, tmp_path: Path) -> None:
+def test_replaced_texture_is_restored_from_the_saved_glb(painted: raycam.World, tmp_path: Path) -> None:
     Image.fromarray(PAINT[::-1].copy()).save(tmp_path / "other.png")
     changed = set_texture(painted, 1, "color", str(tmp_path / "other.png"))
     changed.to_gltf(tmp_path / "saved.glb")

@@ -52,7 +52,7 @@ def channel(small_world: raycam.World) -> Iterator[Channel]:
     made.views.close()
 
 
-def test_cell_receives_images_and_answers(channel: Channel) -> None:
+def test_notebook_cell_receives_images_and_replies_to_requests(channel: Channel) -> None:
     channel.say("a", HELLO)
     assert channel.hear("a", "welcome")[0]["title"] == "raycam"
     picture, buffers = channel.hear("a", "picture")

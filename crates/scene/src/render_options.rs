@@ -60,7 +60,7 @@ render_options! {
     /// clear glass. "path": path tracing, with any number of bounces. "ao": ambient occlusion, the visible fraction of
     /// the sky. "flat": the base colour of the first triangle, without light.
     integrator: Integrator = Some(Integrator::Direct), OptionRange::Names(Integrator::NAMES);
-    /// Samples per pixel. With `noise_threshold` or `time_limit`, the maximum per pixel (default 16384).
+    /// Samples per pixel. With `noise_threshold` or `time_limit`, the maximum per pixel, 16384 unless given.
     samples: u32 = Some(16), OptionRange::Whole { min: 1, max: MAX_SAMPLES as u64 };
     /// Target standard error of a pixel's luminance. A first pass, which is not shown, measures the noise and chooses
     /// the number of samples of each pixel; the image is unbiased.

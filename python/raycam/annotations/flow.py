@@ -132,8 +132,9 @@ def check_rectified(left: Camera, right: Camera) -> None:
             )
         if camera.shutter is not None:
             raise CameraError(
-                "not a rectified pair, because of a shutter: the rows of the two images do not correspond; "
-                "raycam.flow supports any two cameras, and camera.still() returns the camera at rest",
+                "not a rectified pair, because a camera has a shutter (motion blur or a rolling shutter), so the rows "
+                "of the two images do not correspond; raycam.flow supports any two cameras, and camera.still() returns "
+                "the camera at rest",
                 code="unsupported_camera",
             )
     same = np.ones((3, 3), dtype=bool)
@@ -144,7 +145,7 @@ def check_rectified(left: Camera, right: Camera) -> None:
         "different rotations": not np.allclose(left.R, right.R, rtol=0, atol=1e-9),
         "different intrinsics": not np.allclose(left.K[same], right.K[same], rtol=1e-9, atol=1e-9),
         "different values of pixel_center": left.pixel_center != right.pixel_center,
-        f"the baseline {baseline} in the left camera's axes": not (
+        f"the right camera's position {baseline} in the left camera's axes (expected: x > 0, y = z = 0)": not (
             baseline[0] > 0 and np.abs(baseline[1:]).max() <= 1e-9 * baseline[0]
         ),
     }

@@ -169,7 +169,8 @@ class Copies(Optics):
         refuse_other_types(source)
         if self.is_parallel or source.is_parallel or not np.allclose(self.C, source.C, rtol=0, atol=1e-9):
             raise CameraError(
-                "pixel_map requires two cameras with the same centre C", code="unsupported_camera"
+                f"pixel_map requires two cameras with the same centre C, not {self!r} and {source!r}",
+                code="unsupported_camera",
             )
         origins, directions = self.rays()
         points = (origins + directions).reshape(-1, 3)

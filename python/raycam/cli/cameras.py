@@ -72,7 +72,9 @@ def _run(options: argparse.Namespace) -> None:
     if isinstance(cameras, Cameras):
         images, times = cameras.images, _times(cameras.times, options.time_offset)
     elif options.time_offset is not None:
-        raise SettingsError("--time-offset requires a trajectory; a world has no times", code="missing_value")
+        raise SettingsError(
+            f"--time-offset requires a trajectory; {options.file} is a world", code="missing_value"
+        )
     if name:
         if name not in cameras:
             raise CameraError(nearest("camera", name, list(cameras)), code="unknown_name")

@@ -62,7 +62,9 @@ def _add(command: argparse.ArgumentParser) -> None:
         type=float,
         help="initial time of the world's video or animation, in seconds (default: 0)",
     )
-    command.add_argument("--animation", metavar="NAME", help="initial animation of a glTF file")
+    command.add_argument(
+        "--animation", metavar="NAME", help="initial animation of a glTF file (default: the first)"
+    )
     command.add_argument(
         "--variant", dest="first_variant", metavar="NAME", help="initial material variant of a glTF file"
     )

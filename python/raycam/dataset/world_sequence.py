@@ -83,7 +83,7 @@ class WorldSequence:
                 raise SettingsError("worlds is empty; pass at least one world", code="missing_value")
         if count is None:
             raise SettingsError(
-                "count is missing; pass count=, the number of worlds of the function or the iterator",
+                "count is missing; pass count=, the number of worlds that the function or iterator returns",
                 code="missing_value",
             )
         self.count = whole("count", count, 1, MAX_WORLDS)

@@ -97,7 +97,10 @@ def read_entry(path: Path, place: int) -> JournalEntry:
         lines.seek(place)
         entry = _entry(lines.readline())
     if entry is None:
-        raise JobError(f"{path}: another program has changed the file at byte {place}", code="damaged_job")
+        raise JobError(
+            f"{path}: another program has changed the file at byte {place}; run the job's command again",
+            code="damaged_job",
+        )
     return entry
 
 

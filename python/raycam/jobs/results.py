@@ -161,7 +161,7 @@ def _compare(path: str, stamp: Stamp, found: Stamp) -> None:
     if found != stamp:
         raise JobError(
             f"{path}: the result was created with {stamp[0]} bytes and SHA-256 {stamp[1][:12]}, but now has "
-            f"{found[0]} bytes and SHA-256 {found[1][:12]}",
+            f"{found[0]} bytes and SHA-256 {found[1][:12]}; run the job's command again",
             code="damaged_job",
         )
 

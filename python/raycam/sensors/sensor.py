@@ -176,7 +176,7 @@ def sample_sensor(sensor: Sensor, world: World, *, frame: int = 0, threads: int 
     for name in RESERVED_NAMES:
         if name in arrays:
             raise SettingsError(
-                f"{type(sensor).__name__}.sample returns an array {name!r}, which is reserved",
+                f"{type(sensor).__name__}.sample returns an array with the reserved name {name!r}; use another name",
                 code="duplicate_name",
             )
     return {**arrays, "world_from_sensor": np.array(sensor.pose), "times": np.array(sensor.times)}

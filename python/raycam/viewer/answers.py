@@ -177,7 +177,8 @@ def answer(session: Session, message: Message) -> None:
         if isinstance(message, Explain):
             if message.u >= view.size[0] or message.v >= view.size[1]:
                 raise SettingsError(
-                    f"pixel {message.u}, {message.v} is outside of the image", code="out_of_range"
+                    f"pixel {message.u}, {message.v} is outside the image of {view.size[0]} x {view.size[1]} pixels",
+                    code="out_of_range",
                 )
             parts, lines = explained(view.lit, view.still_camera, message.u, message.v)
             session.connection.send({"type": "explained", **parts})

@@ -184,7 +184,8 @@ def _arrays(frame: Frame, given: object) -> dict[str, npt.NDArray[Any]]:
     for name, value in given.items():
         if name in frame:
             raise SettingsError(
-                f"arrays[{name!r}]: the frame has a channel of this name", code="duplicate_name"
+                f"arrays[{name!r}]: the frame has a channel of this name; choose another name",
+                code="duplicate_name",
             )
         if not (isinstance(name, str) and name.isidentifier()):
             raise SettingsError(

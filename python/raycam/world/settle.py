@@ -153,7 +153,8 @@ def _numbers(world: World, argument: str, which: Any) -> list[int]:
     if not found:
         raise WorldError(f"{argument}: no objects are given", code="missing_value")
     if len(set(found)) != len(found):
-        raise WorldError(f"{argument}: an object is given twice", code="duplicate_name")
+        twice = next(names[number] for number in found if found.count(number) > 1)
+        raise WorldError(f"{argument}: object {twice!r} is given twice", code="duplicate_name")
     return found
 
 

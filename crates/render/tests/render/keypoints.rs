@@ -54,7 +54,7 @@ fn barycentric_keypoints_are_on_their_triangle() {
 }
 
 #[test]
-fn keypoints_refuse_missing_objects() {
+fn invalid_keypoints_return_an_error() {
     let triangle =
         |object, triangle, sum: f64| KeypointSource::Triangle { object, triangle, weights: DVec3::splat(sum / 3.0) };
     assert!(seen(&[triangle(1, 3, 1.0)]).is_ok());

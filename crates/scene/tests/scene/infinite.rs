@@ -106,7 +106,7 @@ fn orthographic_rays_start_on_a_plane() {
 }
 
 #[test]
-fn parallel_rays_refuse_lens_and_aperture() {
+fn orthographic_camera_with_a_lens_model_returns_an_error() {
     let k = DMat3::from_diagonal(DVec3::new(50.0, 50.0, 1.0));
     let camera = Camera::orthographic(k, DMat3::IDENTITY, DVec3::ZERO, SIZE, PixelCenter::Half).unwrap();
     let lens = Lens::new(LensModel::Fisheye, &[0.0; 4]).unwrap();

@@ -65,7 +65,9 @@ def pictures_of(place: Path) -> list[LabelledPicture]:
         if next(place.glob(pattern), None) is not None:
             return list(read(place))
     known = ", ".join(MARKERS)
-    raise SettingsError(f"{place}: expected a data set, a folder with one of {known}", code="unknown_format")
+    raise SettingsError(
+        f"{place}: not a data set; expected a folder that contains one of {known}", code="unknown_format"
+    )
 
 
 def _size(picture: Path) -> tuple[int, int]:
@@ -84,7 +86,7 @@ def _numbers(line: str, path: Path, between: str | None = None) -> list[float]:
     try:
         return [float(word) for word in line.split(between)]
     except ValueError:
-        raise FormatError(f"{path}: {line!r}: expected numbers", code="wrong_type") from None
+        raise FormatError(f"{path}: expected numbers, got the line {line!r}", code="wrong_type") from None
 
 
 def _coco(place: Path) -> Iterator[LabelledPicture]:
@@ -166,7 +168,7 @@ def _yolo_mark(line: str, names: dict[int, str], size: tuple[int, int], path: Pa
     try:
         kind, *values = [float(word) for word in line.split()]
     except ValueError:
-        raise FormatError(f"{path}: {line!r}: expected numbers", code="wrong_type") from None
+        raise FormatError(f"{path}: expected numbers, got the line {line!r}", code="wrong_type") from None
     (w, h), number = size, int(kind)
     name, color = names.get(number, str(number)), COLORS[(number + 1) % len(COLORS)]
     if len(values) == 4 or (len(values) > 4 and (len(values) - 4) % 3 == 0 and len(values) % 2):

@@ -115,7 +115,7 @@ def _read_array(path: Path, stream: IO[bytes], size: int) -> npt.NDArray[Any]:
     """
     version = np.lib.format.read_magic(stream)
     if version not in ((1, 0), (2, 0)):
-        raise ValueError(f"version {version} of the .npy format is not supported")
+        raise ValueError(f"version {version} of the .npy format is not supported; expected (1, 0) or (2, 0)")
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # NumPy warns about headers written by Python 2

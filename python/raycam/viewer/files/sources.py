@@ -80,7 +80,7 @@ class Opening(NamedTuple):
         """Raises `SettingsError` if the files cannot be watched for changes."""
         if self.source is None:
             raise SettingsError(
-                "watch requires one world, in a file or a folder; archives and several models are loaded once",
+                "watch requires one world, in a file or a folder; archives and several models cannot be watched",
                 code="conflicting_values",
             )
 

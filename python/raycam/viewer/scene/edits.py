@@ -264,7 +264,10 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
         _require_placeable(world, number)
         changed.set_object(number, matrix=_with_number(world, number, value))
     else:
-        raise SettingsError(f"object key {key} is unknown, or its value has a wrong type", code="unknown_key")
+        raise SettingsError(
+            f"object key {key} cannot be set to {str(value)[:80]}: the key is unknown, or the value has a wrong type",
+            code="unknown_key",
+        )
     return changed
 
 

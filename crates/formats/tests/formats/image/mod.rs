@@ -286,7 +286,7 @@ fn gif_frames_larger_than_the_image_are_charged_to_the_budget() {
 }
 
 #[test]
-fn unsupported_image_formats_are_named() {
+fn error_names_the_unsupported_image_format() {
     let error = read("a.dds", b"DDS |", ColorUse::Color).unwrap_err();
     let expected = "a.dds: unknown image format; supported: PNG, JPEG, WebP, KTX2, OpenEXR, Radiance HDR, BMP, TIFF, GIF and TGA; the file is \
          a DDS image: convert it to PNG";
