@@ -342,7 +342,7 @@ impl TextParser<'_> {
             return Err(FormatError::line(
                 self.path,
                 line,
-                ErrorCode::TooLarge.message("more than 65536 solids in one file"),
+                ErrorCode::TooLarge.message("more than 65536 solids in one file; divide the file"),
             ));
         }
         self.solids.push((name, VertexWelder::default(), Vec::new()));

@@ -25,7 +25,7 @@ pub enum RenderError {
         source: BuildError,
     },
     /// The image does not fit into memory.
-    #[error("{what} requires {bytes} bytes; the limit is {limit}; render it in regions or with fewer channels")]
+    #[error("{what} requires {bytes} bytes; the limit is {limit}; request a smaller region or fewer channels")]
     TooLarge {
         /// Description of the requested data.
         what: String,

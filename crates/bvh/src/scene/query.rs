@@ -25,7 +25,7 @@ impl Scene {
     /// Sets `occluded` to true for every ray that hits anything, on the calling thread. `occluded` must be as long as
     /// `rays`.
     pub fn occluded(&self, rays: &[Ray], occluded: &mut [bool], coherence: Coherence) {
-        assert_eq!(rays.len(), occluded.len(), "the numbers of answers and rays must be equal");
+        assert_eq!(rays.len(), occluded.len(), "the numbers of results and rays must be equal");
         traverse::occluded(self.dispatch, self, rays, occluded, coherence);
     }
 
@@ -72,7 +72,7 @@ impl Scene {
         filter: Option<&dyn HitFilter>,
         occluded: &mut [bool],
     ) {
-        assert_eq!(rays.len(), occluded.len(), "the numbers of answers and rays must be equal");
+        assert_eq!(rays.len(), occluded.len(), "the numbers of results and rays must be equal");
         let mut hits = vec![ExactHit::MISS; rays.len()];
         self.trace_exact(rays, triangles, filter, true, &mut hits);
         for (occluded, hit) in occluded.iter_mut().zip(hits) {
@@ -221,7 +221,7 @@ impl Scene {
     ) {
         assert!(
             points.len() == found.len() && self.mesh_ranges.is_none(),
-            "the numbers of answers and points must be \
+            "the numbers of results and points must be \
             equal, and the scene must not be flattened"
         );
         assert!(max_distance.len() == 1 || max_distance.len() == points.len(), "expected one limit, or one per point");

@@ -147,7 +147,10 @@ impl NpyHeader {
         let big = order == ">";
         let (letter, size) = rest.split_at(rest.len().min(1));
         let Ok(size) = size.parse::<usize>() else {
-            return Ok(Elements::Unread(format!("an array of {}, which is not supported", self.kind)));
+            return Ok(Elements::Unread(format!(
+                "an array of {}, which is not supported; save numbers with np.savez",
+                self.kind
+            )));
         };
         let width = if letter == "U" { 4 * size } else { size };
         let needed = width.checked_mul(count).ok_or("the array has more bytes than a calibration can have")?;
@@ -158,7 +161,10 @@ impl NpyHeader {
             return Ok(Elements::Words((0..count).map(|i| word(&data[i * width..][..width], big)).collect()));
         }
         let Some(number) = reader(letter, size) else {
-            return Ok(Elements::Unread(format!("an array of {}, which is not supported", self.kind)));
+            return Ok(Elements::Unread(format!(
+                "an array of {}, which is not supported; save numbers with np.savez",
+                self.kind
+            )));
         };
         let value = |i: usize| {
             let mut bytes = [0; 8];

@@ -276,8 +276,13 @@ fn check_blocks(file: &Decoder<'_>, part: &Header, index: usize, whole: bool) ->
     if let BlockDescription::Tiles(tiles) = part.blocks {
         let Vec2(columns, rows) = tiles.tile_size;
         if columns.saturating_mul(rows) > pixels.saturating_mul(4).max(SMALL) {
-            return Err(file
-                .fault(ErrorCode::OutOfRange, format!("tiles of {columns} x {rows} pixels are more than four times as large as the image of {pixels} pixels")));
+            return Err(file.fault(
+                ErrorCode::OutOfRange,
+                format!(
+                    "tiles of {columns} x {rows} pixels are more than four times as large as the image of {pixels} \
+                     pixels; save the image with smaller tiles"
+                ),
+            ));
         }
     }
     let sized = matches!(part.compression, Compression::DWAA(_) | Compression::DWAB(_));

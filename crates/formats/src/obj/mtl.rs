@@ -191,7 +191,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Res
         }
         if key.eq_ignore_ascii_case(b"newmtl") {
             if materials.len() == MAX_MATERIALS {
-                let message = format!("more than {MAX_MATERIALS} materials in one file");
+                let message = format!("more than {MAX_MATERIALS} materials in one file; divide the file");
                 return Err(FormatError::line(path, line, ErrorCode::TooLarge.message(message)));
             }
             materials.push(MtlMaterial { line, ..MtlMaterial::with_defaults(lexer::trim(rest)) });

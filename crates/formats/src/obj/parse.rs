@@ -184,7 +184,7 @@ impl ObjBuilder {
         for (line, names) in &chunk.libraries {
             libraries(names, &mut obj.libraries);
             if obj.libraries.len() > 256 {
-                return Err((*line, "more than 256 material files".into()));
+                return Err((*line, "more than 256 material files (mtllib); combine them into fewer files".into()));
             }
         }
         Ok(())
@@ -291,7 +291,7 @@ fn limit(line: usize, count: usize, what: &str) -> Result<(), LineError> {
     if count <= MAX_NAMES {
         return Ok(());
     }
-    Err((line, ErrorCode::TooLarge.message(format!("more than {MAX_NAMES} {what} in one file"))))
+    Err((line, ErrorCode::TooLarge.message(format!("more than {MAX_NAMES} {what} in one file; divide the file"))))
 }
 
 /// Splits the text of an `mtllib` statement into several names, if each ends in `.mtl`, or returns it as a single name.

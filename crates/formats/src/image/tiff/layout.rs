@@ -180,7 +180,8 @@ impl Layout {
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
         if area > (4 * pixels).max(1 << 16) {
             let message = format!(
-                "tiles of {} x {} pixels are more than four times as large as the image of {pixels} pixels",
+                "tiles of {} x {} pixels are more than four times as large as the image of {pixels} pixels; save the image \
+                 with smaller tiles",
                 self.chunk[0], self.chunk[1]
             );
             return Err(file.fault(ErrorCode::OutOfRange, message));
