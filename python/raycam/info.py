@@ -27,7 +27,7 @@ def info(world: World) -> str:
 def info_cameras(cameras: Mapping[str, Camera], rigs: Mapping[str, Rig] | None = None) -> str:
     """Returns a description of cameras as text.
 
-    The text contains K, R, P, C, angles and lens of each camera, and the relative poses of rig cameras.
+    The text contains K, R, P, C, angles and lens of each camera, and the relative poses of the cameras of `rigs`.
     """
     lines = [f"cameras    {len(cameras)}"]
     lines += [line for name, camera in cameras.items() for line in _camera(f"{name!r}", camera)]

@@ -23,7 +23,7 @@ BAR_WIDTH = 30
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[[int, int], None]]:
-    """Yields a function `progress(done, total)` that draws a bar on stderr.
+    """Yields a function `progress(done, total)` that draws a bar with a `title` on stderr.
 
     The bar is shown while the block lasts. Without a terminal, a line is printed every `LINE_AFTER_SECONDS`.
     """
@@ -44,8 +44,8 @@ def bar(title: str) -> Iterator[Callable[[int, int], None]]:
 def frames_bar(title: str, what: str = "frames") -> Iterator[Callable[[int, int, int], None]]:
     """Yields a function `progress(done, total, failed)` that draws a bar of frames (or `what`).
 
-    The bar also shows the rate, the remaining time and the number of failures. Without a terminal, a line is printed
-    every `LINE_AFTER_SECONDS`.
+    The bar also shows the `title`, the rate, the remaining time and the number of failures. Without a terminal, a
+    line is printed every `LINE_AFTER_SECONDS`.
     """
     drawn = _Bar(title)
     lines = _Lines(title, what)

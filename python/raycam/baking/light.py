@@ -31,7 +31,8 @@ def light_values(
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
     """Returns a map's light [n, 3] at points, and the standard errors [n] of the luminance.
 
-    Both are 0 for points without a surface. `pixels` [n, 2] select the random numbers.
+    Both are 0 for points without a surface. `name` is one of `LIGHT_MAPS`, `pixels` [n, 2] select the random numbers,
+    and `samples` and `max_depth` are as in `bake`.
     """
     depth = DIRECT_DEPTH if name == "direct" else max_depth
     options = {"integrator": "path", "samples": samples, "max_depth": depth, "threads": threads}

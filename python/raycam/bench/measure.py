@@ -127,10 +127,10 @@ def bench(
 ) -> BenchReport:
     """Measures the named scenes (default: all).
 
-    Each scene has about `triangles` triangles and an image of `size` pixels. Every figure is the best of
-    `repeat` calls after one warm-up call. `threads` is the number of threads of raycam (None: all).
-    `progress(done, total)` counts the figures. Raises `SettingsError` for unknown names and numbers out of
-    range.
+    Each scene has about `triangles` triangles and an image of `size` pixels. Every figure is the best of `repeat`
+    calls after one warm-up call. `threads` is the number of threads of raycam (None: all). `seed` selects the scenes'
+    random numbers. `progress(done, total)` counts the figures. Raises `SettingsError` for unknown names and numbers
+    out of range.
     """
     names = list(SCENES) if scenes is None else list(scenes)
     for name in names:

@@ -38,7 +38,7 @@ class BenchScene(NamedTuple):
 
 
 def generate(name: str, triangles: int, seed: int = 1) -> BenchScene:
-    """Generates a scene of about `triangles` triangles.
+    """Generates a scene of about `triangles` triangles with random numbers from `seed`.
 
     The number of a rock's triangles is 20 * 4^n, the nearest such number to `triangles`. Raises `SettingsError` with
     the most similar name for a name that is not in `SCENES`.

@@ -81,7 +81,8 @@ class BodyMotion:
 def specific_force(quaternions: Floats, accelerations: Floats, up: str) -> Floats:
     """Returns an accelerometer's measurements [m, 3] in the body's axes, in m/s².
 
-    A measurement is the acceleration minus gravity.
+    A measurement is the acceleration minus gravity. `quaternions` [m, 4] are world_from_body, `accelerations` [m, 3]
+    are in world axes, and `up` is the world's up axis.
     """
     lifted = accelerations.copy()
     lifted[:, 2 if up == "z" else 1] += GRAVITY

@@ -38,7 +38,7 @@ class Estimate:
 def radiance(world: World, origin: Floats, direction: Floats, samples: int, *, seed: int = 0) -> Estimate:
     """Returns the radiance at `origin` [3] from `direction` [3], from `samples` samples.
 
-    The radiance consists of emission and direct light.
+    The radiance consists of emission and direct light. `seed` selects the random numbers.
     """
     with collected():  # notices about a single pixel do not apply to the image
         frame = render(
@@ -95,9 +95,9 @@ def only_light(world: World, number: int | None) -> World:
 
 
 def facing_light(dark: World, point: Floats, towards: Floats, distance: float) -> World:
-    """Returns a copy of a world with one additional point light.
+    """Returns a copy of the world `dark` with one additional point light.
 
-    The light comes from the direction `towards` [3] and has an irradiance of 1 at `point`.
+    The light is `distance` metres from `point`, in the direction `towards` [3], and has an irradiance of 1 at `point`.
     """
     made = dark.copy()
     made.add_light(

@@ -36,7 +36,8 @@ def unit(vector: Floats) -> Floats:
 def choose_viewpoint(points: Floats, front: Floats, d: Floats, right: Floats, up: Floats, box: Box) -> Floats:
     """Returns the best viewing direction on the camera's side.
 
-    The view shows the plane and the ray well, and fills the box as well as possible.
+    The view shows the plane with the normal `front` and the ray with the direction `d` obliquely, and fills the box
+    with `points` as well as possible. `right` and `up` are the image's directions in the world.
     """
     reach = points - points.mean(axis=0)
     reach /= reference.length(reach).max()
@@ -63,7 +64,7 @@ def choose_viewpoint(points: Floats, front: Floats, d: Floats, right: Floats, up
 def view(points: Floats, eye: Floats, up: Floats, box: Box) -> Callable[[Floats], Floats]:
     """Returns a projection from space to the page, by a raycam camera.
 
-    The projection shows all `points` from the direction `eye`.
+    The projection shows all `points` in `box`, from the direction `eye`, with `up` upwards.
     """
     center = (points.min(axis=0) + points.max(axis=0)) / 2
     radius = float(reference.length(points - center).max())

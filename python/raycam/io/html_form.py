@@ -17,7 +17,7 @@ def html_table(
 ) -> str:
     """Returns HTML with a bold title, a table of at most `MAX_ROWS` rows, and lines below.
 
-    All text is escaped.
+    `head` contains the names of the columns, and `notes` are the lines below the table. All text is escaped.
     """
     from html import escape  # imported here, so that `import raycam` is fast
 

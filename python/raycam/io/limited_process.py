@@ -23,7 +23,8 @@ OUTPUT_BYTES = 2000
 def apply_rlimits(memory: int, seconds: float, size: int) -> None:
     """Limits the address space, processor time and file size of this process.
 
-    The limits apply on systems that support such limits.
+    `memory` is in bytes, `seconds` is the processor time, and `size` is the size of a written file in bytes. The
+    limits apply on systems that support such limits.
     """
     try:
         import resource

@@ -64,10 +64,10 @@ def mismatch_message(folder: Path, there: dict[str, Any], stored: Path, asked: J
 
 
 def world_differences(there: World, asked: World) -> list[str]:
-    """Returns the differences of two worlds by object, light, camera and setting.
+    """Returns the differences of the worlds `there` (old) and `asked` as texts.
 
-    At most `MAX_REPORTED` differences are listed; a final line counts the remaining differences. Meshes and materials,
-    which have no short text, are only reported as different.
+    Objects, lights, cameras and settings are compared. At most `MAX_REPORTED` differences are listed; a final line
+    counts the remaining differences. Meshes and materials, which have no short text, are only reported as different.
     """
     found = list(differences(_parts(there), _parts(asked)))
     if [one.triangles for one in there.objects] == [one.triangles for one in asked.objects]:
@@ -108,7 +108,7 @@ def _parts(world: World) -> dict[str, Any]:
 
 
 def differences(there: Any, asked: Any, key: str = "") -> Iterator[str]:
-    """Iterates over the differences of two descriptions: "key was 1, is 2"."""
+    """Yields the differences of the descriptions `there` (old) and `asked`: "key was 1, is 2"."""
     if isinstance(there, dict) and isinstance(asked, dict):
         for name in dict.fromkeys([*there, *asked]):
             yield from differences(there.get(name), asked.get(name), f"{key}.{name}" if key else name)

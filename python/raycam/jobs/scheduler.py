@@ -98,7 +98,8 @@ class FailedFrame:
 def shared_threads(cores: int, workers: int, left: int) -> int:
     """Returns `Pool.threads` for workers on one machine: the cores divided among the workers.
 
-    If fewer frames than workers remain, each remaining frame gets more threads, so that no core idles.
+    `left` is as in `Pool.threads`. If fewer frames than workers remain, each remaining frame gets more threads, so
+    that no core idles.
     """
     share = max(1, cores // workers)
     return share if left > workers else max(share, min(cores, -(-2 * cores // left)))
@@ -113,11 +114,11 @@ def schedule(
 ) -> Generator[FrameResult | FailedFrame, None, None]:
     """Yields the outcome of every frame once, in the order of completion: a result or a failure.
 
-    At most `pool.slots()` frames are submitted at a time. A frame that raises an error of raycam itself fails at once,
-    because the error would occur again; after other errors and deaths of workers it is tried `attempts` times. If a
-    pool cannot determine which of several frames killed a worker, these frames are retried at the end, one at a time.
-    So no frame fails because of another frame. When no other frames are left, a straggler is also given to a second
-    worker.
+    `now` returns the current time in seconds. At most `pool.slots()` frames are submitted at a time. A frame that
+    raises an error of raycam itself fails at once, because the error would occur again; after other errors and deaths
+    of workers it is tried `attempts` times. If a pool cannot determine which of several frames killed a worker, these
+    frames are retried at the end, one at a time. So no frame fails because of another frame. When no other frames are
+    left, a straggler is also given to a second worker.
 
     Raises `JobError` if all workers are lost, and `OSError` if the job's disk fails.
     """

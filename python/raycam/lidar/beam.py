@@ -62,10 +62,11 @@ def beam_rays(
 ) -> tuple[Floats, Floats, Floats]:
     """Returns the starts and directions [n, k, 3] of the rays of beams, and their weights [k].
 
-    Starts are relative to the sensor's position. The beams are along `directions` [n, 3] in sensor axes; `rotations`
-    [n, 3, 3] or [1, 3, 3] convert them to the axes of the result. `turns` [n] rotate the set of rays about each beam's
-    axis by a fraction of a full turn, which prevents moiré. The beam's horizontal axis is perpendicular to the
-    sensor's z axis.
+    Starts are relative to the sensor's position; `origins` [n, 3] are the starts of the beams' axes in sensor axes.
+    `width`, `divergence` and `samples` are `Lidar.beam_width`, `Lidar.beam_divergence` and `Lidar.beam_samples`. The
+    beams are along `directions` [n, 3] in sensor axes; `rotations` [n, 3, 3] or [1, 3, 3] convert them to the axes of
+    the result. `turns` [n] rotate the set of rays about each beam's axis by a fraction of a full turn, which prevents
+    moiré. The beam's horizontal axis is perpendicular to the sensor's z axis.
     """
     places, weights = hexagonal_set(samples)
     beams = {

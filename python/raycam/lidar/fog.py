@@ -80,10 +80,11 @@ def attenuation(visibility: float) -> float:
 def soft_echo(visibility: float, pulse_length: float) -> tuple[float, float]:
     """Returns the distance in metres and the energy of the fog's echo.
 
-    `pulse_length` is the full width at half maximum in metres of distance. The echo is the maximum over r of the
-    integral of pi beta Q(s) exp(-2 alpha s) / s² g(r - s) ds. The unit is the echo of a white target at normal
-    incidence at 1 m. In the formula, alpha is the attenuation, beta the backscattering, Q the receiver's overlap, and g
-    the pulse with height 1. Source: Hahner, Sakaridis, Dai and Van Gool, ICCV 2021, section 3.
+    `visibility` is in metres, and `pulse_length` is the full width at half maximum in metres of distance. The echo is
+    the maximum over r of the integral of pi beta Q(s) exp(-2 alpha s) / s² g(r - s) ds. The unit is the echo of a
+    white target at normal incidence at 1 m. In the formula, alpha is the attenuation, beta the backscattering, Q the
+    receiver's overlap, and g the pulse with height 1. Source: Hahner, Sakaridis, Dai and Van Gool, ICCV 2021, section
+    3.
     """
     sigma = max(pulse_length * FWHM_TO_SIGMA, STEP)
     alpha, beta = attenuation(visibility), BACKSCATTER / visibility

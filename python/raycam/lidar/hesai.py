@@ -25,8 +25,9 @@ def hesai_pattern(
 ) -> Pattern:
     """Returns one turn of `columns` equal steps.
 
-    Angles are in degrees, and `fire_times` in seconds after the column's start. The azimuth runs clockwise as
-    seen from above, from x. Ring numbers are the channels, counted from 0.
+    `elevations`, `azimuths` (in degrees) and `fire_times` (in seconds after the column's start) have one value for
+    each channel. `rate` is the number of turns per second. The azimuth runs clockwise as seen from above, from x.
+    Ring numbers are the channels, counted from 0.
     """
     check_count(columns * len(elevations))
     times = np.arange(columns)[:, None] / (columns * rate) + np.asarray(fire_times)[None, :]

@@ -16,7 +16,7 @@ LARGEST = 1000.0
 
 
 def device_intensity(family: str, reflectivity: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
-    """Returns the device's 8-bit number for a reflectivity.
+    """Returns the 8-bit number that devices of a `family` report for a reflectivity.
 
     A reflectivity of 1 is white, and larger values are retroreflective. For Velodyne and Ouster, the number
     is 100 for white, proportional below white, and logarithmic above white up to 255. For other devices, the
@@ -35,14 +35,14 @@ def device_intensity(family: str, reflectivity: npt.NDArray[np.float32]) -> npt.
 def signal_counts(energy: npt.NDArray[np.float64], gain: float) -> npt.NDArray[np.uint16]:
     """Returns the counts of returned photons, at most 65535.
 
-    `energy` is 1 for a white target at 1 m.
+    `energy` is 1 for a white target at 1 m, for which the count is `gain`.
     """
     counts: npt.NDArray[np.uint16] = np.rint(np.minimum(energy * gain, MAX_COUNT)).astype(np.uint16)
     return counts
 
 
 def near_ir_counts(radiance: npt.NDArray[np.float32], gain: float) -> npt.NDArray[np.uint16]:
-    """Returns counts for radiances in W/(m² sr), at most 65535; 0 for NaN."""
+    """Returns `radiance` in W/(m² sr) times `gain` as counts of at most 65535; 0 for NaN."""
     counts = np.rint(np.clip(np.nan_to_num(radiance.astype(float)) * gain, 0.0, MAX_COUNT))
     found: npt.NDArray[np.uint16] = counts.astype(np.uint16)
     return found

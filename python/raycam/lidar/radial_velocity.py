@@ -21,7 +21,7 @@ __all__ = ["radial_velocities", "sensor_drift"]
 
 
 def sensor_drift(track: Track, times: Floats, origins: Floats, directions: Floats) -> Floats:
-    """Returns the rate [n, k] at which the motion of a sensor lengthens its rays, in m/s.
+    """Returns the rate [n, k] in m/s at which a sensor's motion on `track` lengthens its rays.
 
     `origins` [n, k, 3] are the starts of the rays relative to the sensor's position, and `directions` [n, k, 3] are
     unit vectors; both are in world axes. The rate is negative if the sensor moves along the ray.

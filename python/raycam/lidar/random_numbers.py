@@ -19,7 +19,7 @@ def _generator(seed: int, frame: int, use: str, echo: int) -> np.random.Generato
 
 
 def standard_normals(count: int, seed: int, frame: int, use: str, echo: int = 0) -> Floats:
-    """Returns one standard normal number per column or pulse, for an echo, float64 [count]."""
+    """Returns one standard normal number per column or pulse of an echo, for one of `USES`."""
     return _generator(seed, frame, use, echo).standard_normal(count)
 
 
@@ -36,11 +36,11 @@ class PulseNumbers:
         """For each use and echo: the generator, and the pulse to which its next number belongs."""
 
     def normals(self, use: str, echo: int, first: int, stop: int) -> Floats:
-        """Returns one standard normal number per pulse, for an echo, float64 [stop - first]."""
+        """Returns a standard normal number per pulse, for `use` and `echo`, float64 [stop - first]."""
         return self._stream(use, echo, first, stop, "standard_normal")
 
     def uniforms(self, use: str, first: int, stop: int) -> Floats:
-        """Returns one number from 0 to 1 per pulse, float64 [stop - first]."""
+        """Returns one number from 0 to 1 per pulse, for `use`: float64 [stop - first]."""
         return self._stream(use, 0, first, stop, "random")
 
     def _stream(self, use: str, echo: int, first: int, stop: int, distribution: str) -> Floats:

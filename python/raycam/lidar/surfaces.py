@@ -261,7 +261,7 @@ def _normal_reflectance(ior: float) -> float:
 
 
 def dielectric_reflectance(cosine: Floats, ratio: Floats) -> Floats:
-    """Returns the unpolarised Fresnel reflectance [n] of a dielectric.
+    """Returns a dielectric's unpolarised Fresnel reflectance [n] at a `cosine` of incidence [n].
 
     `ratio` is the index of refraction in front of the surface divided by the index behind it.
     """
@@ -275,9 +275,10 @@ def dielectric_reflectance(cosine: Floats, ratio: Floats) -> Floats:
 
 
 def conductor_reflectance(cosine: Floats, ior: Floats, extinction: Floats) -> Floats:
-    """Returns the unpolarised Fresnel reflectance [n] of a metal.
+    """Returns a metal's unpolarised Fresnel reflectance [n] at a `cosine` of incidence [n].
 
-    Source: Born and Wolf, section 14.2.
+    `ior` and `extinction` are the real and imaginary part of the index of refraction. Source: Born and Wolf, section
+    14.2.
     """
     c2, s2 = cosine**2, 1.0 - cosine**2
     base = ior**2 - extinction**2 - s2

@@ -56,7 +56,7 @@ class ConvexPrism:
         return float(np.ptp(product(self.normals, self.outline.T), axis=1).min())
 
     def turned(self, cos: float, sin: float, shift: npt.ArrayLike) -> ConvexPrism:
-        """Returns the prism rotated about the up axis, then shifted by `shift` [3]."""
+        """Returns the prism rotated about the up axis (`cos`, `sin`), then shifted by `shift` [3]."""
         x, y, z = np.asarray(shift, float)
         turn = np.array([[cos, sin], [-sin, cos]])
         return ConvexPrism(product(self.outline, turn) + np.array([x, y]), self.low + z, self.high + z)

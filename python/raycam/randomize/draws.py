@@ -151,7 +151,7 @@ DISTRIBUTIONS: dict[str, Callable[[RandomStream, Any], Any]] = {
 
 
 def range_of(name: str, value: Any, default: tuple[float, float]) -> tuple[float, float]:
-    """Parses a range [low, high]; a single number is both its ends."""
+    """Parses a range [low, high]; a single number is both its ends, and None is `default`."""
     if value is None:
         return default
     try:

@@ -56,9 +56,9 @@ def settle_drops(
 ) -> None:
     """Lets objects fall until they are at rest.
 
-    All objects with the same target fall together; targets are processed in order of appearance. `fixed` are the
-    properties of objects that do not move. Raises `RejectedSample` if objects do not settle, and the other errors of
-    `raycam.settle`.
+    `dropped` are the names of the objects with their drops. All objects with the same target fall together; targets
+    are processed in order of appearance. `fixed` are the properties of objects that do not move. Raises
+    `RejectedSample` if objects do not settle, and the other errors of `raycam.settle`.
     """
     for target in dict.fromkeys(drop.target for _, drop in dropped):
         key, name, seconds = target

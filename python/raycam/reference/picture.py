@@ -114,8 +114,8 @@ def render_triangles(
 def render(world: World, camera: Camera, progress: Progress | None = None) -> dict[str, npt.NDArray[Any]]:
     """Renders a :class:`raycam.World` with a :class:`raycam.Camera` by `render_triangles`.
 
-    A triangle has one colour: its object's, its face's, or the mean of its vertex colours. Raises
-    :class:`raycam.CameraError` for a camera with lens distortion, which P cannot express.
+    A triangle has one colour: its object's, its face's, or the mean of its vertex colours. `progress` is as in
+    `render_triangles`. Raises :class:`raycam.CameraError` for a camera with lens distortion, which P cannot express.
     """
     camera._require_pinhole("the reference")
     return render_triangles(

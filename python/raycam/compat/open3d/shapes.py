@@ -87,7 +87,7 @@ def create_icosahedron(radius: float = 1.0) -> Shape:
 
 
 def create_sphere(radius: float = 1.0, resolution: int = 20) -> Shape:
-    """Returns a sphere around the origin.
+    """Returns a sphere of the given `radius` around the origin.
 
     The vertices are two poles and `resolution` - 1 rings of 2 `resolution` vertices, from +z to -z.
     """
@@ -106,9 +106,10 @@ def create_sphere(radius: float = 1.0, resolution: int = 20) -> Shape:
 
 
 def create_cylinder(radius: float = 1.0, height: float = 2.0, resolution: int = 20, split: int = 4) -> Shape:
-    """Returns a closed cylinder along z around the origin.
+    """Returns a closed cylinder of the given `radius` and `height` along z, around the origin.
 
-    The vertices are the centres of the cylinder's ends, then `split` + 1 rings from +z to -z.
+    The vertices are the centres of the cylinder's ends, then `split` + 1 rings of `resolution` vertices from +z to
+    -z.
     """
     _check(radius=radius, height=height, resolution=resolution, split=split)
     around = np.arange(resolution) * (2 * np.pi / resolution)
@@ -127,9 +128,10 @@ def create_cylinder(radius: float = 1.0, height: float = 2.0, resolution: int = 
 
 
 def create_cone(radius: float = 1.0, height: float = 2.0, resolution: int = 20, split: int = 1) -> Shape:
-    """A closed cone from z = 0 to its tip at z = `height`.
+    """A closed cone from its base of the given `radius` at z = 0 to its tip at z = `height`.
 
-    The vertices are the base's centre, the tip, and then `split` rings from the base upwards.
+    The vertices are the base's centre, the tip, and then `split` rings of `resolution` vertices from the base
+    upwards.
     """
     _check(radius=radius, height=height, resolution=resolution, split=split)
     around = np.arange(resolution) * (2 * np.pi / resolution)

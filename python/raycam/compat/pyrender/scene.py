@@ -72,7 +72,8 @@ class Scene(Bounded):
     ) -> Node:
         """Adds a mesh, light or camera with a new node, and returns the node.
 
-        Raises `TypeError` for another object, and `ValueError` if the parent is missing or ambiguous.
+        `name` is the node's name, and `pose` [4, 4] its pose relative to the parent (default: the identity). Raises
+        `TypeError` for another object, and `ValueError` if the parent is missing or ambiguous.
         """
         kinds = {"mesh": Mesh, "light": Light, "camera": Camera}
         kind = next((kind for kind, of in kinds.items() if isinstance(obj, of)), None)
@@ -276,7 +277,7 @@ class Scene(Bounded):
 
     @staticmethod
     def from_trimesh_scene(trimesh_scene: Any, bg_color: Any = None, ambient_light: Any = None) -> Scene:
-        """Returns a scene with the meshes of a `trimesh.Scene` at their poses."""
+        """Returns a scene with the meshes of a `trimesh.Scene`, and the given background and light."""
         scene = Scene(bg_color=bg_color, ambient_light=ambient_light)
         meshes = {name: Mesh.from_trimesh(mesh) for name, mesh in trimesh_scene.geometry.items()}
         for node in trimesh_scene.graph.nodes_geometry:

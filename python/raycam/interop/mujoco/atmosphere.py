@@ -42,7 +42,8 @@ class Atmosphere:
     def limits(self, directions: Floats, forward: Floats, sky: bool) -> Floats:
         """Returns the distances [n] at which rays reach the far plane or the skybox.
 
-        `directions` are unit vectors [n, 3].
+        `directions` are unit vectors [n, 3], and `forward` [3] is the camera's viewing direction. If `sky` is
+        False, there is no skybox.
         """
         along = directions @ forward
         limits = np.full(len(directions), np.inf)

@@ -27,7 +27,7 @@ PLANE_DISTANCE = 1e10
 def find_layers(
     cast: Callable[..., Hits], origins: Floats, directions: Floats, limits: Floats, objects: list[int]
 ) -> list[Hits]:
-    """Returns the hits of rays with several layers of objects, up to distances [n].
+    """Returns the hits of rays with several layers of objects, up to the distances `limits` [n].
 
     The list has one dictionary for each depth of layers. The dictionary's arrays belong to the rays `ray`
     [m]. `cast` takes origins, directions, objects, t_min and t_max.

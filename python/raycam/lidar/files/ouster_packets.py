@@ -65,8 +65,9 @@ def ouster_packets(
 ) -> list[tuple[float, bytes]]:
     """Returns the times in seconds and the bytes of the packets of a frame.
 
-    `shape` is the frame's (rows, columns). A range of 0 is a pulse without a point. `near_ir` are the counts
-    of near infrared light [n] (default: 0).
+    `shape` is the frame's (rows, columns), `rate` the number of frames per second, and `start` the frame's start in
+    seconds. A range of 0 is a pulse without a point. `near_ir` are the counts of near infrared light [n] (default:
+    0).
 
     Raises `LidarError` for distances beyond 20 bits of millimetres.
     """

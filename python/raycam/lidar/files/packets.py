@@ -59,9 +59,9 @@ def velodyne_packets(
 ) -> list[tuple[float, bytes]]:
     """Returns the times in seconds and the 1206 bytes of the packets of a frame.
 
-    A distance of 0 is a pulse without a point. The last packet is filled with empty cycles. With two returns, each
-    cycle has two blocks: the last echo, then the strongest; a single echo is written twice. Raises `LidarError` for
-    devices and modes without packets, and for distances beyond 16 bits.
+    `start` is the frame's start in seconds. A distance of 0 is a pulse without a point. The last packet is filled
+    with empty cycles. With two returns, each cycle has two blocks: the last echo, then the strongest; a single echo
+    is written twice. Raises `LidarError` for devices and modes without packets, and for distances beyond 16 bits.
     """
     _check(firings)
     lasers, cycles = firings.shape

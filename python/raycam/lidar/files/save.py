@@ -87,7 +87,8 @@ def encode_scan(
 ) -> bytes:
     """Returns the bytes of a file of points; `extension` selects the format, such as ".pcd".
 
-    `text` and `compress` select PCD's other forms.
+    `columns` are the scan's fields, `position` [n, 3] are the points, and `fields` are the names of the fields to
+    write. `text` and `compress` select PCD's other forms.
     """
     check_extension(extension)
     write, defaults = FORMATS[extension.lower()]

@@ -65,7 +65,7 @@ def dragged(
 ) -> Floats:
     """The matrix [4, 4] after a drag of a handle between two positions.
 
-    The positions are in pixels from the top left corner.
+    `begin` and `end` are the positions in pixels from the image's top left corner. `handle` is the handle's name.
     """
     center = placed(matrix, middle)
     rays = [camera.rays(np.asarray(at) + camera.corner) for at in (begin, end)]
@@ -99,7 +99,7 @@ def placed(matrix: Floats, middle: Floats) -> Floats:
 
 
 def axes_of(matrix: Floats, tool: str) -> Floats:
-    """Returns the axes [3, 3] of the handles: the world's axes, or for `scale` the object's.
+    """Returns the handles' axes [3, 3]: the world's axes, or the object's for the tool "scale".
 
     A scale along the object's axes does not shear the object.
     """

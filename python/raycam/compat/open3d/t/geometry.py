@@ -26,7 +26,8 @@ class RaycastingScene(Hints):
     """Ray casting and distance queries of triangle meshes, with the methods of Open3D's class.
 
     Accepts NumPy arrays and tensors of any float and integer dtype; returns float32 and uint32. For a miss, t_hit is
-    inf and ids are `INVALID_ID`. `device` must be the CPU.
+    inf and ids are `INVALID_ID`. `device` must be the CPU. `nthreads` of the methods is the number of threads (0: as
+    in the constructor, where 0 means all).
     """
 
     INVALID_ID: ClassVar[int] = INVALID_ID
