@@ -95,7 +95,7 @@ def _run(options: argparse.Namespace) -> None:
         print(f"{options.output}: {written.frames} photographs, layout {options.layout}")
     else:
         print(
-            f"shard {options.shard} is finished; {options.output}/error.json is written when all shards are"
+            f"shard {options.shard} is finished; {options.output}/error.json is written after the last shard"
         )
 
 

@@ -180,7 +180,7 @@ def _render(
             world, camera, options, settings, shaded=bool(lit), truth_of_world=lit == set(names)
         )
         if _by_job(options, output, shown, camera, names, save, settings) is None:
-            print_result(f"shard {options.shard} is finished; {output} is written when all shards are")
+            print_result(f"shard {options.shard} is finished; {output} is written after the last shard")
         return
     if options.retry_failed or not options.resume:
         raise SettingsError(

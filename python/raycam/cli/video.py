@@ -189,7 +189,7 @@ def _run(options: argparse.Namespace) -> None:
             told.update(film.notices)
             width, height = film.camera.size
             if count is None:
-                print_result(f"shard {options.shard} is finished; {output} is written when all shards are")
+                print_result(f"shard {options.shard} is finished; {output} is written after the last shard")
             else:
                 print_result(f"{output}: {count} frames of {width} x {height}, {film.fps:g} a second")
 

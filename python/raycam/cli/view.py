@@ -54,8 +54,18 @@ def _add(command: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder with the photographs taken by --cameras; each is the background of its camera's view",
     )
-    command.add_argument("--integrator", metavar="NAME", help="integrator of still images: direct or path")
-    command.add_argument("--samples", metavar="N", type=int, help="samples per pixel of still images")
+    command.add_argument(
+        "--integrator",
+        metavar="NAME",
+        help="integrator of still images: direct or path (default: the world's, or direct; path in the studio and "
+        "with --hdri)",
+    )
+    command.add_argument(
+        "--samples",
+        metavar="N",
+        type=int,
+        help="samples per pixel of still images (default: 64 with direct, 256 with path)",
+    )
     command.add_argument(
         "--at",
         metavar="SECONDS",
@@ -73,7 +83,10 @@ def _add(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--exposure", metavar="STOPS", type=float, help="initial exposure in stops")
     command.add_argument(
-        "--view", metavar="NAME", help="initial view transform: standard, agx or pbr_neutral"
+        "--view",
+        metavar="NAME",
+        help="initial view transform: standard, agx or pbr_neutral (default: the world's, or standard; pbr_neutral "
+        "in the studio and with --hdri)",
     )
     command.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all)")
     _add_server(command)

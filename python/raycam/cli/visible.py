@@ -31,7 +31,12 @@ def _add(command: argparse.ArgumentParser) -> None:
         "calibration file at a position; a "
         "face is visible if a pulse of the first frame measures a point on it",
     )
-    command.add_argument("--at", metavar="SECONDS", type=float, help="time of the world's video or animation")
+    command.add_argument(
+        "--at",
+        metavar="SECONDS",
+        type=float,
+        help="time of the world's video or animation, in seconds (default: no motion)",
+    )
     command.add_argument("--animation", metavar="NAME", help="animation of a glTF file (default: the first)")
     command.add_argument(
         "-o",

@@ -138,7 +138,7 @@ class _Converter:
         """Raises `FormatError` unless the polygons use each corner once: `pycollada` allocates their sum."""
         counts, corners = np.asarray(part.vcounts, np.int64), len(part.index)
         if (counts < 0).any() or counts.sum() != corners:
-            text = f"<{part.xmlnode.tag}>: polygons of {counts.sum()} corners in total, but <p> has {corners}"
+            text = f"<{part.xmlnode.tag}>: the corner counts add up to {counts.sum()}, but <p> has {corners} corners"
             raise self._document.fail(part.xmlnode, text, "wrong_shape")
 
     def _add_triangles(

@@ -104,7 +104,7 @@ class _Scene:
                 name = part.get("source", "").lstrip("#")
                 yield Placed(name, place, self._materials(instance), True, instance.line)
                 return
-        text = f"line {instance.line}: the controller {instance.get('url')!r} leads to no geometry; it is not shown"
+        text = f"line {instance.line}: the controller {instance.get('url')!r} refers to no geometry; it is not shown"
         self._note("ignored_element", text)
 
     def _materials(self, instance: Any) -> dict[str, str]:

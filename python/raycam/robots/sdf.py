@@ -395,7 +395,9 @@ def _shape(document: _Document, part: Element) -> Visual | None:
     pose, base = read_pose(part, document.fail)
     if base:
         document.note(
-            part, f"<{part.tag}> is relative to {base!r}; it is placed relative to its link", "ignored_key"
+            part,
+            f"<{part.tag}>: relative_to={base!r} is not supported; the pose is used relative to the link",
+            "ignored_key",
         )
     outer = part.find("geometry")
     shapes = [] if outer is None else outer.children

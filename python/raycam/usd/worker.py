@@ -134,11 +134,9 @@ def _check_empty(stage: Usd.Stage, has_lost: bool, notices: list[StageNotice], o
 def _describe_times(stage: Usd.Stage) -> str:
     """The notice for a stage with several times."""
     rate = rate_of(stage)
-    ends = f" from {stage.GetStartTimeCode() / rate:g} to {stage.GetEndTimeCode() / rate:g} s"
-    span = ends if stage.HasAuthoredTimeCodeRange() else " in seconds"
-    return (
-        f"the first time of the animation is shown; for another, use raycam.load(path, time=SECONDS),{span}"
-    )
+    ends = f" ({stage.GetStartTimeCode() / rate:g} to {stage.GetEndTimeCode() / rate:g} s)"
+    span = ends if stage.HasAuthoredTimeCodeRange() else ""
+    return f"the first time of the animation is shown; for another time{span}, use raycam.load(path, time=SECONDS)"
 
 
 def main(path: Path, folder: Path, options: Options) -> None:

@@ -411,7 +411,7 @@ async def _send_all(connection: Any, outgoing: asyncio.Queue[bytes]) -> None:
 REMEDIES = {
     errno.EADDRINUSE: "use another port, or omit it for the next free one",
     errno.EADDRNOTAVAIL: "expected an address of this machine, such as 127.0.0.1, or 0.0.0.0 for all addresses",
-    errno.EACCES: "ports below 1024 require administrator rights; use a larger one",
+    errno.EACCES: "ports below 1024 require administrator rights; use a larger port number",
 }
 """Remedies of the most common errors when a socket starts to listen."""
 

@@ -25,8 +25,8 @@ def add_look(command: argparse.ArgumentParser) -> None:
     """Adds the options that `apply_look` and `find_camera` read."""
     group = command.add_argument_group(
         "look",
-        "models without lights and cameras are rendered in a studio, and models with only suns or lamps in its room, "
-        "unless one of these options is given",
+        "a model without lights and cameras is rendered in a studio, and a model with only suns or lamps in the "
+        "studio's room, unless one of these options is given",
     )
     add_framing(group)
     group.add_argument("--hdri", metavar="FILE", help="light from an environment image: .hdr or .exr")
