@@ -40,7 +40,8 @@ ORDER = {
         failure request page lib
     """,
     "bindings": """
-        error notice cancel interruptible arrays py_value buffer_pool camera world/state queries elementary render world lib
+        error notice cancel interruptible arrays py_value buffer_pool camera world/state queries elementary render world
+        lib
     """,
     "python": """
         errors codes notices progress arguments elementary rotations srgb read_only one_line _serialization io camera
