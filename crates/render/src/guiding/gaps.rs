@@ -12,7 +12,7 @@ use crate::guiding::caustic_casters::CausticCaster;
 use crate::guiding::sample_cones::{MAX_DENSITY_RATIO, MAX_GUIDED_WEIGHT};
 use crate::lobes::cone_mixture::TargetCone;
 
-// Lab note for all constants of this file that do not name another: "Gaps that photons find", 11-27.
+// Lab note for all constants of this file that do not name another: "Photons find gaps", 11-27.
 
 /// Maximum number of gaps; each takes time at every diffuse hit.
 pub(crate) const MAX_GAPS: usize = 8;
