@@ -123,7 +123,7 @@ pub(super) fn decode(file: &mut Decoder<'_>) -> Result<Image> {
     }
     let side = part.layer_size.0;
     if cube && part.layer_size.1 == 6 * side {
-        file.notice(NoticeCode::ApproximatedValue, "the cube map is converted to an image of latitude and longitude");
+        file.notice(NoticeCode::ApproximatedValue, "the cube map is converted to an equirectangular image");
         let ([columns, rows], texels) = cube_map::latitude_longitude(&texels, side);
         let texels = file.float_texels(texels);
         return Ok(file.image([columns, rows].map(|side| side as u32), texels));

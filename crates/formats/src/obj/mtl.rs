@@ -208,7 +208,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], notices: &mut Vec<Notice>) -> Res
         let keys: Vec<_> = unused.iter().map(|(line, key)| format!("{key} (line {line})")).collect();
         notices.push(Notice::new(
             NoticeCode::IgnoredKey,
-            format!("{}: unused statements ignored: {}", path.display(), keys.join(", ")),
+            format!("{}: unsupported statements ignored: {}", path.display(), keys.join(", ")),
         ));
     }
     Ok(materials)

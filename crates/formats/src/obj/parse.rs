@@ -244,8 +244,10 @@ impl ObjBuilder {
         }
         obj.notices.extend(self.degenerate.notice(path));
         if let Some(ignored) = self.ignored.message() {
-            obj.notices
-                .push(Notice::new(NoticeCode::IgnoredKey, format!("{shown}: unused statements ignored: {ignored}")));
+            obj.notices.push(Notice::new(
+                NoticeCode::IgnoredKey,
+                format!("{shown}: unsupported statements ignored: {ignored}"),
+            ));
         }
         obj.notices.extend(self.odd.into_notices(path));
         Ok(obj)

@@ -55,7 +55,7 @@ pub fn flow(
         [(first, &cameras[0]), (second, &cameras[1])].map(|(view, camera)| Viewpoint { camera, ..view });
     let size @ [width, height] = first.camera.size();
     let count = width as usize * height as usize;
-    check_memory(|| format!("a flow of {width} x {height} pixels"), count as u64 * 26)?;
+    check_memory(|| format!("an optical flow image of {width} x {height} pixels"), count as u64 * 26)?;
     let mut found = Flow {
         flow: vec![[f32::NAN; 2]; count],
         scene_flow: vec![[f32::NAN; 3]; count],

@@ -84,8 +84,8 @@ pub fn returned_light(
         || !hits.materials.iter().all(|&number| usize::try_from(number).is_ok_and(|at| at < materials.len()))
     {
         return Err(RenderError::settings(format!(
-            "hits: normals, albedos, materials and lengths have {others:?} entries; expected {n}, also for \
-             reflectances, 1 or {n} shares, and material numbers below {}",
+            "hits: expected {n} normals, albedos, materials, lengths and reflectances, 1 or {n} shares, and material \
+             numbers below {}; got {others:?} normals, albedos, materials and lengths",
             materials.len()
         )));
     }

@@ -123,7 +123,7 @@ impl SampledFaces<'_> {
         match self.min_samples.iter().find(|number| !(1..=limit).contains(&usize::from(**number))) {
             None => Ok(()),
             Some(number) => Err(RenderError::settings(format!(
-                "min_samples contains {number}; expected a number from 1 to {limit}, the length of the pattern"
+                "min_samples contains {number}; expected a number from 1 to {limit}, the length of the sample pattern"
             ))),
         }
     }

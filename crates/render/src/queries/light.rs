@@ -163,7 +163,7 @@ fn trace_light(
 ) -> Result<PointLight, RenderError> {
     settings.check([1, 1])?;
     let n = source.len();
-    check_memory(|| format!("light at {n} points"), n as u64 * POINT_BYTES)?;
+    check_memory(|| format!("computing the light at {n} points"), n as u64 * POINT_BYTES)?;
     with_pool(settings.threads, || {
         let guiding = install_guiding(world);
         world.prepare_light();

@@ -127,7 +127,7 @@ pub fn cast_rays(
 /// Checks that there is enough memory for the fields of `n` hits.
 pub(super) fn check_hit_memory(n: usize, fields: &[Field]) -> Result<(), RenderError> {
     let numbers: u64 = fields.iter().map(|field| field.width() as u64).sum();
-    check_memory(|| format!("{n} hits"), n as u64 * 8 * numbers)
+    check_memory(|| format!("an array of {n} hits"), n as u64 * 8 * numbers)
 }
 
 /// Fields of the nearest hits of a range of checked rays.

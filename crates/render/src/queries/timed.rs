@@ -142,7 +142,7 @@ fn in_order_of_time<T: Send>(
         return Ok((None, run(rays, times)?));
     }
     let n = times.len();
-    check_memory(|| format!("the memory to sort {n} rays by time"), n as u64 * SORTED_RAY_BYTES)?;
+    check_memory(|| format!("sorting {n} rays by time"), n as u64 * SORTED_RAY_BYTES)?;
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
     let sorted = SortedRays::new(rays, &order);

@@ -50,7 +50,7 @@ impl NamedSensor {
         let is_path = self.name.contains(['/', '\\']) || self.name.chars().any(char::is_control);
         if self.name.is_empty() || is_path || self.name == "." || self.name == ".." {
             let message = format!(
-                "sensor name {:?} is not a valid folder name; expected a name without \"/\" and control characters",
+                "sensor name {:?} is not a valid folder name; expected a name without \"/\", \"\\\" or control characters",
                 self.name
             );
             return Err(SceneError::world(ErrorCode::InvalidValue.message(message)));

@@ -144,7 +144,7 @@ fn ignored_statements_are_listed_once() {
         model.notices
     );
     let skipped = model_notices("curv2 1 2\ncurv2 3 4\n");
-    assert_eq!(skipped, "a.obj: unused statements ignored: curv2 (line 5)");
+    assert_eq!(skipped, "a.obj: unsupported statements ignored: curv2 (line 5)");
 }
 
 #[test]
