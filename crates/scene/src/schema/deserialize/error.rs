@@ -70,7 +70,7 @@ impl Error for DeError {
     }
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
-        let message = format!("a list of {length}; expected {}", expected_text(expected));
+        let message = format!("a list of length {length}; expected {}", expected_text(expected));
         Self::new(ErrorCode::WrongShape.message(message))
     }
 
@@ -126,7 +126,7 @@ fn expected_text(expected: &dyn Expected) -> String {
         "a boolean" => "true or false".into(),
         "a sequence" => "a list".into(),
         other => match other.strip_prefix("an array of length ") {
-            Some(length) => format!("a list of {length}"),
+            Some(length) => format!("a list of length {length}"),
             None if other.starts_with("struct ") => "a table".into(),
             None => expected,
         },

@@ -17,7 +17,7 @@ where
     if list.next < length {
         let wanted = list.next;
         return Err(DeError::new(
-            ErrorCode::WrongShape.message(format!("a list of {length}; expected a list of {wanted}")),
+            ErrorCode::WrongShape.message(format!("a list of length {length}; expected a list of length {wanted}")),
         ));
     }
     Ok(value)

@@ -117,7 +117,7 @@ written! {
 }
 
 written! {
-    Texel: "a number (whole numbers 0 to 255), or a list of 1 to 4: grey, grey and alpha, RGB or RGBA",
+    Texel: "a number (whole numbers 0 to 255), or a list of 1 to 4 numbers: grey, grey and alpha, RGB or RGBA",
 
     fn visit_i64<E: Error>(self, v: i64) -> Result<Texel, E> {
         let number = u8::try_from(v).map_err(|_| E::invalid_value(serde::de::Unexpected::Signed(v), &self))?;

@@ -44,10 +44,16 @@ fn wrong_types_and_lengths_report_the_expectation() {
     );
     assert_error(
         object(r#"{ "box": { "size": [1, 2] } }"#),
-        "box.size: a list of 2; expected a number or a list of 3 numbers",
+        "box.size: a list of length 2; expected a number or a list of 3 numbers",
     );
-    assert_error(object(r#"{ "box": {}, "location": [1, 2, 3, 4] }"#), "location: a list of 4; expected a list of 3");
-    assert_error(object(r#"{ "box": {}, "location": [1, 2] }"#), "location: a list of 2; expected a list of 3");
+    assert_error(
+        object(r#"{ "box": {}, "location": [1, 2, 3, 4] }"#),
+        "location: a list of length 4; expected a list of length 3",
+    );
+    assert_error(
+        object(r#"{ "box": {}, "location": [1, 2] }"#),
+        "location: a list of length 2; expected a list of length 3",
+    );
     assert_error(object(r#"{ "box": {}, "location": [1, 2, "3"] }"#), r#"location[2]: "3"; expected a number"#);
     assert_error(
         object(r#"{ "box": {}, "color": "redd" }"#),
@@ -61,7 +67,7 @@ fn wrong_types_and_lengths_report_the_expectation() {
     assert_error(object(r#"{ "box": {}, "name": 7 }"#), "name: 7; expected a string");
     assert_error(
         camera(r#""focal": [1, 2, 3], "location": [0, 0, 0]"#),
-        "camera[0].focal: a list of 3; expected a list of 2",
+        "camera[0].focal: a list of length 3; expected a list of length 2",
     );
     assert_error(
         build(r#"{ "camera": { "size": [640, -480] } }"#),

@@ -64,9 +64,9 @@ fn arrays_equal_lists_of_lists_and_null_means_absent() {
         assert_eq!(read(&table(&vertices, &triangles)).unwrap_err().to_string(), expected);
     };
     let flat = floats(vec![9], vec![0.0; 9]);
-    fails(flat, triangles.clone(), "vertices[0]: 0; expected a list of 3");
+    fails(flat, triangles.clone(), "vertices[0]: 0; expected a list of length 3");
     let wide = floats(vec![2, 4], vec![0.0; 8]);
-    fails(wide, triangles.clone(), "vertices[0]: a list of 4; expected a list of 3");
+    fails(wide, triangles.clone(), "vertices[0]: a list of length 4; expected a list of length 3");
     let short = floats(vec![usize::MAX, 3], vec![0.0; 8]);
     let shape =
         format!("vertices: 8 numbers for the array shape [{}, 3]; expected as many as the shape's product", usize::MAX);
