@@ -124,7 +124,7 @@ class RayMeshIntersector:
         return type(self)(self.mesh, self._scale_to_box)
 
     def __deepcopy__(self, *_: object) -> RayMeshIntersector:
-        """Returns queries of the same mesh; `Trimesh.copy` creates its own."""
+        """Returns queries of the same mesh; `Trimesh.copy` creates new queries for the copied mesh."""
         return self.__copy__()
 
 

@@ -636,7 +636,7 @@ class Lidar:
         return lidar
 
     def __eq__(self, other: object) -> bool:
-        """True if both have the same device, settings and poses."""
+        """True if both lidars have the same device, settings and poses."""
         return self.to_dict() == other.to_dict() if isinstance(other, Lidar) else NotImplemented
 
     def __hash__(self) -> int:

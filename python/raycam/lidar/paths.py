@@ -118,7 +118,7 @@ class _Rays:
     ray: npt.NDArray[np.int64]
     weight: Floats
     one_way: Floats
-    """Product of the shares at interfaces on the way out; the product on the way back is the same."""
+    """Product of the shares at interfaces on the way out, which is also the product on the way back."""
     geometric: Floats
     optical: Floats
     index: Floats

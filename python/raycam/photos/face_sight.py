@@ -57,9 +57,10 @@ def find_face_sight(
     """Returns which of the faces with `corners` [n, 3, 3] are visible from the cameras.
 
     A face has `min_samples` [n] samples; a face larger than 4 pixels in any camera has as many samples as pixels in
-    the camera that shows it largest, up to the length of `pattern`. Samples have the first rows of `pattern` [k, 3] as
-    weights of the corners. A sample is visible under the conditions of `find_sight`. All samples are tested with
-    `pairs`, otherwise only samples that can change the result. Neighbouring faces should follow each other.
+    the camera that shows it largest, up to the length of `pattern`. Samples have the first rows of `pattern` [k, 3]
+    as weights of the corners. A sample is visible under the conditions of `find_sight`. All samples are tested with
+    `pairs`, otherwise only samples that can change the result. For speed, neighbouring faces should follow each
+    other.
     """
     query = {
         "corners": np.ascontiguousarray(corners, np.float64),

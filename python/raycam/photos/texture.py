@@ -106,9 +106,9 @@ def texture_from_photos(
     With `orientation` "auto", a photograph is turned by its EXIF orientation if only the turned photograph has the
     camera's size. "apply" turns all photographs, as `cv2.imread` does, and "ignore" none.
 
-    Raises `WorldError` for an object without texture coordinates or one that is not visible to any camera,
-    `SettingsError` for photographs whose size differs from their camera's, `FormatError` and `OSError` for their files,
-    and `MemoryError` if the machine lacks the memory.
+    Raises `WorldError` for an object that has no texture coordinates or is not visible to any camera, `SettingsError`
+    for photographs whose size differs from their camera's, `FormatError` and `OSError` for their files, and
+    `MemoryError` if the machine lacks the memory.
 
     Sources: Callieri, Cignoni, Corsini and Scopigno, Masked photo blending, 2008; Lempitsky and Ivanov, Seamless
     mosaicing of image-based texture maps, 2007; Waechter, Moehrle and Goesele, Let there be color!, 2014; Allène, Pons

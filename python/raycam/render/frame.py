@@ -137,7 +137,7 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return tuple(self._channels)
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        """The array of a channel; raises `KeyError` if the frame does not have it."""
+        """The array of a channel; raises `KeyError` for a channel that the frame lacks."""
         try:
             return self._channels[name]
         except KeyError:
@@ -231,14 +231,14 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     ) -> None:
         """Writes the frame to a .png, .jpg, .exr, .hdr, .npz or .html file atomically.
 
-        PNG: the colour in sRGB with `bits` 8 (default) or 16, `exposure` in stops and `view` ("standard", "agx" or
-        "pbr_neutral", see `to_srgb8`). JPEG: the same with 8 bits, without opacity. PNG and JPEG show another channel
-        if `channel` names it or the frame has no other, by the rules of
-        `raycam.render.channel_picture.channel_picture`. HDR: the colour in linear light, four bytes per pixel. EXR:
-        all channels as named layers in linear float32 (`half=True`: float16), ids as uint32, with camera and
-        conventions in the header; `position` is rounded to float32. NPZ: all channels exactly, with K, R, C, P, size,
-        region, pixel_center. HTML: a page that works offline and shows all channels with their values; it accepts the
-        options of `show`.
+        PNG: the colour in sRGB with `bits` 8 (default) or 16, `exposure` in stops and `view` ("standard",
+        "agx" or "pbr_neutral", see `to_srgb8`). JPEG: as PNG, but with 8 bits and without opacity. Instead of
+        the colour, PNG and JPEG show the channel named `channel`, or the only channel of the frame, by the
+        rules of `raycam.render.channel_picture.channel_picture`. HDR: the colour in linear light, four bytes
+        per pixel. EXR: all channels as named layers in linear float32 (`half=True`: float16), ids as uint32,
+        with camera and conventions in the header; `position` is rounded to float32. NPZ: all channels
+        exactly, with K, R, C, P, size, region, pixel_center. HTML: a page that works offline and shows all
+        channels with their values; it accepts the options of `show`.
 
         Raises `FormatError` for other endings, `SettingsError` for options that the format does not support and if
         the format cannot show the frame's channels, and `OSError` if the file cannot be written.

@@ -74,9 +74,9 @@ def render(
 ) -> Frame:
     """Renders `world`, as seen by `camera`, and returns a `Frame`.
 
-    `camera` is a `Camera`, the name of a camera in the world, or the path of a calibration file. Without `camera`, the
-    world's first camera is used, or one that shows the whole world. A world without lights and cameras is then shown in
-    the studio of `World.add_studio`, whose floor is background in ground truth.
+    `camera` is a `Camera`, the name of a camera in the world, or the path of a calibration file. Without `camera`,
+    the world's first camera is used, or a camera that shows the whole world. A world without lights and cameras is
+    then shown in the studio of `World.add_studio`, whose floor is background in ground truth.
 
     * `channels` are names, or "all". `region` (x, y, width, height) renders a part; `Frame.merge` joins parts.
     * `surface` ("first"): ground truth describes the first triangle on the pixel's centre ray. "solid" skips surfaces

@@ -19,7 +19,7 @@ from .xml_tree import Element, parse_xml
 __all__ = ["ColladaDocument", "Note"]
 
 Note = Callable[[str, str], None]
-"""Adds a notice with a code and a text that contains the line, if one is known."""
+"""Adds a notice with a code and a text that contains the line, if the line is known."""
 LIBRARIES = (
     ("library_images", "image", "CImage", "images"),
     ("library_effects", "effect", "Effect", "effects"),

@@ -53,8 +53,9 @@ class Element:
 def parse_xml(data: bytes, name: str, limits: XmlLimits | None = None) -> Element:
     """Parses a document and returns its root element; error messages begin with `name`.
 
-    Entity declarations and external identifiers are refused, so nothing is expanded and no other file is read. Raises
-    `FormatError` with file and line for such declarations and identifiers, for malformed XML and beyond the limits.
+    Entity declarations and external identifiers are rejected, so nothing is expanded and no other file is read.
+    Raises `FormatError` with file and line for such declarations and identifiers, for malformed XML and beyond the
+    limits.
     """
     builder = _Builder(name, limits or XmlLimits(), keep=True)
     builder.parse(data)

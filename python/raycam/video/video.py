@@ -42,11 +42,11 @@ class VideoPlan:
 
     `world` moves by its `[video]`. A world without a video shows its `animation`, a name or number (default: the
     first), from beginning to end. A world without either gets an orbit of 4 seconds around its centre, with a notice.
-    `camera` (default: the world's first camera, or one that frames the whole world) moves if the video moves the
-    camera; a camera of the world also moves with its animation. Instead of `camera`, `rig` is a rig and the name of one
-    of its cameras, while the video moves the rig as in `World.rig_at`. `fps` replaces the world's frames per second
-    (24). `seconds` plays the same motion faster or slower. `settings` are those of `raycam.render`: integrator,
-    samples, filter, seed, ambient_occlusion, exposure, transparent_background, threads.
+    `camera` (default: the world's first camera, or a camera that frames the whole world) moves if the video moves the
+    camera; a camera of the world also moves with its animation. Instead of `camera`, `rig` is a rig and the name of
+    one of its cameras, while the video moves the rig as in `World.rig_at`. `fps` replaces the world's frames per
+    second (24). `seconds` plays the same motion faster or slower. `settings` are those of `raycam.render`:
+    integrator, samples, filter, seed, ambient_occlusion, exposure, transparent_background, threads.
 
     Parts that do not move are built once, before the first frame.
 

@@ -90,7 +90,7 @@ def answer_to(
 def _refusal_of_socket(
     path: str, headers: Headers, host: str, accepts: Callable[[str], bool]
 ) -> Answer | None:
-    """The response that refuses an upgrade, or None."""
+    """Returns the response that rejects an upgrade to a WebSocket; None if it is accepted."""
     if path != SOCKET:
         return _refused(404, "Not found.")
     origins = headers.get_all("Origin")

@@ -332,11 +332,11 @@ class Viewer:
         return self.controls.add_text(label, value, editable=editable)
 
     def add_image(self, label: str, image: npt.ArrayLike) -> Control:
-        """Adds an image [h, w, 3] of sRGB bytes; `update(image=...)` replaces it."""
+        """Adds an image [h, w, 3] of sRGB bytes; `update(image=...)` replaces the image."""
         return self.controls.add_image(label, image)
 
     def add_plot(self, label: str, x: npt.ArrayLike, y: npt.ArrayLike) -> Control:
-        """Adds a line plot of `y` [n] over `x` [n]; `update(x=..., y=...)` replaces it."""
+        """Adds a line plot of `y` [n] over `x` [n]; `update(x=..., y=...)` replaces the data."""
         return self.controls.add_plot(label, x, y)
 
     def add_label(self, text: str, position: npt.ArrayLike, **options: Any) -> Control:

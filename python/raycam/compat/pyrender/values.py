@@ -59,7 +59,7 @@ class LiveArray(np.ndarray[Any, Any]):
         return array
 
     def __array_finalize__(self, whole: Any) -> None:
-        """Views belong to the same whole array; results of arithmetic do not."""
+        """Connects views with their whole array; results of arithmetic are not connected."""
         self._write = None
         self._whole = getattr(whole, "_whole", None)
 

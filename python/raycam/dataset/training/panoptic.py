@@ -30,8 +30,8 @@ def check(plan: Plan) -> None:
 def make(plan: Plan, number: int) -> Made:
     """Creates an image, the image of its segments, and its annotation.
 
-    A segment's id is R + 256 G + 65536 B; the id 0 is void. Each thing is a segment; all objects of a
-    category in `stuff` form one segment. Objects without a category are void.
+    A segment's id is R + 256 G + 65536 B; the id 0 is void. All objects of a category in `stuff` form one segment;
+    every object of another category is one segment. Objects without a category are void.
     """
     shot = plan.shot(number)
     frame = shot.render(["color", "instance"])

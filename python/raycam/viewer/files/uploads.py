@@ -184,7 +184,8 @@ class Uploads:
     def _file(self, name: str, mode: str) -> IO[bytes]:
         """Opens the file of a name, and creates its folders.
 
-        Raises `SettingsError` if this is impossible, for example if a file has the name of a folder.
+        Raises `SettingsError` if the file cannot be opened, for example because a file has the name of a
+        folder.
         """
         path = self._path() / name
         try:

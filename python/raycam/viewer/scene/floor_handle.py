@@ -50,7 +50,8 @@ def drag_on_floor(world: World, position: Floats, camera: Camera, begin: Floats,
     """Returns a position [3] moved parallel to the floor.
 
     The circle below the position follows the pointer. `begin` and `end` are pixels from the image's top left corner.
-    The position does not change if one of them is above the horizon, or very far away.
+    The position does not change if `begin` or `end` is above the horizon, or shows a point of the floor that is very
+    far away.
     """
     up, foot = up_axis(world.up), _foot(world, position)
     rays = [camera.rays(at + camera.corner) for at in (begin, end)]

@@ -38,7 +38,7 @@ AREA_SHARE = 0.4
 def describe_light(light: dict[str, Any], number: int) -> dict[str, Any]:
     """The light's name and the values that the client can change.
 
-    A value is None if the type of the light does not have it.
+    A value that the light's type does not have is None.
     """
     key = _strength_key(light)
     strength = None if key is None else np.broadcast_to(np.asarray(light[key], float), 3)

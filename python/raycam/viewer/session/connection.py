@@ -120,7 +120,7 @@ class Connection:
             send(message, buffers)
 
     def send_camera(self, message: dict[str, Any], *, is_moving: bool = False) -> None:
-        """Sends a camera message. While the camera is moving, at most one is sent for each image."""
+        """Sends a camera message. While the camera moves, at most one message is sent per image."""
         with self._sharing:
             now = self.cameras.add(message, is_moving=is_moving)
         if now is not None:

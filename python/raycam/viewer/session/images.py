@@ -26,7 +26,7 @@ class Images:
         self.threads = threads
         self.pace = Pace()
         self.version = 0
-        """Counts the changes of the view; an image of an older version is never sent after one of a newer version."""
+        """Counts the changes of the view; images of older versions are never sent after images of newer versions."""
         self.touched = 0.0
         """The monotonic time of the last change."""
         self.cancel = Cancel()

@@ -103,7 +103,7 @@ class View:
     world: World
     """The world at the chosen time, with the chosen variant."""
     camera: Camera
-    """The camera in its own size."""
+    """The camera, with its own size instead of the size of the client's window."""
     camera_name: str
     """The name of the world's camera that provides the view; empty for a free camera."""
     pivot: Floats
