@@ -15,7 +15,7 @@ __all__ = ["acos", "cos", "exp", "log", "sin", "tan"]
 
 
 def acos(x: npt.ArrayLike) -> Floats:
-    """Returns the angles from 0 to pi, in radians, whose cosines are `x`; same shape, NaN beyond [-1, 1]."""
+    """Returns the angles, 0 to pi, whose cosines are `x`, in the same shape; NaN beyond [-1, 1]."""
     return _core.elementary("acos", np.asarray(x, float, order="C"))
 
 

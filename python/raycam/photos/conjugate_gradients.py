@@ -35,7 +35,7 @@ class SparseSymmetric:
 
     @classmethod
     def sum_of(cls, size: int, row: Ints, column: Ints, values: Floats) -> SparseSymmetric:
-        """Returns the matrix [size, size] with the entries `values` [m] at `row` [m] and `column` [m].
+        """Returns the matrix [size, size] with the entries `values` at `row` and `column`, [m] each.
 
         Entries with the same row and column are added. Each row must have a value on the diagonal.
         """
@@ -73,10 +73,11 @@ class SparseSymmetric:
 def conjugate_gradients(
     matrix: Callable[[Floats], Floats], right: Floats, precondition: Callable[[Floats], Floats]
 ) -> Floats:
-    """Returns the solution of a symmetric positive definite system for each column of `right` [n, k].
+    """Returns the solution [n, k] of matrix(solution) = `right` [n, k], column by column.
 
-    `precondition` multiplies residuals by a symmetric positive definite matrix that is close to the inverse. Source:
-    Shewchuk, An introduction to the conjugate gradient method without the agonizing pain, 1994.
+    `matrix` multiplies vectors [n, k] by a symmetric positive definite matrix. `precondition` multiplies
+    residuals by a symmetric positive definite matrix that is close to the inverse. Source: Shewchuk, An
+    introduction to the conjugate gradient method without the agonizing pain, 1994.
     """
     x = np.zeros_like(right)
     residual = right.copy()

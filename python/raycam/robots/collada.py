@@ -135,7 +135,7 @@ class _Converter:
             self._add_triangles(part, triangles.sources, index, matrix, material)
 
     def _check_polygons(self, part: Any) -> None:
-        """Raises `FormatError` unless the polygons use each corner once: `pycollada` allocates their sum."""
+        """Raises `FormatError` if the polygons' corner counts do not sum to the number of corners."""
         counts, corners = np.asarray(part.vcounts, np.int64), len(part.index)
         if (counts < 0).any() or counts.sum() != corners:
             text = f"<{part.xmlnode.tag}>: the corner counts add up to {counts.sum()}, but <p> has {corners} corners"

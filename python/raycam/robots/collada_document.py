@@ -84,7 +84,10 @@ class ColladaDocument:
         return unit
 
     def _load(self, node: Any, kind: Any, target: Any) -> None:
-        """Loads an element of a library; the element is ignored with a notice if `pycollada` names its fault."""
+        """Loads an element of a library; a faulty element is ignored with a notice.
+
+        Raises `FormatError` if `pycollada` fails with an exception of another kind.
+        """
         if node.tag == "geometry" and node.find("mesh") is None:
             return  # a spline; a notice follows if it is used
         self._check_numbers(node)
@@ -121,7 +124,7 @@ class ColladaDocument:
 
 
 def _number(text: str) -> float:
-    """Returns the number in a text; NaN if it contains none."""
+    """Converts a text to a number; NaN if the text is not a number."""
     try:
         return float(text)
     except ValueError:

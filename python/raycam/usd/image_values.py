@@ -73,7 +73,7 @@ def level_values(pixels: Texels) -> npt.NDArray[np.float32]:
 
 
 def look_up(pixels: Texels, channels: Sequence[int], values: npt.NDArray[np.float32]) -> Texels:
-    """Returns an image's channels [height, width, channels], with each level replaced by its value.
+    """Returns channels of an image, [height, width, channels], with levels replaced by `values`.
 
     `values` [levels, channels] are from 0 to 1. The result has 8 bits if these represent the values of all pixels
     exactly, and 16 bits otherwise.

@@ -142,11 +142,12 @@ class MujocoScene:
         return self._look.image(camera, self._light_states, samples=samples, flags=self.flags)
 
     def with_geoms(self, geoms: Iterable[Any], camera: Camera) -> MujocoScene:
-        """Returns a copy that also shows geoms of an `mjvScene` (`mjvGeom`), such as markers and trajectories.
+        """Returns a copy that also shows `geoms`, such as markers and trajectories.
 
-        The copy does not follow later calls of `update`. Spheres, capsules, ellipsoids, cylinders, boxes, planes,
-        arrows, lines and triangles are shown with their `rgba`, `emission`, `specular` and `shininess`. The width of
-        lines is in pixels of `camera`. A notice names other types, labels and textures, which are not shown.
+        `geoms` are `mjvGeom`s of an `mjvScene`. The copy does not follow later calls of `update`. Spheres, capsules,
+        ellipsoids, cylinders, boxes, planes, arrows, lines and triangles are shown with their `rgba`,
+        `emission`, `specular` and `shininess`. The width of lines is in pixels of `camera`. A notice names
+        other types, labels and textures, which are not shown.
         """
         found, shown, omitted = copy(self), [], set()
         found.world, found.elements = self.world.copy(), list(self.elements)

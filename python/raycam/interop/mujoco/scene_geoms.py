@@ -71,7 +71,7 @@ def scene_geom(geom: Any, eye: Floats, pixel: float) -> SceneGeom | None:
 def _line(ends: Floats, half_angle: float, eye: Floats) -> Shape:
     """Returns a quad in world coordinates that faces the eye along a line with two ends [2, 3].
 
-    Half of its width is visible from the eye under `half_angle`.
+    Seen from the point `eye` [3], half of the quad's width covers `half_angle` in radians.
     """
     across = np.cross(ends[1] - ends[0], ends.mean(axis=0) - eye)
     across /= max(float(np.linalg.norm(across)), MIN_SIZE)
@@ -106,7 +106,7 @@ def _shape(kind: int, size: Floats) -> Shape | None:
 
 
 def _revolved(profile: Floats) -> Shape:
-    """Returns a surface of revolution about the z axis, from radii and heights [n, 2] in upward order."""
+    """Returns a surface of revolution about z, from radii and heights [n, 2] in upward order."""
     turns = 2 * np.pi * np.arange(SIDES + 1) / SIDES
     around = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     vertices: list[list[list[float]]] = []

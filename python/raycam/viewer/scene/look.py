@@ -144,7 +144,7 @@ class Look:
         return ENVIRONMENT_OPTIONS if self.light == "sky" else {}
 
     def exposure_of(self, world: World, opened: World, camera: Camera) -> float:
-        """The exposure in stops, at most 0, at which the world in this look is not overexposed; see `light_up`."""
+        """The exposure in stops, at most 0, at which the world is not overexposed in this look."""
         return exposure_of_lights(self.light_up(world, opened, camera), camera)
 
     def describe(self) -> dict[str, Any]:
@@ -269,7 +269,7 @@ def _sun(value: Any) -> tuple[float, float]:
 
 
 def _background(value: Any) -> str | None:
-    """Returns a colour or the absolute path of an image; raises `SettingsError` for "transparent"."""
+    """Returns a colour or an image's absolute path; raises `SettingsError` for "transparent"."""
     if value is None:
         return None
     if value == "transparent":
