@@ -45,7 +45,7 @@ def owner_names(owners: str | list[str]) -> list[str]:
 def keypoint_triples(shot: Shot, item: Label, points: Mapping[str, Any]) -> list[tuple[float, float, int]]:
     """Returns x, y and the visibility of each keypoint of a labelled object.
 
-    Positions are in pixels from the image's corner. The visibility is 2, or 1 if something occludes the
+    Positions are in pixels from the image's top left corner. The visibility is 2, or 1 if something occludes the
     point. A point outside the image has (0, 0, 0). `points` has the keys "points" [n, 3] and optionally
     "objects" and "triangles".
     """

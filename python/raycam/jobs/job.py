@@ -335,9 +335,9 @@ class Job:
                 atomic_files.sync_folder(self.folder)
 
     def _write_package(self, package: JobPackage, scratch: Path) -> None:
-        """Writes the package, after removing the mark of its removal.
+        """Removes the file `RELEASED` if it exists, and then writes the package.
 
-        Without the mark, a missing package is detected.
+        Without the file `RELEASED`, a missing package counts as a fault.
         """
         (self._state / RELEASED).unlink(missing_ok=True)
         atomic_files.write(self._state / "package", package.to_bytes(), scratch)

@@ -29,7 +29,7 @@ class DepthEdges:
     """A cell's width and height in pixels."""
 
     def at(self, places: Floats) -> npt.NDArray[np.float32]:
-        """The distances [n] at positions [n, 2] in pixels from the image's corner."""
+        """The distances [n] at positions [n, 2] in pixels from the image's top left corner."""
         rows, columns = self.distance.shape
         column = np.clip((places[:, 0] / self.stride[0]).astype(int), 0, columns - 1)
         row = np.clip((places[:, 1] / self.stride[1]).astype(int), 0, rows - 1)

@@ -182,7 +182,7 @@ class Pyramid:
     def at(self, places: Floats, footprint: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.float32]:
         """Returns colours [n, 4] at `places` [n, 2], averaged over `footprint` [n] pixels.
 
-        Places are in pixels from the image's corner.
+        Places are in pixels from the image's top left corner.
         """
         level = np.clip(np.log2(np.maximum(footprint, 1.0)), 0, self.top)
         low = np.floor(level).astype(int)

@@ -65,10 +65,12 @@ def sample_surface(
     and have no triangle of the world between them and the camera. A point is visible to a lidar if the face's sample
     nearest to it is visible in `surface_visibility` for this lidar. Such a sample has a point of the lidar's first
     frame near it. `objects` are the ids or names of the objects that have points; all objects occlude. `facing` is as
-    in `surface_visibility`. `seed` selects the random points. The same arguments give the same points on any number
-    of threads. A notice is issued if fewer than half of the cameras show the world, and for a lidar without points.
-    Raises `SettingsError` for invalid arguments, and `WorldError` for unknown objects, for a world without area, and
-    if fewer than `count` of 4 million points are visible.
+    in `surface_visibility`. `seed` selects the random points.
+
+    The same arguments give the same points on any number of threads. A notice is issued if fewer than half of the
+    cameras show the world, and for a lidar without points. Raises `SettingsError` for invalid arguments, and
+    `WorldError` for unknown objects, for a world without area, and if fewer than `count` of 4 million points are
+    visible.
     """
     wanted, threads = whole("count", count, 1, MAX_DRAWS), thread_count(threads)
     random = np.random.default_rng(whole("seed", seed, 0, (1 << 63) - 1))

@@ -71,7 +71,7 @@ class PartView:
     index: Ints
     """The points' indices in the part, ascending."""
     places: Floats
-    """The pixel coordinates [k, 2], measured from the image's corner."""
+    """The pixel coordinates [k, 2], measured from the image's top left corner."""
     colors: Single
     """Linear colours [k, 3]."""
     weight: Single

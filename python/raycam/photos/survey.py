@@ -84,7 +84,7 @@ class Survey:
     footprint: Single
     """Pixels of the photograph for each side of a texel."""
     place: Single
-    """The pixel coordinates [m, 2], measured from the image's corner."""
+    """The pixel coordinates [m, 2], measured from the image's top left corner."""
     slope: Single
     """Derivatives [m, 2] of the photograph's luminance by its pixels, at the texel's resolution."""
 

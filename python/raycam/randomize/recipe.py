@@ -83,10 +83,10 @@ class Recipe:
     * `count` repeats an object, a light or a camera, each with its own draws; names get numbers.
     * `on` places an object on another object, given by name. The position and the rotation about the up axis are
       random; the lowest point is on a level surface, at least `gap` (0.001 m) from all other objects. `on = ""` means
-      any object. Objects with `on` are placed only on objects without `on`. * `drop = { into = "bin" }` or `{ on =
-      "table" }` throws an object from above another object, with a random pose; all of them come to rest as with
-      `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of any object has the properties that
-      `raycam.settle` accepts.
+      any object. Objects with `on` are placed only on objects without `on`.
+    * `drop = { into = "bin" }` or `{ on = "table" }` throws an object from above another object, with a random pose;
+      all of them come to rest as with `raycam.settle`, after the objects with `on` are placed. `physics = {...}` of
+      any object has the properties that `raycam.settle` accepts.
     * `calibration = "calib.yaml"` in a [[camera]] provides size, K and lens from that file (from its camera with the
       same `name`, if it contains several), and the pose, if neither `see` nor a pose is given. `lens` specifies the
       lens model if the file does not.

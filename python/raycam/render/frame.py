@@ -71,27 +71,37 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
     ===================== ======= ========= =========================================================== ==========
     channel               dtype   shape                                                                 background
     ===================== ======= ========= =========================================================== ==========
-    color float32 [h, w, 3] linear Rec. 709 radiance, filtered over the pixel sky, or 0 albedo float32 [h, w, 3]
-    linear base colour of the surface, unlit 0 depth float32 [h, w] z along the principal axis, metres +inf distance
-    float32 [h, w] length of the ray, metres +inf position float64 [h, w, 3] the surface point in the world, metres
-    NaN normal float32 [h, w, 3] the triangle's unit normal in the world, facing the camera 0 normal_camera float32
-    [h, w, 3] `normal` in camera axes: x right, y down, z forward 0 shading_normal float32 [h, w, 3] from the corners'
-    normals, in the world, facing the camera 0 shading_normal_camera float32 [h, w, 3] `shading_normal` in camera axes
-    0 instance int32 [h, w] id of the object -1 category int32 [h, w] id of the category in `World.categories`; -1 for
-    none -1 triangle int32 [h, w] index of the triangle in its mesh -1 barycentric float32 [h, w, 3] weights of the
-    triangle's corners 0 uv float32 [h, w, 2] texture coordinates, v down; NaN if the mesh has none NaN material int32
-    [h, w] index of the material in the world -1 coverage float32 [h, w] fraction of samples on the same object as the
-    centre ray alpha float32 [h, w] fraction of samples that do not show the sky 0 shadow float32 [h, w, 3] light that
-    shadow catchers leave to the background 1 transmittance float32 [h, w, 3] light that fog and media let pass to the
-    camera 1, fog: 0 emission float32 [h, w, 3] unscattered light: from lamps, emitting surfaces and the sky sky, or 0
-    direct float32 [h, w, 3] light that was scattered once 0, or fog indirect float32 [h, w, 3] light that was
-    scattered more than once 0, or fog diffuse float32 [h, w, 3] light that the first surface reflects diffusely 0
-    specular float32 [h, w, 3] light that the first surface scatters in any other way 0 volume float32 [h, w, 3] light
-    scattered by fog or media in front of the first surface 0, or fog light:NAME float32 [h, w, 3] light of one
-    source: a light's name, or `surfaces` its sky, or 0 roughness float32 [h, w] perceptual roughness, 0 to 1 0
-    metallic float32 [h, w] metalness, 0 to 1 0 nocs float32 [h, w, 3] position in the object's box, scaled to a
-    diagonal of 1 NaN projector_uv float32 [h, w, 2] pixel of the world's first projector, or NaN if unlit NaN error
-    float32 [h, w] estimated standard error of the colour's luminance
+    color                 float32 [h, w, 3] linear Rec. 709 radiance, filtered over the pixel           sky, or 0
+    albedo                float32 [h, w, 3] linear base colour of the surface, unlit                    0
+    depth                 float32 [h, w]    z along the principal axis, metres                          +inf
+    distance              float32 [h, w]    length of the ray, metres                                   +inf
+    position              float64 [h, w, 3] the surface point in the world, metres                      NaN
+    normal                float32 [h, w, 3] the triangle's unit normal in the world, facing the camera  0
+    normal_camera         float32 [h, w, 3] `normal` in camera axes: x right, y down, z forward         0
+    shading_normal        float32 [h, w, 3] from the corners' normals, in the world, facing the camera  0
+    shading_normal_camera float32 [h, w, 3] `shading_normal` in camera axes                             0
+    instance              int32   [h, w]    id of the object                                            -1
+    category              int32   [h, w]    id of the category in `World.categories`; -1 for none       -1
+    triangle              int32   [h, w]    index of the triangle in its mesh                           -1
+    barycentric           float32 [h, w, 3] weights of the triangle's corners                           0
+    uv                    float32 [h, w, 2] texture coordinates, v down; NaN if the mesh has none       NaN
+    material              int32   [h, w]    index of the material in the world                          -1
+    coverage              float32 [h, w]    fraction of samples on the same object as the centre ray
+    alpha                 float32 [h, w]    fraction of samples that do not show the sky                0
+    shadow                float32 [h, w, 3] light that shadow catchers leave to the background          1
+    transmittance         float32 [h, w, 3] light that fog and media let pass to the camera             1, fog: 0
+    emission              float32 [h, w, 3] unscattered light: from lamps, emitting surfaces and the sky    sky, or 0
+    direct                float32 [h, w, 3] light that was scattered once                                   0, or fog
+    indirect              float32 [h, w, 3] light that was scattered more than once                         0, or fog
+    diffuse               float32 [h, w, 3] light that the first surface reflects diffusely                 0
+    specular              float32 [h, w, 3] light that the first surface scatters in any other way          0
+    volume                float32 [h, w, 3] light scattered by fog or media in front of the first surface   0, or fog
+    light:NAME            float32 [h, w, 3] light of one source: a light's name, or `surfaces`          its sky, or 0
+    roughness             float32 [h, w]    perceptual roughness, 0 to 1                                0
+    metallic              float32 [h, w]    metalness, 0 to 1                                           0
+    nocs                  float32 [h, w, 3] position in the object's box, scaled to a diagonal of 1         NaN
+    projector_uv          float32 [h, w, 2] pixel of the world's first projector, or NaN if unlit           NaN
+    error                 float32 [h, w]    estimated standard error of the colour's luminance
     ===================== ======= ========= =========================================================== ==========
 
     All channels except `color` and its parts, `coverage`, `alpha`, `shadow` and `error` describe the exact ray through

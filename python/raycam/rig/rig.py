@@ -267,8 +267,8 @@ class Rig(DictSerializable, Mapping[str, Camera]):
     def pair(self, first: str | None = None, second: str | None = None) -> tuple[str, str]:
         """Returns the names of two cameras (default: the first two).
 
-        If only `second` is missing, it is the first of the other cameras. Raises `CameraError` for an unknown name, and
-        if the rig has fewer than two cameras.
+        If only `second` is missing, the first camera other than `first` is used. Raises `CameraError` for an
+        unknown name, and if the rig has fewer than two cameras.
         """
         names = list(self)
         if len(names) < 2:

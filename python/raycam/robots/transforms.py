@@ -15,7 +15,8 @@ __all__ = ["quaternion_matrices", "quaternions_of", "rotations_about", "transfor
 def transform(xyz: Sequence[float], rpy: Sequence[float]) -> Floats:
     """Returns the matrix [4, 4] of a URDF origin.
 
-    It rotates about the fixed axes x, y, z by `rpy`, and then translates by `xyz`.
+    The matrix rotates about the fixed axes x, y, z by `rpy` [3] in radians, and then translates by `xyz` [3] in
+    metres.
     """
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     matrix = np.eye(4)

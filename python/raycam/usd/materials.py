@@ -449,9 +449,9 @@ def _source(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
 
 
 def _wrap(name: str) -> str:
-    """Returns the wrap mode; "useMetadata" counts as "repeat".
+    """Returns the wrap mode called `name` in USD.
 
-    The reason is that raycam does not read the image's metadata.
+    "useMetadata" counts as "repeat", because raycam does not read the image's metadata.
     """
     return name if name in ("clamp", "mirror", "black") else "repeat"
 

@@ -42,10 +42,10 @@ def make_video(
 ) -> int | None:
     """Creates a video file or a folder of images by a job; returns the number of frames.
 
-    The job is in `job_folder(path)`. Frames go to the encoder in order as they are finished. An interrupted encoding
-    starts again from the stored frames, which are removed when the file is complete, unless `keep_frames`. A `shard`
-    that finishes while frames of other shards are missing creates no file and returns None. `frames`, `lossless` and
-    `audio` are as in `write_video`, other arguments as in `Job.run`.
+    `film` is the plan of the video. The job is in `job_folder(path)`. Frames go to the encoder in order as they are
+    finished. An interrupted encoding starts again from the stored frames, which are removed when the file is
+    complete, unless `keep_frames`. A `shard` that finishes while frames of other shards are missing creates no file
+    and returns None. `frames`, `lossless` and `audio` are as in `write_video`, other arguments as in `Job.run`.
 
     Raises the errors of `write_video` and `Job.run`.
     """

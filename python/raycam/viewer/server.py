@@ -324,7 +324,8 @@ class Server:
     def _make_room(self, waiting: Mapping[str, float]) -> bool:
         """Ends sessions to make room; returns True if a session can start.
 
-        Expired sessions end, and another session ends if there are too many.
+        Sessions whose clients left too long ago end. If there are still too many sessions, the session whose
+        client left first ends, too.
         """
         following = self.following
         kind, most = (False, MOST_SESSIONS) if following is None else (True, MOST_FOLLOWERS)

@@ -180,7 +180,7 @@ class Slices(Refinement):
 class FromScratch(Refinement):
     """A refinement by images of 4, 16, 64, ... samples, each rendered from scratch.
 
-    It is used for a camera with a background.
+    This class is used if the camera has a background.
     """
 
     def refine(self, cancel: Cancel) -> Frame | None:

@@ -79,7 +79,7 @@ def describe_light_change(
 ) -> tuple[dict[str, Any], bool]:
     """Returns a light's complete description after a change.
 
-    Also returns True if the light keeps its image or profile.
+    The second value is True if the light keeps its image or profile.
     """
     given = light_keys(description, keys)
     if not given:

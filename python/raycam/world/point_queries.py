@@ -81,10 +81,11 @@ class PointQueries:
 
         The winding numbers of all objects are summed.
 
-        A winding number is the surface's solid angle divided by 4 pi (Jacobson, Kavan and Sorkine-Hornung 2013): 1
-        inside a closed mesh whose triangles are counter-clockwise seen from outside, 0 outside, and in between for open
-        meshes. Integers are exact; other values have errors of about 1e-12. The time is proportional to the number of
-        edges without a partner. The value is 0 for points that are not finite. Arguments and errors are those of
+        A winding number is the surface's solid angle divided by 4 pi (Jacobson, Kavan and Sorkine-Hornung
+        2013): 1 inside a closed mesh whose triangles are counter-clockwise seen from outside, 0 outside, and
+        in between for open meshes. Integers are exact; other values have errors of about 1e-12. The running
+        time is proportional to the number of edges that triangles traverse more often in one direction than
+        in the other. The value is 0 for points that are not finite. Arguments and errors are those of
         `inside`.
         """
         array = triples("points", points)

@@ -129,9 +129,9 @@ def numbers(shot: Shot, item: Label) -> list[float]:
 
 
 def outlines(item: Label) -> list[Points]:
-    """Returns polygons [n, 2] around the visible pixels, in pixels from the image's corner.
+    """Returns polygons [n, 2] around the visible pixels.
 
-    The polygon with the most corners is first.
+    Corners are in pixels from the image's top left corner. The polygon with the most corners is first.
     """
     found = [np.array(corners, dtype=float) + item.region[:2] for corners in polygons(item.visible_mask)]
     return sorted(found, key=lambda corners: -len(corners))
