@@ -82,7 +82,7 @@ def test_solution_is_correct(name: str) -> None:
 
 @pytest.mark.parametrize("name", CORRECT)
 @pytest.mark.parametrize("wrong", [lambda *given: None, lambda *given: ..., lambda *given: 1 / 0, lambda: 0])
-def test_unanswered_exercise_is_reported_without_exception(name: str, wrong: Function) -> None:
+def test_unanswered_exercise_is_reported_without_raising_an_error(name: str, wrong: Function) -> None:
     assert not CORRECT[name][0](wrong)
 
 

@@ -8,7 +8,7 @@ import scipy.sparse.csgraph
 from raycam.photos.conjugate_gradients import SparseSymmetric, conjugate_gradients
 
 
-def test_solution_and_products_equal_scipys() -> None:
+def test_solution_and_products_equal_those_of_scipy() -> None:
     random = np.random.default_rng(0)
     row, column, values = *random.integers(0, 50, (2, 300)), random.normal(size=300)
     each = np.arange(50)

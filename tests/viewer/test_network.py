@@ -64,7 +64,9 @@ def test_every_printed_address_of_a_public_server_opens(public: Server) -> None:
             assert Client(made).welcome["type"] == "welcome"
 
 
-def test_x_forwarded_host_counts_only_from_a_named_proxy(public: Server, small_world: raycam.World) -> None:
+def test_x_forwarded_host_is_accepted_only_from_a_named_proxy(
+    public: Server, small_world: raycam.World
+) -> None:
     address = f"127.0.0.1:{public.address[1]}"
     origin = "https://hub.example"
     with pytest.raises(InvalidStatus) as refused:

@@ -218,7 +218,7 @@ def test_invalid_displacements_are_refused(keys: dict[str, Any], code: str, fact
     assert len(world.objects) == 0
 
 
-def test_displaced_objects_have_no_height_map_left() -> None:
+def test_displaced_objects_have_no_height_map() -> None:
     """The relief is part of the surface, so the height map must not be applied again."""
     world = displaced(random_heights(1), plane=1)
     assert world.counts["textures"] == 0

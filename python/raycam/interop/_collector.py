@@ -57,7 +57,11 @@ class WorldCollector:
             self.add_notice(name, "not shown, because it has no triangles")
             return None
         if not np.isfinite(vertices).all():
-            raise WorldError(f"{name}: vertices must be finite", code="out_of_range")
+            count = int(np.count_nonzero(~np.isfinite(vertices).all(axis=1)))
+            raise WorldError(
+                f"{name}: vertices must be finite; {count} of {len(vertices)} contain NaN or infinite numbers",
+                code="out_of_range",
+            )
         if faces.min() < 0 or faces.max() >= len(vertices):
             raise WorldError(
                 f"{name}: faces contain the indices {faces.min()} to {faces.max()}, expected 0 to {len(vertices) - 1}",

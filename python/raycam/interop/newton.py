@@ -148,7 +148,11 @@ def _matrices(poses: Any) -> Floats:
     """
     values = np.asarray(poses, np.float64).reshape(-1, 7)
     if not np.isfinite(values).all():
-        raise WorldError("poses of bodies and shapes must be finite numbers", code="out_of_range")
+        count = int(np.count_nonzero(~np.isfinite(values).all(axis=1)))
+        raise WorldError(
+            f"poses of bodies and shapes must be finite; {count} of {len(values)} contain NaN or infinite numbers",
+            code="out_of_range",
+        )
     found = np.tile(np.eye(4), (len(values), 1, 1))
     found[:, :3, :3] = quaternion_matrices(values[:, 3:])
     found[:, :3, 3] = values[:, :3]

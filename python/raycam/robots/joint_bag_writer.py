@@ -92,7 +92,10 @@ def write_joint_states(
 
 def _checked(what: str, values: Floats) -> Floats:
     if not np.isfinite(values).all():
-        raise SettingsError(f"{what} must be finite", code="out_of_range")
+        count = int(np.count_nonzero(~np.isfinite(values)))
+        raise SettingsError(
+            f"{what} must be finite; {count} of {values.size} are NaN or infinite", code="out_of_range"
+        )
     return values
 
 

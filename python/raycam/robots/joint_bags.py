@@ -267,7 +267,7 @@ def _decode(data: bytes, logged: int, where: str) -> _State:
             code="damaged_data",
         )
     if not np.isfinite(positions).all():
-        raise FormatError(f"{where}: positions must be finite numbers", code="out_of_range")
+        raise FormatError(f"{where}: positions must be finite, got {list(positions)}", code="out_of_range")
     return _State(seconds * 10**9 + nanoseconds or logged, names, positions)
 
 

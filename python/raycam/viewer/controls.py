@@ -295,7 +295,9 @@ class Controls(Folder):
             x, y = (np.asarray(properties[name], float).ravel() for name in ("x", "y"))
             if len(x) != len(y) or not 2 <= len(x) <= MAX_POINTS or not np.isfinite([x, y]).all():
                 raise SettingsError(
-                    f"plot: expected x and y with 2 to {MAX_POINTS} finite numbers each", code="wrong_shape"
+                    f"plot: expected x and y of equal length, with 2 to {MAX_POINTS} finite numbers each; got {len(x)} "
+                    f"and {len(y)} numbers",
+                    code="wrong_shape",
                 )
             return {"x": x.tolist(), "y": y.tolist()}
         if kind == "label" and {"text", "position"} <= set(properties):

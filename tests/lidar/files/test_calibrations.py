@@ -50,7 +50,9 @@ def hesai_csv(lasers: int = 32, row: str = "3,-2.5,0.75") -> str:
 TABLE = "Time/s,Azimuth/deg,Zenith/deg\n0.0,10,80\n0.001,20,100\n"
 
 
-def test_ouster_kinds_without_a_device_of_their_rows_use_a_device_of_their_kind(tmp_path: Path) -> None:
+def test_ouster_product_line_with_an_unknown_number_of_rows_uses_settings_of_the_same_line(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "unit.json").write_text(ouster(prod_line="OS-0-16"), encoding="utf-8")
     lidar = raycam.load_lidar(tmp_path / "unit.json")
     assert "OS0-16" in lidar.title

@@ -120,7 +120,7 @@ fn lights_are_prepared_on_demand_and_shared_by_derived_worlds() {
 }
 
 #[test]
-fn families_build_each_mesh_once_even_after_worlds_are_dropped() {
+fn worlds_that_share_meshes_build_each_mesh_once_even_after_one_is_dropped() {
     let world = still_life();
     let family = Arc::default();
     let control = Control::new();
