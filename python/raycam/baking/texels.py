@@ -155,8 +155,8 @@ def warn_of_overlap(texels: Texels, name: object) -> None:
     if texels.overlapping:
         warn(
             Notice(
-                f"object {name!r}: {counted(texels.overlapping, 'texel')} shared by several faces, because islands "
-                "of its texture coordinates overlap; the first face determines a shared texel's value",
+                f"object {name!r}: several faces share {counted(texels.overlapping, 'texel')}, because islands of its "
+                "texture coordinates overlap; the first face determines a shared texel's value",
                 "overlapping_islands",
             )
         )

@@ -110,7 +110,7 @@ def _times(times: Mapping[str, float], offset: str | None) -> dict[str, float]:
         start = min(times.values()) if offset == "first" else float(offset)
     except ValueError:
         raise SettingsError(
-            f"--time-offset {offset}: expected a number of seconds, or first", code="invalid_value"
+            f"--time-offset {offset}: expected a number of seconds, or the word first", code="invalid_value"
         ) from None
     return {name: time - start for name, time in times.items()}
 

@@ -176,7 +176,7 @@ def _from_offset(times: list[float] | None, offset: str | None) -> list[float] |
         start = min(times) if offset == "first" else float(offset)
     except ValueError:
         raise SettingsError(
-            f"--time-offset {offset}: expected a number of seconds, or first", code="invalid_value"
+            f"--time-offset {offset}: expected a number of seconds, or the word first", code="invalid_value"
         ) from None
     return [time - start for time in times]
 

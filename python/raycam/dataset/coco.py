@@ -44,13 +44,17 @@ def check(plan: Plan) -> None:
             )
         if np.shape(points["points"]) != (len(points["names"]), 3):
             raise SettingsError(
-                f"keypoints of {name!r}: expected one point [x, y, z] for each name", code="wrong_shape"
+                f"keypoints of {name!r}: expected one point [x, y, z] for each of {len(points['names'])} names, got the "
+                f"shape {list(np.shape(points['points']))}",
+                code="wrong_shape",
             )
         _check_owners(plan, name, points)
         triangles = points.get("triangles")
         if triangles is not None and len(triangles) != len(points["names"]):
             raise SettingsError(
-                f"keypoints of {name!r}: expected one triangle for each name", code="wrong_shape"
+                f"keypoints of {name!r}: expected one triangle for each of {len(points['names'])} names, got "
+                f"{len(triangles)}",
+                code="wrong_shape",
             )
 
 
@@ -61,7 +65,7 @@ def _check_owners(plan: Plan, category: str, points: dict[str, Any]) -> None:
         return
     if not isinstance(owners, list | tuple) or len(owners) != len(points["names"]):
         raise SettingsError(
-            f"keypoints of {category!r}: expected one object for each name",
+            f"keypoints of {category!r}: expected one object for each of {len(points['names'])} names, got {owners!r}",
             code="wrong_shape",
         )
     known = [item.name for item in plan.objects if (item.category or "object") == category]

@@ -29,7 +29,7 @@ def check(plan: Plan) -> None:
             )
         if camera.size != first.size or not np.array_equal(camera.K, first.K):
             raise CameraError(
-                f"camera {number} differs from camera 0 in K or size, which an RGB-D sequence does not support",
+                f"camera {number} differs from camera 0 in K or size; an RGB-D sequence requires equal K and size",
                 code="unsupported_camera",
             )
     check_depth_scale(plan.options["depth_scale"])

@@ -271,7 +271,7 @@ class Lidar:
                 code="missing_value",
             )
         if self._value("waveform") and float(self._value("pulse_length", 4e-9)) == 0.0:
-            raise LidarError("waveform requires a pulse_length above 0", code="conflicting_values")
+            raise LidarError("waveform requires a pulse_length above 0, got 0", code="conflicting_values")
         if self.min_range > self.max_range:
             raise LidarError(
                 f"min_range {self.min_range:g} exceeds max_range {self.max_range:g}",

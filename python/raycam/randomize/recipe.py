@@ -558,7 +558,7 @@ def _cache_key(description: Any) -> str:
 def _named(item: Mapping[str, Any], what: str) -> str:
     """Returns the name of an object with `physics`; raises `WorldError` if it has no name."""
     if not isinstance(item.get("name"), str):
-        raise WorldError(f"{what}: an object with physics needs a name", code="missing_value")
+        raise WorldError(f'{what}: an object with physics requires the key "name"', code="missing_value")
     return str(item["name"])
 
 

@@ -53,7 +53,10 @@ def read_hesai(path: Path, device: str | None) -> dict[str, Any]:
             raise LidarError(f"{where}: channel {channel} is listed twice", code="duplicate_name")
         channels[channel] = (elevation, azimuth)
     if sorted(channels) != list(range(1, len(channels) + 1)):
-        raise LidarError(f"{path}: channels must be 1 to {len(channels)}, each once", code="duplicate_name")
+        raise LidarError(
+            f"{path}: channels must be 1 to {len(channels)}, each once, got {min(channels)} to {max(channels)}",
+            code="duplicate_name",
+        )
     description = base_description(path, device, "hesai", len(channels), BY_CHANNELS)
     rows = [channels[channel] for channel in sorted(channels)]
     description["hesai"] = {
