@@ -142,22 +142,22 @@ def lens_of(distortion: npt.ArrayLike | None, model: Model) -> Lens | None:
 
 
 def matrix(name: str, value: npt.ArrayLike) -> Floats:
-    """Returns a checked copy of a matrix [3, 3]."""
+    """Returns a float64 copy of a matrix [3, 3]; raises `CameraError` for other shapes."""
     return floats(name, value, (3, 3), error=CameraError).copy()
 
 
 def vector(name: str, value: npt.ArrayLike) -> list[float]:
-    """Returns a checked vector [3]."""
+    """Returns `value` as a list of three floats; raises `CameraError` for other shapes."""
     return [float(v) for v in floats(name, value, (3,), error=CameraError)]
 
 
 def number(name: str, value: float) -> float:
-    """Returns a checked number."""
+    """Returns `value` as a float; raises `CameraError` for arrays with axes."""
     return float(floats(name, value, (), error=CameraError))
 
 
 def checked_up(up: str) -> Up:
-    """Returns the checked name of the up axis."""
+    """Returns `up` if it is "z" or "y"; otherwise raises `CameraError`."""
     if isinstance(up, str) and up in ("y", "z"):
         return "y" if up == "y" else "z"
     raise CameraError(f'up is {up!r}; expected "z" or "y"', code="invalid_value")

@@ -269,7 +269,7 @@ def ego_poses(records: Callable[[], Iterator[Record]]) -> Iterator[dict[str, Any
 
 
 def samples(plan: Plan, keys: list[int], scene: str) -> Iterator[dict[str, Any]]:
-    """Yields the key frames."""
+    """Yields the rows of the table of key frames."""
     for place, number in enumerate(keys):
         yield {
             "token": token("sample", number),

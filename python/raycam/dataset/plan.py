@@ -327,7 +327,7 @@ class Shot:
         return found
 
     def labels(self, instance: npt.NDArray[np.int32], margin: tuple[int, int] | None = None) -> list[Label]:
-        """The labels of the labelled objects."""
+        """Returns the labels of the view's labelled objects; the arguments are as in `raycam.label`."""
         return label(
             self.world,
             self.camera,

@@ -132,7 +132,7 @@ def labels(shot: Shot, instance: npt.NDArray[np.int32]) -> npt.NDArray[np.uint32
 
 
 def world_from_camera(camera: Camera) -> Floats:
-    """Returns the pose of a camera [4, 4]."""
+    """Returns the pose world_from_camera [4, 4] of a camera."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = camera.R.T, camera.C
     return matrix

@@ -24,7 +24,7 @@ class Box:
     height: float
 
     def inner(self, margin: float) -> Box:
-        """The box without a margin."""
+        """Returns the box without a strip of the width `margin` along each side."""
         return Box(self.x + margin, self.y + margin, self.width - 2 * margin, self.height - 2 * margin)
 
 
@@ -125,5 +125,5 @@ def extent(points: Floats, origin: Floats, edge: Floats, front: Floats) -> Exten
 
 
 def area(extent: Extent) -> float:
-    """The area of the rectangle."""
+    """Returns the area of the rectangle `extent`."""
     return float(np.prod(extent[3] - extent[2]))

@@ -58,7 +58,7 @@ class Pool(Protocol):
 
     @property
     def notices(self) -> Sequence[Notice]:
-        """Notices for the user, so far."""
+        """The notices about the pool so far, for the user."""
 
     def threads(self, left: int) -> int | None:
         """Returns the number of threads for the next frame; None for all threads.

@@ -149,7 +149,7 @@ class _SeamEdges:
 
     @classmethod
     def between(cls, faces: _FaceViews) -> _SeamEdges:
-        """The edges at the seams."""
+        """Returns the edges between `faces` with different photographs."""
         first, second = faces.seams.T
         equal = faces.vertices[first][:, :, None] == faces.vertices[second][:, None, :]
         ends = np.argsort(~equal.any(axis=2), axis=1, kind="stable")[:, :2]

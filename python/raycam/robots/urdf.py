@@ -54,7 +54,7 @@ class _Reader:
         self._notices: list[Notice] = []
 
     def read(self) -> RobotDescription:
-        """Returns the description."""
+        """Reads the document, and returns the robot's description."""
         root = self._root
         if root.tag != "robot":
             hint = {

@@ -146,7 +146,7 @@ def _location() -> str:
 
 
 def main(request: dict[str, Any]) -> None:
-    """Writes the answer to a request."""
+    """Expands the file of a request, and writes the document or the error to the answer file."""
     limits = request["limits"]
     apply_rlimits(limits["memory"], limits["seconds"], limits["bytes"])
     try:

@@ -105,7 +105,7 @@ class Recording:
         warn_all(notices)
 
     def _run(self) -> None:
-        """Notes each change of the view."""
+        """Records each change of the view."""
         while not self._ends.wait(self._interval):
             now, view = time.monotonic() - self._start, self._view()
             if now >= self._limit:

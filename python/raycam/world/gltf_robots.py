@@ -137,7 +137,7 @@ class _GlbFile:
             self._nodes[link].setdefault("children", []).append(number)
 
     def _accessor(self, values: npt.NDArray[Any], kind: str, *, bounds: bool = False) -> int:
-        """Adds float32 values [n, k]."""
+        """Adds an accessor of float32 values [n, k]; returns the accessor's index."""
         array = np.ascontiguousarray(values, dtype="<f4")
         self._binary += bytes(-len(self._binary) % 4)
         views = self._document.setdefault("bufferViews", [])

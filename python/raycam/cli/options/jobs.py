@@ -20,7 +20,7 @@ __all__ = ["add_job", "job_options", "job_pool", "lower_priority", "parse_shard"
 
 
 def add_job(command: argparse.ArgumentParser) -> None:
-    """Adds the options of jobs."""
+    """Adds the options of commands that run jobs, such as `--resume`, `--shard` and `--workers`."""
     group = command.add_argument_group(
         "jobs", "a stopped command keeps its finished frames; run it again to resume"
     )
