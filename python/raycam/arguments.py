@@ -187,7 +187,7 @@ def rows_of(array: npt.NDArray[Any]) -> Floats:
 
 
 def limits(name: str, values: object, shape: tuple[int, ...]) -> Floats:
-    """Returns one number, or one for each ray or point, as float64 [1] or [n].
+    """Returns `values`, one number or one number for each ray or point, as float64 [1] or [n].
 
     `shape` is the shape of the rays or points. Raises `SettingsError` for values that do not broadcast to `shape`.
     """

@@ -328,9 +328,9 @@ def model_mesh(plan: Plan, number: int) -> tuple[Floats, Any]:
 def diameter(vertices: Floats) -> float:
     """Returns the largest distance between two vertices.
 
-    Vertices too near to the centre are skipped. The result is exact unless more than `MAX_EXACT_VERTICES`
-    candidates remain, for example on a finely tessellated sphere. In that case, the result is the largest
-    extent along 4096 directions.
+    Vertices that are too near to the centre to have the largest distance are skipped. The result is exact unless more
+    than `MAX_EXACT_VERTICES` candidates remain, for example on a finely tessellated sphere. In that case, the result
+    is the largest extent along 4096 directions.
     """
     center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     radius = lengths(vertices - center)

@@ -124,7 +124,7 @@ def _lying(camera: Camera) -> Camera:
 def _warped(
     pixels: Colors, taker: Camera, camera: Camera, name: str, notices: list[Notice]
 ) -> tuple[Colors, list[Notice]]:
-    """Returns the image of `taker` warped to `camera`, and notices with the share of black.
+    """Returns the image of `taker`, warped to `camera`, and notices about black pixels.
 
     The result is black outside of the image of `taker`. Between pixels, stored values are interpolated
     linearly, as in OpenCV's `remap`.

@@ -280,11 +280,12 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
 
         The background is a colour, an image's path, an array [h, w, 3] or a `raycam.Background`.
 
-        The frame must have been rendered with `transparent_background=True`. A photograph of the frame's size is used
-        pixel by pixel; the frame's exposure and view do not change its values, but the channel `shadow` darkens it.
-        An image of another size is scaled and cropped to cover the frame, with a notice; a `Background` with the
-        camera that took it is warped. Float arrays are linear light, uint8 and uint16 are sRGB. The result is opaque:
-        color + (1 - alpha) * shadow * background in linear light.
+        The frame must have been rendered with `transparent_background=True`. A photograph of the frame's size
+        is used pixel by pixel; the frame's exposure and view do not change the photograph's values, but the
+        channel `shadow` darkens the photograph. An image of another size is scaled and cropped to cover the
+        frame, with a notice; a `Background` with the camera that took it is warped. Float arrays are linear
+        light, uint8 and uint16 are sRGB. The result is opaque: color + (1 - alpha) * shadow * background in
+        linear light.
 
         Raises `SettingsError` for a frame without opacity and for an invalid background, `FormatError` and `OSError`
         for files.

@@ -267,9 +267,9 @@ def _add_mujoco_lights(world: World, compiled: CompiledModel) -> None:
 
 
 def _check_up(up: str, path: str | os.PathLike[str]) -> None:
-    """Raises `SettingsError` for an unknown axis, and for a world file.
+    """Raises `SettingsError` for an unknown axis, and for the path of a world file.
 
-    A world file specifies its own axis.
+    `up` cannot be used with a world file, because a world file specifies its own axis.
     """
     if up not in ("z", "y"):
         raise SettingsError(f"up is {up!r}; expected 'z' or 'y'", code="invalid_value")
@@ -283,7 +283,7 @@ def _check_up(up: str, path: str | os.PathLike[str]) -> None:
 def with_up_axis(world: World, up: str) -> World:
     """Returns a copy of the world with another up axis, "z" or "y".
 
-    Its vertices are not rotated.
+    The copy's vertices are not rotated.
     """
     head, old, rest = world.to_bytes().partition(b"\xa2up\xa1")
     turned = World._of(_core.world_from_bytes(head + old + up.encode() + rest[1:], world.texture_memory, ""))
