@@ -44,8 +44,8 @@ def check(plan: Plan) -> None:
             )
         if np.shape(points["points"]) != (len(points["names"]), 3):
             raise SettingsError(
-                f"keypoints of {name!r}: expected one point [x, y, z] for each of {len(points['names'])} names, got the "
-                f"shape {list(np.shape(points['points']))}",
+                f"keypoints of {name!r}: expected one point [x, y, z] for each of {len(points['names'])} names, got "
+                f"the shape {list(np.shape(points['points']))}",
                 code="wrong_shape",
             )
         _check_owners(plan, name, points)

@@ -35,7 +35,10 @@ def add_lidar_beam(command: argparse.ArgumentParser) -> None:
         help="rays per pulse: 1, 7, 19 or 37 (default: the lidar's setting)",
     )
     lidar.add_argument(
-        "--at", metavar="SECONDS", type=float, help="time of the world's video or animation, in seconds"
+        "--at",
+        metavar="SECONDS",
+        type=float,
+        help="time of the world's video or animation, in seconds (default: no motion)",
     )
     add_lidar_pose(command)
 
