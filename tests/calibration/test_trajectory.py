@@ -431,7 +431,7 @@ def test_damaged_arrays_in_a_folder_raise_with_file_and_key(tmp_path: Path) -> N
     with raises(FormatError, code="syntax", mentions=["2.npz", "w2c", "[3, 3]"]):
         raycam.load_cameras(tmp_path, intrinsics=EYE)
     np.savez(tmp_path / "2.npz", w2c=np.full((4, 4), -np.inf))
-    assert has_notice(raycam.load_cameras(tmp_path, intrinsics=EYE).notices, "ignored_element", 1, ": 2")
+    assert has_notice(raycam.load_cameras(tmp_path, intrinsics=EYE).notices, "ignored_element", 1, "(2)")
 
 
 def test_poses_in_archives_of_any_layout_are_read(tmp_path: Path) -> None:

@@ -122,9 +122,10 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         size = pictures.iter().find_map(|(_, folder)| size_of_picture(assets, &folder.file("any"), &folder.names));
     }
     if let Some(first) = lost.first() {
+        let more = if lost.len() > 1 { ", ..." } else { "" };
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{} omitted: no pose ({first} ...)", counted(lost.len(), "lost frame")),
+            format!("{} omitted: no pose ({first}{more})", counted(lost.len(), "lost frame")),
         );
     }
     if matches!(content, MatrixContent::CameraMatrices) {
