@@ -143,8 +143,8 @@ def test_memory_sizes_are_parsed_in_common_notations(text: int | str, count: int
 
 
 @pytest.mark.parametrize("text", ["", "GiB", "-1", "1 XB", "1e9", "1 M", 0, True, "99999999 TiB"])
-def test_invalid_memory_size_is_refused_with_its_name(text: int | str) -> None:
-    with raises(errors.SettingsError, code="wrong_type"):
+def test_invalid_memory_size_raises_with_the_argument_name(text: int | str) -> None:
+    with raises(errors.SettingsError, code="wrong_type", mentions=["limit"]):
         memory_limits.parse_size("limit", text)
 
 

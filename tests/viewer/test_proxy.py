@@ -51,7 +51,7 @@ def socket_at(address: str, token: str) -> ClientConnection:
 
 
 @pytest.mark.parametrize("kind", PROXIES)
-def test_page_and_socket_work_under_a_path(proxied: Server, kind: str) -> None:
+def test_page_and_socket_work_behind_a_proxy_with_a_path_prefix(proxied: Server, kind: str) -> None:
     proxy = PrefixProxy(proxied.address, PREFIX, **PROXIES[kind])
     for name in ("", "client.js"):
         with urllib.request.urlopen(f"http://{proxy.address}{PREFIX}{name}", timeout=PATIENCE) as answer:
@@ -74,7 +74,7 @@ def test_proxy_that_hides_the_public_host_is_refused(proxied: Server) -> None:
 
 
 @pytest.mark.proof
-def test_browser_uses_the_view_under_a_path(proxied: Server, tab: Tab) -> None:
+def test_browser_sends_all_requests_below_the_proxy_path_prefix(proxied: Server, tab: Tab) -> None:
     proxy = PrefixProxy(proxied.address, PREFIX)
     tab.said.clear()
     tab.requests.clear()

@@ -19,7 +19,7 @@ use crate::request;
 #[wasm_bindgen(start)]
 pub fn start() {
     std::panic::set_hook(Box::new(|info| {
-        let text = internal_failure(format!("raycam failed at {info}; this is a bug in raycam, please report it"));
+        let text = internal_failure(format!("internal error: {info}\nThis is a bug in raycam; please report it."));
         wasm_bindgen::throw_str(&text);
     }));
 }

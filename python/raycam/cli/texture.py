@@ -37,7 +37,8 @@ def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--report",
         metavar="HTML",
-        help="HTML page to write: maps, each photograph's fit, and photographs next to the textured model",
+        help="HTML page to write: photographs per texel and their disagreement, statistics of each photograph, and "
+        "photographs next to the textured model",
     )
     command.add_argument(
         "--method",

@@ -77,8 +77,8 @@ def _add(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--trajectory",
         metavar="FILE",
-        help="joint values of the robot over time: .csv with the header time, JOINT, ...; .npy; or a ROS 2 bag (.mcap, "
-        ".db3 or a folder) with joint states, followed by :/TOPIC if it has several topics with joint states",
+        help="file with the robot's joint values over time: .csv (header time, JOINT, ...), .npy (rows of time and "
+        "all joint values) or ROS 2 bag (FILE, or FILE:/TOPIC if several topics contain joint states)",
     )
     add_job(command)
     command.set_defaults(run=_run)

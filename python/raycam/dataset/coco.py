@@ -160,9 +160,9 @@ def polygons(mask: Bools) -> list[list[list[int]]]:
 
 
 def index(plan: Plan, records: Callable[[], Iterator[Record]]) -> Index:
-    """Writes the annotation file in pieces.
+    """Yields the annotation file's path and an iterator over the parts of its text.
 
-    Memory therefore does not grow with the number of images.
+    The text is never in memory as a whole, so memory does not grow with the number of images.
     """
     yield "annotations/instances.json", parts(plan, records)
 

@@ -73,10 +73,10 @@ def level_values(pixels: Texels) -> npt.NDArray[np.float32]:
 
 
 def look_up(pixels: Texels, channels: Sequence[int], values: npt.NDArray[np.float32]) -> Texels:
-    """Returns channels of an image, [height, width, channels], with levels replaced by `values`.
+    """Applies a lookup table to channels of an image; returns uint8 or uint16 [height, width, k].
 
-    `values` [levels, channels] are from 0 to 1. The result has 8 bits if these represent the values of all pixels
-    exactly, and 16 bits otherwise.
+    Column i of `values` [levels, k], from 0 to 1, replaces the integer values of channel `channels[i]` of `pixels`. The
+    result is uint8 if 8 bits represent all used values exactly, and uint16 otherwise.
     """
     small = np.round(values * 255)
     is_exact = np.abs(values * 255 - small) < 1e-3

@@ -279,9 +279,9 @@ class Controls(Folder):
 
     @staticmethod
     def describe(kind: str, **properties: Any) -> dict[str, Any]:
-        """Returns the properties of an image, a plot, a label or lines.
+        """Checks new values of an image, plot, label or lines, and returns them in the form that the page expects.
 
-        Raises `SettingsError` for invalid values.
+        Raises `SettingsError` for invalid values, other kinds and unknown properties.
         """
         if kind == "image" and set(properties) == {"image"}:
             image = np.asarray(properties["image"])

@@ -48,7 +48,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         return Err(FormatError::line(
             path,
             line,
-            "the focal lengths of cam0 and cam1 differ, so the pair is not rectified",
+            format!(
+                "the pair is not rectified: cam0 has the focal length {} and cam1 {}; expected matrices that differ only \
+                 in cx",
+                first.x_axis.x, second.x_axis.x
+            ),
         ));
     }
     let doffs = second.z_axis.x - first.z_axis.x;

@@ -251,9 +251,12 @@ impl Image {
     pub fn validate(&self) -> Result<()> {
         let Image { name, size, texels, .. } = self;
         let [width, height] = *size;
-        if texels.is_empty() || texels.len() as u64 != u64::from(width) * u64::from(height) {
+        if texels.is_empty() {
+            return Err(SceneError::world(format!("texture {name:?} is empty; expected at least one texel")));
+        }
+        if texels.len() as u64 != u64::from(width) * u64::from(height) {
             return Err(SceneError::world(format!(
-                "texture {name:?} has {} texels; expected {width} x {height}, and at least one",
+                "texture {name:?} has {} texels; expected {width} x {height}",
                 texels.len()
             )));
         }

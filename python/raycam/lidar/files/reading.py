@@ -51,10 +51,11 @@ def base_description(
 ) -> dict[str, Any]:
     """Returns the device description for a calibration with `lasers` lasers.
 
-    The description is not marked as generic. `similar` is a device of the same kind, which is used if no device has
-    this number of lasers.
+    The description is not marked as generic. `by_lasers` has the device for each number of lasers; `similar` is the
+    device for all other numbers.
 
-    Raises `LidarError` if `device` has another family or number of lasers, or if no device has this number.
+    Raises `LidarError` if `device` has another family or number of lasers, or if no device has this number and
+    `similar` is None.
     """
     name = device or by_lasers.get(lasers) or similar
     if name is None:

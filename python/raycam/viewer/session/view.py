@@ -74,9 +74,9 @@ class Opened:
         return "home" if self.fills_window and self.fixed_size is None else "own"
 
     def home(self, world: World, size: tuple[int, int] = FIRST_SPACE) -> tuple[Camera, str]:
-        """Returns the view's first camera and its name.
+        """Returns the view's first camera and its name, which is empty if the camera is not one of the world's.
 
-        A camera without a name shows all of the current `world`. `size` is the size of a camera that fills the window.
+        A camera that raycam placed shows all of the current `world`; if it fills the window, its size is `size`.
         """
         base = self.edits.world
         if self.fills_window:

@@ -92,8 +92,8 @@ def playground_page(examples: Mapping[str, str]) -> str:
 
 
 def lecture_page() -> str:
-    """The HTML text of the interactive lecture.
+    """Returns the HTML text of the interactive lecture.
 
-    The lecture has a rotatable world, its steps in numbers, and exercises.
+    The page contains a rotatable world, each step of the calculation with its numbers, and exercises.
     """
     return assembled("Making Virtual Worlds", core_blocks(), SCRIPTS, WORKERS, "lecture/")

@@ -63,7 +63,7 @@ fn each<T: Copy, const N: usize>(
     Ok(())
 }
 
-/// True if all bits below the sign bit of some signed integer type are set, as in an encoded 1.0.
+/// True if `value` is 2^k - 1 with k >= 1, which encodes 1.0 as a signed integer of k + 1 bits.
 fn is_one(value: i32) -> bool {
     value > 0 && (value + 1).count_ones() == 1
 }

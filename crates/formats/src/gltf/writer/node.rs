@@ -21,7 +21,7 @@ struct NodeList {
 
 impl NodeList {
     /// Attaches a mesh, light or camera (`leaf`) to a node, under `key`. If the node already has this key, or if the
-    /// leaf has another pose than the node, the leaf gets a child node.
+    /// leaf's pose differs from the node's, the leaf is placed in a new child of the node.
     fn attach(&mut self, node: usize, key: &str, leaf: Map<String, Value>, place: DAffine3) {
         if place == DAffine3::IDENTITY && !self.nodes[node].contains_key(key) {
             self.nodes[node].extend(leaf);
