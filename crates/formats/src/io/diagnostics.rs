@@ -168,7 +168,7 @@ mod tests {
         let notices = messages(diagnostics, "a.gltf");
         assert_eq!(notices.len(), MAX_NOTICES + 1);
         assert_eq!(notices[0], "a.gltf: nodes[0], nodes[1], nodes[2] and 2997 more: odd");
-        assert_eq!(notices[MAX_NOTICES], "a.gltf: 2001 further notices are not listed");
+        assert_eq!(notices[MAX_NOTICES], "a.gltf: 2001 further notices not listed");
     }
 
     #[test]

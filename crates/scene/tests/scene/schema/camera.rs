@@ -26,8 +26,8 @@ fn cameras_require_one_set_of_intrinsics_and_one_pose() {
     fails(here, "camera[0]: no intrinsics given; expected one of focal, fov, K, height, matrix");
     fails(
         &format!(r#""focal": 5, "fov": 5, {here}"#),
-        r#"camera[0].fov: cannot be combined with "focal"; expected only one of the keys for the intrinsics: \
-                                                         focal, fov, K, height, matrix"#,
+        "camera[0].fov: cannot be combined with \"focal\"; expected only one of the keys for the intrinsics: \
+         focal, fov, K, height, matrix",
     );
     fails(
         &format!(r#"{k}, "skew": 1, {here}"#),
