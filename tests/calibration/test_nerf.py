@@ -114,7 +114,8 @@ def test_written_panorama_has_the_rays_of_nerfstudio(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("size", "focal", "fault"), [((64, 33), 1, "64 x 33"), ((64, 16), 1, "64 x 16"), ((64, 32), 2, "K")]
+    ("size", "focal", "fault"),
+    [((64, 33), 1, "64 x 33"), ((64, 16), 1, "64 x 16"), ((64, 32), 2, "partial panorama")],
 )
 def test_partial_panorama_is_not_written(
     tmp_path: Path, size: tuple[int, int], focal: float, fault: str
