@@ -6,6 +6,7 @@ They come from files, arrays and world files.
 from __future__ import annotations
 
 import pickle
+import re
 from pathlib import Path
 from typing import Any
 
@@ -162,7 +163,9 @@ def test_pixels_outside_of_the_photo_are_counted_in_a_notice() -> None:
     background = raycam.Background(noise((40, 30)), camera=narrow)
     frame = raycam.render(world(), camera, background=background, samples=1)
     said = next(notice for notice in frame.notices if notice.code == "uncovered_background")
-    count = int(str(said).split(": ")[1].split(" ")[0])
+    found = re.search(r"(\d+) pixel", str(said))
+    assert found is not None, said
+    count = int(found[1])
     table = camera.pixel_map(narrow)
     with np.errstate(invalid="ignore"):
         inside = (table >= -0.5).all(axis=2) & (table <= [39.5, 29.5]).all(axis=2)

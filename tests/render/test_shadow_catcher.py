@@ -296,5 +296,5 @@ def test_gltf_omits_shadow_catchers_and_backgrounds_with_a_notice(tmp_path: Path
     world = lit()
     world.add_camera(camera_above().with_background(tmp_path / "a.png"))
     said = world.to_gltf(tmp_path / "a.glb")
-    assert has_notice(said, "not_written", 1, "shadow catchers")
-    assert has_notice(said, "not_written", "backgrounds", 1)
+    assert has_notice(said, "not_written", 1, "shadow catcher")
+    assert has_notice(said, "not_written", "background", 1)

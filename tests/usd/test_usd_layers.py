@@ -274,7 +274,7 @@ def test_usd_file_is_added_as_objects_of_a_world(tmp_path: Path) -> None:
     assert (thing.name, thing.category) == ("a", "model")
     np.testing.assert_allclose(corners(world), corners(alone), atol=1e-6)
     np.testing.assert_allclose(world.triangle_colors(), alone.triangle_colors(), atol=1e-6)
-    assert has_notice(world.notices, "ignored_element", "1 ", "cameras")
+    assert has_notice(world.notices, "ignored_element", "(1)", "cameras")
     # In a world with another up axis, the file's content is turned upright: y becomes z.
     turned = raycam.World("z", folder=tmp_path)
     turned.add_object(mesh="a.usda", name="x", location=[1, 0, 0])
