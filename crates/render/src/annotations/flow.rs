@@ -110,7 +110,7 @@ fn check(first: &PreparedWorld, second: &PreparedWorld) -> Result<(), RenderErro
     let (a, b) = (first.geometry.instances.len(), second.geometry.instances.len());
     if a != b {
         return fail(format!(
-            "flow requires the same objects in both worlds; the first has {a} objects, the second has {b}"
+            "flow requires the same objects in both worlds; objects in the first: {a}, in the second: {b}"
         ));
     }
     for (i, (a, b)) in first.geometry.instances.iter().zip(&second.geometry.instances).enumerate() {

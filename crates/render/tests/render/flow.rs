@@ -49,7 +49,7 @@ fn flow_refuses_worlds_with_different_triangles_and_can_be_cancelled() {
     let (a, b) = (prepare(&plane(1.0, 1.0)), prepare(&still_life()));
     let view = |world| Viewpoint { world, animated_world: None, camera: &camera };
     let error = flow(view(&a), view(&b), None, &Control::new()).unwrap_err();
-    assert!(error.to_string().contains("first has 1, the second 3"), "{error}");
+    assert!(error.to_string().contains("in the first: 1, in the second: 3"), "{error}");
     let control = Control::new();
     control.cancel();
     assert_eq!(flow(view(&a), view(&a), None, &control), Err(RenderError::Cancelled));
