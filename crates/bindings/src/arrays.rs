@@ -30,6 +30,11 @@ pub(crate) fn array<'py, T: Element>(py: Python<'py>, data: Vec<T>, shape: &[usi
     data.into_pyarray(py).reshape(shape)
 }
 
+/// Returns the values of an array in C order, without copying.
+pub(crate) fn flat<'a, T: Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyResult<&'a [T]> {
+    array.as_slice().map_err(|_| settings_error(format!("{name}: expected a C-contiguous array")))
+}
+
 /// Returns the rows of a C-contiguous array [..., N]; an error for an array of another shape or order.
 pub(crate) fn rows<'a, T: Element, const N: usize>(
     array: &'a PyReadonlyArrayDyn<'_, T>,

@@ -2,9 +2,8 @@
 
 use pyo3::prelude::*;
 
-use crate::arrays::{ArrayResult, Floats, array};
+use crate::arrays::{ArrayResult, Floats, array, flat};
 use crate::error::settings_error;
-use crate::queries::rays::flat;
 
 /// Returns a function ("acos", "cos", "exp", "log", "sin" or "tan"; angles in radians) of each number.
 ///

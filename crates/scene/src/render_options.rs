@@ -68,10 +68,11 @@ render_options! {
     /// Time in seconds after which the image is finished. The result depends on the machine; a notice reports the
     /// number of samples that reproduces it.
     time_limit: f64 = None, OptionRange::Seconds;
-    /// Maximum number of path segments: 1 shows only surfaces that emit light, 2 adds direct light, and so on (default:
-    /// no limit).
+    /// Maximum number of path segments, without a limit by default: 1 shows only surfaces that emit light, 2 adds direct
+    /// light, and so on.
     max_depth: u32 = None, OptionRange::Whole { min: 1, max: u32::MAX as u64 };
-    /// Maximum radiance of a sample. It removes bright specks (fireflies), and darkens the image (default: no limit).
+    /// Maximum radiance of a sample, without a limit by default. A limit removes bright specks (fireflies), and darkens
+    /// the image.
     clamp: f64 = None, OptionRange::Radiance;
     /// Reconstruction filter of pixels. "box": the mean over the pixel's square. "blackman-harris": smoother, 3 pixels
     /// wide.

@@ -30,7 +30,9 @@ def check_rigs(plan: Plan, format: str) -> None:
     remedy = 'cameras=raycam.Rig({"front": camera, "top": lidar})'
     if own:
         remedy = f'cameras=world.rigs["{own[0]}"], or --rig {own[0]} on the command line'
-    raise SettingsError(f"{format} requires a rig with a lidar; pass {remedy}", code="missing_value")
+    raise SettingsError(
+        f"{format} requires views that all belong to a rig with a lidar; pass {remedy}", code="missing_value"
+    )
 
 
 def other_sensors(rigs: Sequence[object], number: int, times: Sequence[float | None]) -> dict[str, Sensor]:

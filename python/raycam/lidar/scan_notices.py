@@ -24,11 +24,11 @@ def warn_of_device(lidar: Lidar) -> None:
     """Warns if the angles are the model's nominal angles; the angles of each unit differ."""
     if not lidar.is_generic:
         return
-    remedy = 'pass the unit\'s file to raycam.load_lidar("FILE")'
+    remedy = 'load your device\'s calibration file with raycam.load_lidar("FILE")'
     if lidar.family == "golden":
         text = f"using a substitute pattern that covers the field of view evenly; {remedy}"
     else:
-        text = f"using generic angles, which differ from a unit's own by up to a few degrees; {remedy}"
+        text = f"using generic angles; those of a single device differ by up to a few degrees; {remedy}"
     warn(Notice(f"{lidar.name}: {text}", "generic_angles"))
 
 
@@ -57,7 +57,10 @@ def warn_of_times(world: World, lidar: Lidar) -> None:
 def warn_of_assumed_reflectance(wavelength: float, colored: bool) -> None:
     """Warns that colours were used as reflectances, if the colours are not grey."""
     if colored:
-        text = f"materials have no reflectance at {wavelength:g} nm; the red channel of their colour is used"
+        text = (
+            f"materials have no reflectance at {wavelength:g} nm; the red channel of their colour is used; set "
+            "lidar = {reflectance = ...} on the objects"
+        )
         warn(Notice(text, "assumed_reflectance"))
 
 

@@ -68,8 +68,8 @@ def scan(
     intensity         uint8 [n]        as the device reports it: a number from 0 to 255
     reflectivity      float32 [n]      1 for a white diffuse surface at normal incidence
     signal            uint16 [n]       the returned light, in counts: `signal_gain` for a white surface at 1 m
-    true_distance     float64 [n]      to the surface with most of the echo's energy where the beam's axis meets it,
-                                       without noise and rounding; if the axis misses this surface, to the surface on
+    true_distance     float64 [n]      without noise and rounding: along the beam's axis to the object that returned
+                                       most of the echo's energy; if the axis misses this object, to the surface on
                                        the axis that is nearest to the echo; +inf without a surface on the axis
     true_position     float64 [n, 3]   the point on that surface, in the world; NaN without one
     instance, triangle, category, material  int32 [n]  the surface with most of the echo's energy
@@ -215,9 +215,10 @@ def _true_surfaces(
 ) -> Columns:
     """Returns the length and position of the surface on the axis of each echo's pulse.
 
-    If the axis meets the surface of the contribution `main` along the same path, this surface is used; otherwise, the
-    surface on the axis that is nearest to the echo. Without a surface on the axis, the length is infinite and the
-    position is NaN.
+    `pulse`, `length` and `main` [n] are the echoes' pulses, lengths, and rows of their main contributions in `found`.
+    The axis and the main contribution have the same path if they meet the same objects. On this path, the surface
+    nearest to the echo is returned; if the axis has only other paths, the nearest surface on the axis. Without a
+    surface on the axis, the length is infinite and the position is NaN.
     """
     paths = (found.fields["instance"], found.first_instance, found.bounces)
     axis = np.flatnonzero(found.ray == 0)  # contributions are sorted by pulse

@@ -47,8 +47,8 @@ def collada_to_glb(
 
     The file's unit is applied. The file's up axis is ignored, as in RViz, or with `up_axis="apply"` turned to z.
     `find_image` returns the path of an image, or raises `OSError`. `scale` multiplies the coordinates; the
-    orientation of mirrored triangles is reversed. Raises `OSError`, `FormatError` for malformed files, entities and
-    files that exceed the memory limit, and `SettingsError` without the extra `raycam[robots]`.
+    orientation of mirrored triangles is reversed. Raises `OSError`, `FormatError` for malformed files, XML
+    entities and files that exceed the memory limit, and `SettingsError` without the extra `raycam[robots]`.
     """
     if importlib.util.find_spec("collada") is None:
         raise SettingsError(
@@ -92,7 +92,8 @@ class _Converter:
             geometry = document.geometry(placed.geometry)
             if geometry is None:
                 text = (
-                    f"line {placed.line}: geometry {placed.geometry!r} is missing or faulty and is not shown"
+                    f"line {placed.line}: geometry {placed.geometry!r} is not shown: it is missing, faulty, or not a "
+                    "<mesh>"
                 )
                 self._note("ignored_element", text)
                 continue
@@ -102,7 +103,10 @@ class _Converter:
         if document.root.find("library_animations/animation") is not None:
             self._note("ignored_animation", "animations are ignored")
         if not self._primitives:
-            raise FormatError(f"{self._path}: the file contains no triangles", code="nothing_visible")
+            raise FormatError(
+                f"{self._path}: no triangles to show; expected nodes that refer to <triangles> or polygons",
+                code="nothing_visible",
+            )
         mesh = self._glb.add("meshes", name=self._path.stem, primitives=self._primitives)
         self._glb.add("nodes", name=self._path.stem, mesh=mesh)
         return self._glb.bytes(), list(dict.fromkeys(self.notices))
@@ -219,10 +223,12 @@ class _Converter:
         else:
             color = DEFAULT_COLOR
             if effect is not None:
-                self._note(
-                    "missing_colors",
-                    f"material {material.id!r} has no diffuse colour; it is shown in light grey",
+                why = (
+                    "has no diffuse colour"
+                    if diffuse is None
+                    else "has a diffuse texture that cannot be used"
                 )
+                self._note("missing_colors", f"material {material.id!r} {why}; it is shown in light grey")
         alpha, emission = 1.0, None
         if effect is not None:
             alpha = self._opacity(effect, material.id)

@@ -42,7 +42,7 @@ class ColladaDocument:
         """Loads a document; `note` receives the faults of elements that are ignored.
 
         Raises `FormatError` with file and line for malformed XML, entities, documents beyond the limits, and elements
-        without a meaning.
+        with invalid content.
         """
         import collada  # an optional package
 

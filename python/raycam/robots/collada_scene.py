@@ -38,7 +38,7 @@ def placed_geometries(document: ColladaDocument, note: Note) -> Iterator[Placed]
     """Iterates over the geometries of the document's scene, depth first.
 
     `note` receives a notice for each reference without a target. Raises `FormatError` for circular instances, too many
-    nodes, and transforms without numbers.
+    nodes, and transforms with a wrong count of numbers.
     """
     yield from _Scene(document, note).geometries()
 
@@ -74,7 +74,10 @@ class _Scene:
             if child.tag in TRANSFORMS:
                 matrix = matrix @ self._transform(child)
             elif child.tag in IGNORED_TRANSFORMS:
-                self._note("ignored_feature", f"line {child.line}: <{child.tag}> is ignored")
+                self._note(
+                    "ignored_feature",
+                    f"line {child.line}: <{child.tag}> is ignored; geometry below it may be misplaced",
+                )
             elif child.tag == "node":
                 yield from self._node(child, matrix, depth + 1)
             elif child.tag == "instance_node":

@@ -40,7 +40,7 @@ ORDER = {
         failure request page lib
     """,
     "bindings": """
-        error notice cancel interruptible arrays py_value buffer_pool camera world/state queries elementary render world
+        error notice cancel interruptible arrays py_value elementary buffer_pool camera world/state queries render world
         lib
     """,
     "python": """

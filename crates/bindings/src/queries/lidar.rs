@@ -7,9 +7,8 @@ use raycam_render::lidar::beam::{Beams, beam_rays};
 use raycam_render::lidar::echoes::{Returns, find_echoes};
 use raycam_render::lidar::energy::{LidarHits, LidarMaterial, returned_light};
 
-use crate::arrays::{DictResult, Floats, NewArray, array, rows};
+use crate::arrays::{DictResult, Floats, NewArray, array, flat, rows};
 use crate::error::{OrRaise, settings_error};
-use crate::queries::rays::flat;
 
 /// Beams from a dict; see [`Beams`].
 #[derive(FromPyObject)]

@@ -15,11 +15,11 @@ use raycam_render::queries::{inside, winding};
 use raycam_scene::counted;
 use raycam_scene::mesh::surface::SurfaceTopology;
 
-use crate::arrays::{ArrayResult, DictResult, Floats, NewArray, array, rows};
+use crate::arrays::{ArrayResult, DictResult, Floats, NewArray, array, flat, rows};
 use crate::camera::Camera;
 use crate::error::settings_error;
 use crate::interruptible::run_for_work;
-use crate::queries::rays::{flat, mask, surface};
+use crate::queries::rays::{mask, surface};
 use crate::queries::{answer, answer_array};
 use crate::world::state::World;
 

@@ -10,17 +10,12 @@ use raycam_render::queries::rays::{self, Kernel, RayArrays};
 use raycam_render::queries::selection::{Facing, Selection};
 use raycam_render::queries::timed::{self, MovingWorld};
 
-use crate::arrays::{ArrayResult, DictResult, Floats, array, rows};
+use crate::arrays::{ArrayResult, DictResult, Floats, array, flat, rows};
 use crate::cancel::Cancel;
 use crate::error::settings_error;
 use crate::interruptible::run_for_work;
 use crate::queries::{answer, answer_array};
 use crate::world::state::World;
-
-/// Returns the values of an array in C order, without copying.
-pub(crate) fn flat<'a, T: numpy::Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyResult<&'a [T]> {
-    array.as_slice().map_err(|_| settings_error(format!("{name}: expected a C-contiguous array")))
-}
 
 /// Rays from a dict: origins and directions \[n, 3], the limits of t \[1] or \[n], and the objects that rays can hit.
 #[derive(FromPyObject)]

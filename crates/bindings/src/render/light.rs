@@ -5,10 +5,9 @@ use pyo3::prelude::*;
 use raycam_render::Control;
 use raycam_render::queries::light::{LightRays, PointLight, Quantity, SurfacePoints, light_at, radiance_along};
 
-use crate::arrays::{Floats, NewArray, array, rows};
+use crate::arrays::{Floats, NewArray, array, flat, rows};
 use crate::error::settings_error;
 use crate::interruptible::run_for_work;
-use crate::queries::rays::flat;
 use crate::render::settings::RenderArguments;
 use crate::world::state::World;
 

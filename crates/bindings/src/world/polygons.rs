@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use numpy::{Element, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use raycam_formats::polygon_arrays::PolygonArrays;
 use raycam_formats::{AssetRoot, FormatError};
 use raycam_scene::schema::{ObjectSpec, WorldFile, from_value};
 use raycam_scene::{AssetLoader, ColorUse, IesProfile, Image, MeshFile, Texture, World as Inner, Wrap};
 
-use crate::arrays::rows;
+use crate::arrays::{flat, rows};
 use crate::error::{OrRaise, detached};
 use crate::world::array_images::FilesAndArrays;
 use crate::world::from_description::described;
@@ -52,11 +52,6 @@ impl PolygonInput<'_> {
             plain_materials: rows(&self.plain_materials, "plain_materials")?,
         })
     }
-}
-
-/// Elements of an array \[n].
-fn flat<'a, T: Element>(array: &'a PyReadonlyArrayDyn<'_, T>, name: &str) -> PyResult<&'a [T]> {
-    Ok(rows::<T, 1>(array, name)?.as_flattened())
 }
 
 /// Builds a world from polygon meshes and a description without objects. Materials and images are in `folder`.

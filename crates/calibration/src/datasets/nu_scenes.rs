@@ -108,9 +108,8 @@ fn seen(
 ) -> Result<Option<CameraRecord>> {
     let Some(camera) = cameras.get(row.require("calibrated_sensor_token")?.word()?) else { return Ok(None) };
     let token = row.require("ego_pose_token")?;
-    let ego = poses
-        .get(token.word()?)
-        .ok_or_else(|| token.fail(format_args!("{:?} not found in ego_pose.json", token.word().unwrap_or_default())))?;
+    let name = token.word()?;
+    let ego = poses.get(name).ok_or_else(|| token.fail(format_args!("{name:?} not found in ego_pose.json")))?;
     let mut record = camera.clone();
     let file = row.require("filename")?.word()?;
     (record.name, record.image) = (file.to_owned(), Some(file.to_owned()));

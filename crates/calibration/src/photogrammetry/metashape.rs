@@ -132,7 +132,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
     let mut notice = |code, text: String| calibration.note(code, text);
     if let Some(first) = unplaced.first() {
         let count = counted(unplaced.len(), "camera");
-        let text = format!("{count} omitted: no transform, because not aligned or slaves of a rig ({first} ...)");
+        let text = format!("{count} omitted: no transform; they are not aligned, or slaves of a rig ({first} ...)");
         notice(NoticeCode::IgnoredElement, text);
     }
     if slaves > 0 {

@@ -82,11 +82,11 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         record.size = Some(size);
         let [w, h] = size.map(f64::from);
         let longer = w.max(h);
-        let focal = term("f")? * longer / FILM;
+        let f = term("f")?;
+        let focal = f * longer / FILM;
         if focal <= 0.0 {
             return Err(fail(format!(
-                "f is {}; expected a focal length greater than 0, in millimetres for a 36 mm wide film",
-                term("f")?
+                "f is {f}; expected a focal length greater than 0, in millimetres for a 36 mm wide film"
             )));
         }
         record.k = Some(pinhole_matrix([focal, focal, 0.5 * w + term("px")? * longer, 0.5 * h + term("py")? * longer]));

@@ -89,10 +89,10 @@ fn add(
     record.size = Some(size);
     let [w, h] = size.map(f64::from);
     let longer = w.max(h);
-    let fx = number("FocalLength35mm", 0.0)? * longer / FILM;
-    let fy = fx * number("AspectRatio", 1.0)?;
+    let (focal, aspect) = (number("FocalLength35mm", 0.0)?, number("AspectRatio", 1.0)?);
+    let fx = focal * longer / FILM;
+    let fy = fx * aspect;
     if fx <= 0.0 || fy <= 0.0 {
-        let (focal, aspect) = (number("FocalLength35mm", 0.0)?, number("AspectRatio", 1.0)?);
         return Err(at.fail(format_args!(
             "FocalLength35mm is {focal}, AspectRatio is {aspect}; expected numbers greater than 0"
         )));

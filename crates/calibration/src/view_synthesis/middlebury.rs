@@ -49,9 +49,9 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
             path,
             line,
             format!(
-                "the pair is not rectified: cam0 has the focal length {} and cam1 {}; expected matrices that differ only \
-                 in cx",
-                first.x_axis.x, second.x_axis.x
+                "the pair is not rectified: fx and fy are {} and {} in cam0, {} and {} in cam1; expected matrices that \
+                 differ only in cx",
+                first.x_axis.x, first.y_axis.y, second.x_axis.x, second.y_axis.y
             ),
         ));
     }

@@ -117,11 +117,7 @@ def _help(option: RenderOption) -> str:
         if option.name in values:
             defaults.append(f"{where}: {values[option.name]}")
     text = f"{text[0].lower()}{text[1:].removesuffix('.')}".replace("%", "%%")
-    if not defaults:
-        return text
-    # A limit has its default in the table's description.
-    start = text.removesuffix(")") + "; " if text.endswith("(default: no limit)") else f"{text} ("
-    return f"{start}{'; '.join(defaults)})"
+    return text + (f" ({'; '.join(defaults)})" if defaults else "")
 
 
 def _typed(name: str) -> str:

@@ -147,14 +147,14 @@ class MujocoScene:
         `geoms` are `mjvGeom`s of an `mjvScene`. The copy does not follow later calls of `update`. Spheres, capsules,
         ellipsoids, cylinders, boxes, planes, arrows, lines and triangles are shown with their `rgba`,
         `emission`, `specular` and `shininess`. The width of lines is in pixels of `camera`. A notice names
-        other types, labels and textures, which are not shown.
+        other types, labels, materials and textures, which are not shown.
         """
         found, shown, omitted = copy(self), [], set()
         found.world, found.elements = self.world.copy(), list(self.elements)
         for geom in geoms:
             new = scene_geom(geom, camera.C, pixel_angle(camera))
             if new is None:
-                omitted.add(f"type {int(geom.type)}")
+                omitted.add(f"geoms of type {int(geom.type)} (mjtGeom)")
             elif new.rgba[3] > 0:
                 shown.append(new)
                 keys = material_keys(self.model, new.rgba, -1) | new.shape.keys
@@ -163,9 +163,9 @@ class MujocoScene:
                 found.world.add_object(name=f"scene geom {len(shown)}", matrix=new.pose, **keys)
                 found.elements.append(new.element)
             omitted |= {"labels"} if geom.label else set()
-            omitted |= {"materials"} if geom.matid >= 0 or geom.texid >= 0 else set()
+            omitted |= {"materials and textures"} if geom.matid >= 0 or geom.texid >= 0 else set()
         if omitted:
-            text = f"geoms that were added to the scene: {', '.join(sorted(omitted))} not shown"
+            text = f"unsupported in geoms that were added to the scene, and not shown: {', '.join(sorted(omitted))}"
             warn_all([Notice(text, "ignored_element")])
         if shown:
             elements = [*self.elements, *[NO_ELEMENT] * len(shown)]

@@ -153,7 +153,8 @@ def _world_in(given: Path, folder: Path) -> Path:
         )
         warn(
             Notice(
-                f"{given}: showing {name}; it also contains {listed}; to show another world, pass its path",
+                f"{given}: showing {name}; other worlds: {listed}; to show another world, pass its path (unpack an "
+                "archive first)",
                 "chosen_world",
             )
         )
@@ -192,7 +193,9 @@ def check_name(name: str) -> str:
     )
     if is_bad:
         raise SettingsError(
-            f"{name[:80]!r} cannot be used as a file name; rename the file", code="invalid_value"
+            f"{name[:80]!r} cannot be used as a file name; expected a relative path without .., colons and control "
+            f"characters, with at most {MAX_DEPTH} parts of at most {MAX_PART_BYTES} bytes",
+            code="invalid_value",
         )
     return "/".join(parts)
 
@@ -254,7 +257,8 @@ def combine_models(paths: Sequence[Path], folder: Path | None = None) -> World:
     for path in paths:
         if path.suffix.lower() in (".toml", ".urdf", ".xacro", ".sdf", ".xml"):
             raise SettingsError(
-                f"{path.name}: only models can be combined; view this file alone", code="conflicting_values"
+                f"{path.name}: world and robot files cannot be combined with other files; view this file alone",
+                code="conflicting_values",
             )
     is_y_up = all(path.suffix.lower() in Y_UP for path in paths)
     world = World("y" if is_y_up else "z", folder=folder)

@@ -487,8 +487,8 @@ class Session:
         self.send_look()
         if self.view.exposure != before:
             self.notify(
-                f"The exposure is now {self.view.exposure:g} stops, so that the image keeps its brightness: the light "
-                "is added to the lights of the world."
+                f"The exposure is now {self.view.exposure:g} stops, because the choice of light changes the image's "
+                "brightness."
             )
 
     def set_camera(self, camera: Camera) -> None:

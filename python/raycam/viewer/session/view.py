@@ -344,10 +344,10 @@ class View:
         return replace(self, time=min(float(time), self.seconds), animation=animation).evaluated()
 
     def with_look(self, look: Look) -> View:
-        """The view with another look.
+        """Returns the view with another look.
 
-        If the world has lights, to which the look's lights are added, the exposure is changed so that the image keeps
-        its brightness.
+        If the world has lights, the look's lights are added to them, and the exposure changes by the difference between
+        the exposures at which the old and the new image are not overexposed.
         """
         view = replace(self, look=look)
         if look.light == self.look.light or not self.base.lights:
