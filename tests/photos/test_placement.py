@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import raycam
 import trimesh
-from raycam.photos.placement import count_cameras, find_best_scale, placement_notices
+from raycam.photos.placement import TURNS, count_cameras, find_best_scale, placement_notices
 from support.box_table import ring, table
 from support.raises import check_mentions
 
@@ -41,6 +41,18 @@ def test_notice_contains_the_factor_that_undoes_a_scale(scale: float) -> None:
     # The factor fits every camera; for a model without units it need not be the exact factor.
     assert abs(np.log2(abs(best * scale))) < 2.5
     assert np.sign(best) == np.sign(scale)
+
+
+@pytest.mark.parametrize(("name", "turn"), TURNS.items())
+def test_notice_contains_the_rotation_that_restores_the_axes(name: str, turn: np.ndarray) -> None:
+    matrix, high = np.eye(4), np.array([0, 0, 5.0])
+    matrix[:3, :3], matrix[:3, 3] = turn.T, turn.T @ high
+    above = {name: camera.at_pose(camera.R, camera.location + high) for name, camera in cameras().items()}
+    [notice] = placement_notices(moved_table(matrix), above)
+    assert notice.code == "misplaced_mesh"
+    check_mentions(str(notice), [name, "visible to 6 cameras"])
+    matrix[:3, :3], matrix[:3, 3] = np.eye(3), high
+    assert placement_notices(moved_table(matrix), above) == []
 
 
 def test_misplaced_mesh_gives_a_notice_with_both_positions() -> None:

@@ -22,6 +22,14 @@ SCALE_FACTORS = (1000.0, 0.001, 100.0, 0.01, 10.0, 0.1, 39.3700787, 0.0254, 3.28
 """Scale factors that are tried: metric units, inches, feet, and a mirrored model."""
 OTHER_FACTORS = tuple(2.0**power for step in range(1, 13) for power in (step, -step))
 """Factors of models without a unit, such as a reconstruction from photographs alone."""
+TURNS = {
+    "by 90 degrees about the x axis (from y up to z up)": np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]),
+    "by -90 degrees about the x axis (from z up to y up)": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]),
+    "by 180 degrees about the x axis (from y down to y up)": np.diag([1.0, -1, -1]),
+}
+"""Rotations [3, 3] of the world to other axes, by their description."""
+NEAR_SHARE = 0.5
+"""Distance from the world's centre, relative to the world's radius, below which a camera is near the centre."""
 INSIDE_SHARE = 0.9
 """Share of cameras that must show fronts instead of backs at another scale before that scale is reported."""
 
@@ -30,7 +38,8 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     """Returns a list with a notice if fewer than half of the cameras show the world.
 
     The notice is also returned if most cameras are inside the mesh's bounding box and show backs of faces, but would
-    show fronts if the mesh were scaled. The notice contains the best scale factor. Otherwise, the list is empty.
+    show fronts if the mesh were scaled. The notice contains the best scale factor, or the rotation to other axes.
+    Otherwise, the list is empty.
     """
     given = list(cameras.values())
     seeing, fronts = count_cameras(world, given)
@@ -40,7 +49,10 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     inside = 2 * seeing >= len(given)
     if inside and not are_cameras_inside(world, given):
         return []
-    best, count = find_best_scale(world, given, inside)
+    turn, turned = find_best_turn(world, bounds, given)
+    best, count = (
+        (1.0, 0) if not inside and turned > len(given) / 2 else find_best_scale(world, given, inside)
+    )
     if inside and count < INSIDE_SHARE * len(given):
         return []
     problem = (
@@ -49,7 +61,9 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
         else f"the mesh is visible to only {seeing} of {len(given)} cameras"
     )
     remedy = "check that the mesh is in the coordinates of the cameras"
-    if count > fronts:
+    if not inside and turned > max(count, fronts):
+        remedy = f"rotate the mesh {turn} to make it visible to {turned} cameras"
+    elif count > fronts:
         remedy = f"scale the mesh by {best:g} to make it visible to {count} cameras"
     middle = ", ".join(f"{value:.4g}" for value in bounds.mean(axis=0))
     places = np.array([camera.location for camera in given])
@@ -66,6 +80,23 @@ def are_cameras_inside(world: World, cameras: Sequence[Camera]) -> bool:
     places = np.array([camera.location for camera in cameras]).reshape(-1, 3)
     inside = ((places >= bounds[0]) & (places <= bounds[1])).all(axis=1)
     return bool(2 * np.count_nonzero(inside) >= len(places))
+
+
+def find_best_turn(world: World, bounds: Floats, cameras: Sequence[Camera]) -> tuple[str, int]:
+    """Returns the rotation of `TURNS` with which the most cameras show fronts, and the number of these cameras.
+
+    The number is 0 for rotations with which most cameras are near the centre of the world's `bounds` [2, 3], which
+    indicates another unit instead of other axes.
+    """
+    places = np.array([camera.location for camera in cameras])
+    near = NEAR_SHARE * float(np.linalg.norm(bounds[1] - bounds[0])) / 2
+    counts = dict.fromkeys(TURNS, 0)
+    for name, turn in TURNS.items():
+        distances = np.linalg.norm(places - turn @ bounds.mean(axis=0), axis=1)
+        if np.median(distances) > near:
+            counts[name] = count_cameras(world, cameras, turn=turn)[1]
+    best = max(counts, key=lambda name: counts[name])
+    return best, counts[best]
 
 
 def find_best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tuple[float, int]:
@@ -85,15 +116,20 @@ def find_best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tu
     return best, counts[best]
 
 
-def count_cameras(world: World, cameras: Sequence[Camera], factor: float = 1.0) -> tuple[int, int]:
-    """Counts the cameras that show the scaled world, and the cameras that show mainly fronts.
+def count_cameras(
+    world: World, cameras: Sequence[Camera], factor: float = 1.0, turn: Floats | None = None
+) -> tuple[int, int]:
+    """Counts the cameras that show the changed world, and the cameras that show mainly fronts.
 
-    The world is scaled by `factor` around the origin. A camera shows the world if one of a grid of rays hits it. A
-    negative factor mirrors the world, which exchanges fronts and backs.
+    The world is rotated by `turn` [3, 3], and scaled by `factor`, around the origin. A camera shows the world if one of
+    a grid of rays hits it. A negative factor mirrors the world, which exchanges fronts and backs.
     """
     seeing = fronts = 0
     for camera in cameras:
-        placed = camera if factor == 1.0 else camera.still().at_pose(camera.R, camera.location / factor)
+        placed = camera
+        if turn is not None or factor != 1.0:
+            rotation = np.eye(3) if turn is None else turn
+            placed = camera.still().at_pose(camera.R @ rotation, camera.location @ rotation / factor)
         origins, directions = placed.rays(pixel_grid(placed))
         hits = world.cast_rays(origins, directions if factor > 0 else -directions, fields=("t", "front"))
         hit = np.isfinite(hits["t"])

@@ -209,6 +209,7 @@ class Scheduler(threading.Thread):
             self._send_plane(session, view, version, frame, refinement.samples, seconds, refinement)
         else:
             session.connection.broadcast(_progress(session, view, refinement))
+        session.check_placement()
 
     def _send_early(
         self, session: Session, view: View, version: int, frame: Frame, refinement: Refinement
