@@ -257,6 +257,33 @@ def test_object_of_the_tree_stays_selected_while_a_pixel_is_held(tab: Tab, live:
     assert session.selection.number == 1
 
 
+def test_click_on_the_image_scrolls_to_the_selection_and_keeps_the_focus(tab: Tab, live: Server) -> None:
+    session = opened(tab, live, SAMPLES)
+    tab.show(1280, 560)
+    tab.wait("innerHeight === 560")
+    width, height = session.view.size
+    tab.evaluate("document.getElementById('panel').scrollTop = document.getElementById('panel').scrollHeight")
+    visible = (
+        (
+            "(() => {{ const [seen, group] = ['panel', 'edit'].map((name) => document.getElementById(name)"
+            ".getBoundingClientRect()); return group.top >= seen.top - 1 && group.top + 200 < seen.bottom; }})()"
+        )
+        .replace("{{", "{")
+        .replace("}}", "}")
+    )
+    assert not tab.evaluate(visible)
+    tab.click(*place_of(tab, width // 2, height // 2, (width, height)))
+    tab.wait(visible)
+    assert tab.evaluate("document.activeElement.id") == "picture"
+    tab.evaluate("document.getElementById('panel').scrollTop = 0")
+    assert not tab.evaluate(visible)
+    # The next click is not part of a double click.
+    tab.evaluate("new Promise((done) => setTimeout(done, 600))")
+    tab.click(*place_of(tab, width // 2, height // 2 + 40, (width, height)))
+    tab.wait(visible)
+    tab.show(1280, 800)
+
+
 def test_buttons_store_the_view_as_a_camera_and_as_comparison_image_b(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
     tab.evaluate("document.getElementById('camera-add').click()")

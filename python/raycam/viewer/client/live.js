@@ -151,7 +151,7 @@ export class LiveView {
       this.measure.receive(message);
       const { held } = this.client;
       const isNew = held !== this.selectedBy && message.u === held.column && message.v === held.row;
-      if (isNew && !isMeasuring) this.world.pick(message.values.instance?.numbers[0]); // only once, because another object may have been selected in the meantime
+      if (isNew && !isMeasuring && this.world.pick(message.values.instance?.numbers[0])) this.world.reveal(); // only once, because another object may have been selected in the meantime
       if (isNew) this.selectedBy = held;
     }
     if (message.type === "controls") this.script.show(message.controls);

@@ -11,6 +11,7 @@ import { SceneTree } from "./tree.js";
 
 const TURN = 15; // degrees by which the turn buttons rotate the selected object
 const GROWTH = 1.1;
+const REVEALED = 260; // CSS pixels of the object's group that a click on the image makes visible
 const THIRD_STOP = 2 ** (1 / 3);
 
 export class WorldControls {
@@ -145,12 +146,22 @@ export class WorldControls {
     this.client.transport.send({ type: "overlay", cameras, explained, grid });
   }
 
-  /** Selects an object and outlines it. @param {number} number */
+  /** Selects an object and outlines it. @param {number} number @returns {boolean} false if the object does not exist */
   pick(number) {
-    if (!(number >= 0 && number < this.count)) return;
+    if (!(number >= 0 && number < this.count)) return false;
     this.isChosen = true;
     this.selected = this.tree.selectedLight = -1;
     this.choose(number);
+    return true;
+  }
+
+  /** Scrolls the panel until the top of the object's group is visible. The focus does not move. */
+  reveal() {
+    const panel = byId("panel", HTMLElement);
+    const [seen, group] = [panel, byId("edit", HTMLElement)].map((each) => each.getBoundingClientRect());
+    const below = group.top + Math.min(group.height, REVEALED) - seen.bottom;
+    if (below > 0) panel.scrollTop += below;
+    else if (group.top < seen.top) panel.scrollTop -= seen.top - group.top;
   }
 
   /** Shows an object in the panel. @param {number} number */
