@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image
+from raycam import progress as progress_module
 from raycam.viewer import recording as recording_module
 from raycam.viewer.recording import Recording
 from raycam.viewer.viewer import Viewer
@@ -64,6 +65,30 @@ def test_saved_page_contains_each_recorded_image_and_its_time(
         )
         assert np.abs(image.astype(int) - expected.to_srgb8()).mean() < 5, name
     assert "://" not in text
+
+
+def test_saving_counts_the_images_and_stops_after_an_exception(
+    small_world: raycam.World,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with Viewer(small_world, small_world.camera("front"), port=0) as viewer:
+        recording = recorded(viewer, small_world)
+    count, seen = len(recording.times), []
+    recording.save(tmp_path / "x.html", samples=1, progress=lambda *done: seen.append(done))
+    assert seen == [(number + 1, count) for number in range(count)]
+    with pytest.raises(KeyboardInterrupt):
+        recording.save(tmp_path / "y.html", samples=1, progress=lambda *done: _interrupt())
+    assert not (tmp_path / "y.html").exists()
+    capsys.readouterr()
+    monkeypatch.setattr(progress_module, "LINE_AFTER_SECONDS", 0.0)
+    recording.save(tmp_path / "x.html", samples=1)
+    assert "rendering images" in capsys.readouterr().err
+
+
+def _interrupt() -> None:
+    raise KeyboardInterrupt
 
 
 def test_recording_stops_at_its_limit_and_with_its_viewer(small_world: raycam.World) -> None:

@@ -14,12 +14,16 @@ from ..arguments import real, size_of, whole
 from ..errors import FormatError, Notice
 from ..io.atomic_files import check_writable, write
 from ..notices import collected, warn_all
+from ..progress import bar
 from ..render import render
 from .session import View
 from .stills import LIT_CHANNELS
 from .web.document import assembled, json_text, still_image
 
 __all__ = ["MAX_SECONDS", "Recording"]
+
+Progress = Callable[[int, int], object]
+"""Called with the numbers of finished images and of all images."""
 
 MAX_SECONDS = 600.0
 """The longest recording."""
@@ -62,12 +66,19 @@ class Recording:
         self._thread.join()
 
     def save(
-        self, path: str | os.PathLike[str], *, size: tuple[int, int] | None = None, samples: int = 16
+        self,
+        path: str | os.PathLike[str],
+        *,
+        size: tuple[int, int] | None = None,
+        samples: int = 16,
+        progress: Progress | None = None,
     ) -> None:
         """Stops the recording and writes an HTML page that plays an image of each change.
 
         The page needs no server and makes no requests. `size` (width, height) is the size of the images (default: that
-        of the view, at most 640 x 480), `samples` the number of samples per pixel. Raises `FormatError` unless `path`
+        of the view, at most 640 x 480), `samples` the number of samples per pixel. `progress(done, total)` counts
+        images; an exception that it raises stops the work, and nothing is written. Without `progress`, a terminal shows
+        a progress bar. Raises `FormatError` unless `path`
         ends with .html, `SettingsError` for invalid arguments, the errors of `raycam.render`, and `OSError` if the file
         cannot be written. Ending, arguments and folder are checked before the images are rendered.
         """
@@ -81,17 +92,8 @@ class Recording:
         samples = whole("samples", samples, 1, 1 << 16)
         size = None if size is None else size_of(size)
         self.stop()
-        images: list[str] = []
-        notices: list[Notice] = []
-        for number, (_, view) in enumerate(self._views):
-            with collected() as found:
-                frame = _render(view, size, samples, number)
-            notices += [each for each in found if str(each) not in map(str, notices)]
-            if not number:
-                still = still_image(frame, view.exposure, view.transform, self._title, view.channel)
-            images.append(
-                base64.b64encode(frame.to_jpeg(view.exposure, view.transform, view.channel)).decode()
-            )
+        with bar("rendering images") as drawn:
+            still, images, notices = self._images(size, samples, progress or drawn)
         document = {"times": self.times, "seconds": self.seconds, "title": self._title}
         blocks = [
             still,
@@ -103,6 +105,28 @@ class Recording:
         ]
         write(path, assembled(self._title, blocks, folder="recording/").encode())
         warn_all(notices)
+
+    def _images(
+        self, size: tuple[int, int] | None, samples: int, progress: Progress
+    ) -> tuple[str, list[str], list[Notice]]:
+        """Renders the image of each change.
+
+        Returns the first image as HTML, the base64 texts of all JPEG files, and the notices.
+        """
+        still = ""
+        images: list[str] = []
+        notices: list[Notice] = []
+        for number, (_, view) in enumerate(self._views):
+            with collected() as found:
+                frame = _render(view, size, samples, number)
+            notices += [each for each in found if str(each) not in map(str, notices)]
+            if not number:
+                still = still_image(frame, view.exposure, view.transform, self._title, view.channel)
+            images.append(
+                base64.b64encode(frame.to_jpeg(view.exposure, view.transform, view.channel)).decode()
+            )
+            progress(number + 1, len(self._views))
+        return still, images, notices
 
     def _run(self) -> None:
         """Records each change of the view."""
