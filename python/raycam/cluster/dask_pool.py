@@ -227,14 +227,13 @@ class DaskPool:
         """Restarts processes of this pool's own cluster that Dask has abandoned.
 
         A nanny restarts a dead process, but exits if the restart takes longer than the nanny's timeout, for example
-        under heavy load.
+        under heavy load. If a new nanny does not start in time either, Dask removes it from the cluster.
         """
         if self._cluster is None:
             return
-        ended = [
-            name for name, nanny in self._cluster.workers.items() if nanny.status.name in ("closed", "failed")
-        ]
-        if ended:
+        nannies = self._cluster.workers
+        ended = [name for name, nanny in nannies.items() if nanny.status.name in ("closed", "failed")]
+        if ended or len(nannies) < self._processes:
             with contextlib.suppress(Exception):  # the next poll tries again
                 self._cluster.sync(self._cluster.scale_down, ended)
                 self._cluster.scale(self._processes)
