@@ -264,12 +264,8 @@ def test_click_on_the_image_scrolls_to_the_selection_and_keeps_the_focus(tab: Ta
     width, height = session.view.size
     tab.evaluate("document.getElementById('panel').scrollTop = document.getElementById('panel').scrollHeight")
     visible = (
-        (
-            "(() => {{ const [seen, group] = ['panel', 'edit'].map((name) => document.getElementById(name)"
-            ".getBoundingClientRect()); return group.top >= seen.top - 1 && group.top + 200 < seen.bottom; }})()"
-        )
-        .replace("{{", "{")
-        .replace("}}", "}")
+        "(() => { const [seen, group] = ['panel', 'edit'].map((name) => document.getElementById(name)"
+        ".getBoundingClientRect()); return group.top >= seen.top - 1 && group.top + 200 < seen.bottom; })()"
     )
     assert not tab.evaluate(visible)
     tab.click(*place_of(tab, width // 2, height // 2, (width, height)))

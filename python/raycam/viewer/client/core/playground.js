@@ -2,12 +2,10 @@
 
 import { element, fillSelect } from "../dom.js";
 import { isKnown, isWorld } from "../files.js";
-import { bytesOfBase64, deflate, inflate } from "../image/planes.js";
+import { LONGEST_LINK, linkOfText, textOfLink } from "./world_link.js";
 
 const PATH = "world.toml";
 const PAUSE = 350; // milliseconds after the last key press until the world is read
-const LONGEST_LINK = 32 * 1024; // maximum characters of a link
-const LONGEST_TEXT = 2 ** 20; // maximum bytes of a world in a link
 const MOST_BYTES = 256 * 2 ** 20; // maximum bytes of all opened files: a page has 512 MiB of memory, and a model in memory is larger than its file
 
 /** @typedef {{ name: string, text: string }} Example */
@@ -202,20 +200,6 @@ export class Playground {
     await this.copy(location.href);
     if (this.files.size) this.problem.textContent += ` The link contains only the text; the ${this.files.size} opened files are not part of it.`;
   }
-}
-
-/** @param {string} text */
-async function linkOfText(text) {
-  const packed = await deflate(new TextEncoder().encode(text));
-  let binary = "";
-  for (const byte of packed) binary += String.fromCharCode(byte);
-  return btoa(binary).replace(/\+/g, "-").replace(/\//g, "_").replace(/=+$/, "");
-}
-
-/** @param {string} link */
-async function textOfLink(link) {
-  if (link.length > LONGEST_LINK) throw new Error("too long");
-  return new TextDecoder().decode(await inflate(bytesOfBase64(link.replace(/-/g, "+").replace(/_/g, "/").padEnd(Math.ceil(link.length / 4) * 4, "=")), LONGEST_TEXT));
 }
 
 /** The examples and the file types of a page with a playground; null in other pages. @returns {{ playground: Example[], types: FileTypes } | null} */
