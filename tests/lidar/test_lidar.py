@@ -124,7 +124,8 @@ def test_moving_interpolates_between_the_poses() -> None:
     np.testing.assert_allclose(yaw, [0, 30, 60, 60], atol=1e-9)
     assert moving.is_moving
     refuse("unordered_times", call=lambda: lidar.moving([(0.1, lidar), (0.1, lidar)]))
-    refuse("wrong_type", call=lambda: lidar.moving([]))
+    for unfit in ([], 5, [lidar], [(0.1,)], [(0.1, 2)]):
+        refuse("wrong_type", call=lambda to=unfit: lidar.moving(to))
 
 
 def test_description_restores_an_equal_lidar() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence, Sized
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -535,17 +535,16 @@ class Lidar:
         The lidar reaches the pose of `to` when the frame ends. `to` may also be a list of (seconds, lidar) in
         ascending order; seconds count from the frame's start. Positions are interpolated linearly, rotations
         along the shortest arc.
+
+        Raises `LidarError` for other arguments, an empty list, and times that do not ascend.
         """
-        if isinstance(to, Lidar):
-            steps: list[tuple[float, Lidar]] = [(0.0, self), (1.0 / self.rate, to)]
-        else:
-            steps = [(real("seconds", time, error=LidarError), lidar) for time, lidar in to]
-        if not steps or any(not isinstance(lidar, Lidar) for _, lidar in steps):
+        steps = [(0.0, self), (1.0 / self.rate, to)] if isinstance(to, Lidar) else to
+        if not _are_steps(steps):
             raise LidarError(
                 f"moving requires a lidar or a list of (seconds, lidar) with at least one entry, got {to!r}",
                 code="wrong_type",
             )
-        times = np.array([time for time, _ in steps])
+        times = np.array([real("seconds", time, error=LidarError) for time, _ in steps])
         if (np.diff(times) <= 0.0).any():
             raise LidarError(f"moving: times must ascend, got {times.tolist()}", code="unordered_times")
         poses = [lidar._track for _, lidar in steps]
@@ -650,3 +649,12 @@ class Lidar:
     def __repr__(self) -> str:
         """Shows device, rate and pulses."""
         return f"<raycam.Lidar {self.title}: {self.rate:g} Hz, {len(self.pattern())} pulses per frame>"
+
+
+def _are_steps(steps: object) -> TypeGuard[Sequence[tuple[float, Lidar]]]:
+    """True for a list of at least one pair, whose second entry is a lidar."""
+    return (
+        isinstance(steps, Sequence)
+        and len(steps) > 0
+        and all(isinstance(s, Sequence) and len(s) == 2 and isinstance(s[1], Lidar) for s in steps)
+    )
