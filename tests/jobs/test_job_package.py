@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
+from raycam.errors import FormatError
 from raycam.jobs import job_package as module
 from raycam.jobs.job_package import JobPackage
 from support.raises import Fault, fault, raises
@@ -30,6 +31,23 @@ def test_package_round_trips_and_renders_the_same_image() -> None:
     for name in pictures[0]:
         np.testing.assert_array_equal(pictures[0][name], pictures[1][name])
     assert json.dumps(package.describe())
+
+
+def test_stored_package_is_compressed_and_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = JobPackage("video", 7, {"numbers": [0.5] * 1000}, world())
+    stored = package.to_file()
+    assert len(stored) < 0.5 * len(package.to_bytes())
+    assert JobPackage.from_bytes(stored, "p", package.id).settings == package.settings
+    path = tmp_path / "package"
+    path.write_bytes(stored)
+    assert package.exists_in(path)
+    for damaged in (stored + b"x", stored[:-1], b"x" + stored, b""):
+        path.write_bytes(damaged)
+        assert not package.exists_in(path)
+        with raises(FormatError, code="damaged_job"):
+            JobPackage.check(damaged, "p", package.id)
+    monkeypatch.setattr(module, "MAX_COMPRESSED_BYTES", 1000)
+    assert package.to_file() == package.to_bytes()
 
 
 def test_package_id_depends_on_everything_that_affects_its_frames(

@@ -340,7 +340,7 @@ class Job:
         Without the file `RELEASED`, a missing package counts as a fault.
         """
         (self._state / RELEASED).unlink(missing_ok=True)
-        atomic_files.write(self._state / "package", package.to_bytes(), scratch)
+        atomic_files.write(self._state / "package", package.to_file(), scratch)
 
     def _read(self) -> None:
         """Reads the journals; an entry counts only if its files exist."""

@@ -5,12 +5,16 @@ The bytes are a line of JSON, followed by the world from `World.to_bytes`:
     {"raycam": "0.1.0", "kind": "video", "frames": 96, "settings": {...}}
 
 Frame n of a job is a pure function of (package, n): the same bytes give the same files on any machine.
+
+The job's folder contains the package compressed, unless it is large: the numbers of many cameras are a considerable
+part of a small data set.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +25,9 @@ from ..world import World
 from .kinds import FrameMakerFactory
 
 __all__ = ["JobPackage"]
+
+MAX_COMPRESSED_BYTES = 4 << 20
+"""Maximum size of a package that is stored compressed; larger packages consist mostly of images."""
 
 
 class JobPackage:
@@ -104,17 +111,22 @@ class JobPackage:
         """The package as bytes, whose SHA-256 is `id`."""
         return self._header + self.world_bytes
 
+    def to_file(self) -> bytes:
+        """The package as it is stored in the job's folder."""
+        data = self.to_bytes()
+        return zlib.compress(data) if len(data) <= MAX_COMPRESSED_BYTES else data
+
     def exists_in(self, path: Path) -> bool:
         """True if a file contains exactly this package."""
         try:
-            return hashlib.sha256(path.read_bytes()).hexdigest() == self.id
+            return hashlib.sha256(_unpack(path.read_bytes())).hexdigest() == self.id
         except FileNotFoundError:
             return False
 
     @staticmethod
     def check(data: bytes, name: str, id: str) -> None:
         """Raises `FormatError` if the bytes of the file `name` are not the package with this `id`."""
-        found = hashlib.sha256(data).hexdigest()
+        found = hashlib.sha256(_unpack(data)).hexdigest()
         if found != id:
             raise FormatError(
                 f"{name}: the file is damaged or belongs to another job: its hash is {found[:12]}, expected {id[:12]}",
@@ -129,7 +141,7 @@ class JobPackage:
         version.
         """
         cls.check(data, name, id)
-        header, newline, world = data.partition(b"\n")
+        header, newline, world = _unpack(data).partition(b"\n")
         try:
             if not newline:
                 raise ValueError
@@ -146,6 +158,18 @@ class JobPackage:
                 code="changed_input",
             )
         return cls(kind, frames, settings, world)
+
+
+def _unpack(data: bytes) -> bytes:
+    """Returns the bytes of a stored package; damaged bytes are returned unchanged, so that their hash differs."""
+    if data.startswith(b"{"):
+        return data
+    stream = zlib.decompressobj()
+    try:
+        unpacked = stream.decompress(data, MAX_COMPRESSED_BYTES)
+    except zlib.error:
+        return data
+    return unpacked if stream.eof and not stream.unused_data else data
 
 
 def _background_hashes(world: World) -> dict[str, str]:
