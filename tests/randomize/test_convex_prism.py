@@ -43,6 +43,17 @@ def test_diameter_width_and_area_of_prisms_equal_closed_forms() -> None:
     assert (box.diameter, box.width, box.area) == pytest.approx((np.sqrt(10), 1, 3))
 
 
+@pytest.mark.parametrize("gap", [0.0, 0.01, 3.0])
+def test_grown_prism_is_the_hull_of_the_moved_edges(gap: float) -> None:
+    base = ConvexPrism(outline(np.random.default_rng(5).normal(size=(200, 2))), 0.0, 1.0)
+    along = base.normals * gap
+    moved = np.concatenate([base.outline + along, np.roll(base.outline, -1, axis=0) + along])
+    corners = base.grown(gap).outline
+    assert {tuple(corner) for corner in corners} == {tuple(corner) for corner in outline(moved)}
+    x, y = corners.T
+    assert np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) > 0  # counter-clockwise
+
+
 def test_grown_prism_has_bevelled_corners() -> None:
     square = ConvexPrism(np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]]), 0.0, 1.0).grown(0.5)
     for x, y, z in (

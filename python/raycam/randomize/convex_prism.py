@@ -41,6 +41,12 @@ class ConvexPrism:
         return _normals(self.outline)
 
     @cached_property
+    def center(self) -> Floats:
+        """The mean [2] of the base's corners."""
+        found: Floats = self.outline.mean(axis=0)
+        return found
+
+    @cached_property
     def area(self) -> float:
         """The area of the base."""
         return _area(self.outline)
@@ -70,7 +76,7 @@ class ConvexPrism:
             return False
         axes = np.concatenate([self.normals, other.normals])
         # In most cases, the axis closest to the line between the bases' centres is sufficient.
-        aside = other.outline.mean(axis=0) - self.outline.mean(axis=0)
+        aside = other.center - self.center
         likely = int(np.abs(product(axes, aside)).argmax())
         limit = max(gap, 1e-12)
         return all(self._gaps(other, some).max() < limit for some in (axes[likely : likely + 1], axes))
@@ -83,9 +89,13 @@ class ConvexPrism:
 
     def grown(self, gap: float) -> ConvexPrism:
         """Returns the prism enlarged by `gap` at its sides, with bevelled corners, and at its top."""
-        normals, corners = self.normals, self.outline
-        moved = [corners + normals * gap, np.roll(corners, -1, axis=0) + normals * gap, corners]
-        return ConvexPrism(outline(np.concatenate(moved)), self.low, self.high + gap)
+        if gap == 0.0:
+            return self
+        # Each edge is moved outwards; the ends of neighbouring edges form the bevels. The corners are in the order of
+        # the outline, so that no hull has to be computed.
+        along = self.normals * gap
+        moved = np.stack([self.outline + along, _following(self.outline) + along], axis=1)
+        return ConvexPrism(moved.reshape(-1, 2), self.low, self.high + gap)
 
     def bounds(self) -> tuple[Floats, Floats]:
         """The lowest and the highest corner [3] of the bounding box."""
@@ -173,9 +183,14 @@ def _outer(points: Floats) -> Floats:
     return found
 
 
+def _following(corners: Floats) -> Floats:
+    """The corner [n, 2] after each corner of an outline."""
+    return np.concatenate([corners[1:], corners[:1]])
+
+
 def _normals(corners: Floats) -> Floats:
     """The outward unit normals [n, 2] of the edges of a convex outline."""
-    edges = np.roll(corners, -1, axis=0) - corners
+    edges = _following(corners) - corners
     lengths = np.sqrt((edges**2).sum(axis=1, keepdims=True))
     return np.column_stack([edges[:, 1], -edges[:, 0]]) / np.where(lengths > 0.0, lengths, 1.0)
 

@@ -146,9 +146,7 @@ class PlacementSampler:
         counts = [len(prism.outline) + 1 for prism in prisms]
         starts = np.concatenate(
             [
-                np.column_stack(
-                    [np.vstack([prism.outline, prism.outline.mean(axis=0)]), np.full(count, prism.high)]
-                )
+                np.column_stack([np.vstack([prism.outline, prism.center]), np.full(count, prism.high)])
                 for prism, count in zip(prisms, counts, strict=True)
             ]
         )
