@@ -10,6 +10,7 @@ import pytest
 import raycam
 from pxr import Sdf, Usd, UsdGeom
 from raycam import usd
+from raycam.errors import SettingsError
 from support.raises import raises
 from support.usd_stages import square, stage
 
@@ -172,3 +173,9 @@ def test_unknown_variant_raises_with_all_names(tmp_path: Path, variant: str) -> 
     with raises(raycam.WorldError, code="unknown_name", mentions=["shape=Cube", "shape=Sphere"]):
         raycam.load(tmp_path / "a.usda", variant=variant)
     assert Sdf.Layer.FindOrOpen(str(tmp_path / "a.usda"))
+
+
+def test_variant_that_is_not_a_string_raises(tmp_path: Path) -> None:
+    chair(tmp_path / "a.usda")
+    with raises(SettingsError, code="wrong_type", mentions=["variant", "dict"]):
+        raycam.load(tmp_path / "a.usda", variant={"shape": "Cube"})  # type: ignore[arg-type]

@@ -81,10 +81,14 @@ def load(
     the `raycam[mujoco]` extra, and its lights are loaded, too. `packages` are folders in which `package://NAME` of
     robots is searched, `xacro_args` are the arguments of a xacro file.
 
-    Raises `SettingsError` for a `source` outside `folder`, an unknown `kind` and a `scale` of files other than meshes,
-    `FileNotFoundError` and other `OSError`s, `FormatError` for a malformed file, and `WorldError` or `CameraError` for
-    an invalid description, each with file, line and key.
+    Raises `SettingsError` for a `source` outside `folder`, an unknown `kind`, a `variant` that is not a string and a
+    `scale` of files other than meshes, `FileNotFoundError` and other `OSError`s, `FormatError` for a malformed file,
+    and `WorldError` or `CameraError` for an invalid description, each with file, line and key.
     """
+    if not isinstance(variant, str | None):
+        raise SettingsError(
+            f"variant must be a string such as 'SET=NAME', not {type(variant).__name__}", code="wrong_type"
+        )
     options = _Options(variant, texture_memory, time, up, scale_factor(scale, units), xacro_args)
     if not isinstance(source, str | os.PathLike):
         data = read_bytes(source)
