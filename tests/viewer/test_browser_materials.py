@@ -78,6 +78,20 @@ def test_placement_fields_show_and_set_the_matrix(tab: Tab, session: Session) ->
     assert tab.said == []
 
 
+def test_placement_fields_show_few_digits_of_noisy_and_small_numbers(tab: Tab, viewer: Viewer) -> None:
+    world = raycam.World()
+    world.add_object(box={"size": 1}, location=[1e-17, 1 / 3, 0], pitch=-89.999992, scale=1.234567e-5)
+    viewer.world = world
+    tab.open(viewer.url)
+    for name, text in {
+        "place-x": "0",
+        "place-y": "0.333333",
+        "place-pitch": "-90",
+        "scale-x": "0.000012346",
+    }.items():
+        tab.wait(f"document.getElementById('{name}').value === '{text}'")
+
+
 def test_texture_slot_shows_a_thumbnail_and_accepts_another_file(
     tab: Tab, session: Session, tmp_path: Path
 ) -> None:

@@ -4,6 +4,12 @@ import { byId, numbersOf } from "../dom.js";
 
 const PLACE_FIELDS = ["place-x", "place-y", "place-z", "place-roll", "place-pitch", "place-yaw", "scale-x", "scale-y", "scale-z"];
 
+/** The text of a value: angles with 4 decimals, lengths and scales with 6 digits. @param {number} value @param {number} place */
+function shortNumber(value, place) {
+  const isAngle = PLACE_FIELDS[place].match(/roll|pitch|yaw/);
+  return String(isAngle ? Number(value.toFixed(4)) : Number(Number(value.toFixed(9)).toPrecision(6)));
+}
+
 export class PlacementFields {
   /** @param {(place: number, value: number) => void} changed @param {(text: string) => void} wrong */
   constructor(changed, wrong) {
@@ -21,7 +27,7 @@ export class PlacementFields {
     byId("placement", HTMLElement).hidden = !values;
     this.inputs.forEach((input, i) => {
       input.disabled = isFixed;
-      if (values && document.activeElement !== input) input.value = String(Number(values[i].toFixed(6)));
+      if (values && document.activeElement !== input) input.value = shortNumber(values[i], i);
     });
   }
 }
