@@ -1,7 +1,7 @@
 """Compares processor time times variance with another raycam build and other renderers.
 
     python benchmarks/light_in_turn.py [--before FOLDER] [--mitsuba PYTHON] [--cycles PYTHON] [--pbrt EXECUTABLE]
-        [--hard] [--scenes NAME ...] [--size WIDTH HEIGHT]
+        [--hard | --random] [--scenes NAME ...] [--size WIDTH HEIGHT]
 
 FOLDER contains the package `raycam` of the other build; PYTHON is an interpreter with Mitsuba or `bpy`. The
 renderers run in alternation. Times are processor times of all threads, so that they do not depend on the load
@@ -31,9 +31,9 @@ import numpy as np
 import report
 from hard_scenes import DEPTH as HARD_DEPTH
 from hard_scenes import hard_scenes
-from path_scenes import DEPTH, scenes
+from path_scenes import DEPTH, Scene, scenes
 
-TURNS = 2
+RANDOM_SCENES = 30
 # Renderers that are installed for other Python interpreters, with each renderer's module and settings.
 OTHERS: dict[str, tuple[str, dict[str, Any]]] = {
     f"mitsuba {sampler}": ("path_mitsuba", {"variant": "llvm_ad_rgb", "sampler": sampler})
@@ -99,7 +99,7 @@ def in_turn(scene: Path, options: argparse.Namespace) -> dict[str, Found]:
     The renderers run in alternation, and the best time of several rounds counts.
     """
     best: dict[str, Found] = {}
-    for _ in range(TURNS):
+    for _ in range(options.turns):
         for rival, (command, package) in rivals_of(options).items():
             asked = [*command, "--one", str(scene), "--seeds", str(options.seeds)]
             asked += ["--samples", str(options.samples), "--size", *map(str, options.size)]
@@ -129,6 +129,15 @@ def row_of(name: str, found: dict[str, Found]) -> tuple[list[str], float]:
     return row, gains[rival]
 
 
+def worlds(options: argparse.Namespace, folder: Path) -> dict[str, Scene]:
+    """Returns the scenes by name, and writes their triangles to the folder."""
+    if options.random:
+        from random_scenes import scene  # requires raycam, which other interpreters do not have
+
+        return {str(seed): scene(seed, folder, None) for seed in range(RANDOM_SCENES)}
+    return hard_scenes(folder) if options.hard else scenes(folder)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -138,6 +147,8 @@ def main() -> None:
     parser.add_argument("--cycles", metavar="PYTHON", help="Python interpreter with bpy")
     parser.add_argument("--pbrt", metavar="EXECUTABLE", help="path of the pbrt-v4 program")
     parser.add_argument("--hard", action="store_true", help="render the scenes with difficult light")
+    parser.add_argument("--random", action="store_true", help="render the worlds of random_scenes.py")
+    parser.add_argument("--turns", type=int, default=2)
     parser.add_argument("--unlimited", action="store_true", help="do not limit the number of path segments")
     parser.add_argument("--scenes", nargs="+", metavar="NAME")
     parser.add_argument("--seeds", type=int, default=8)
@@ -155,7 +166,7 @@ def main() -> None:
     depth = HARD_DEPTH if options.hard else DEPTH
     depth = None if options.unlimited else depth
     with tempfile.TemporaryDirectory() as folder:
-        known = hard_scenes(Path(folder)) if options.hard else scenes(Path(folder))
+        known = worlds(options, Path(folder))
         for name in options.scenes or known:
             scene = Path(folder) / "scene.json"
             scene.write_text(json.dumps({**known[name], "depth": depth}), encoding="utf-8")
@@ -177,10 +188,11 @@ def main() -> None:
     notes = [
         f"{options.size[0]} x {options.size[1]} pixels, {options.samples} samples, "
         f"paths of {f'at most {depth}' if depth else 'any number of'} segments; "
-        f"best of {TURNS} turns of {options.seeds} seeds. Geometric mean of the gains: {mean:.2f}."
+        f"best of {options.turns} turns of {options.seeds} seeds. Geometric mean of the gains: {mean:.2f}."
     ]
     kinds = {
         "hard": options.hard,
+        "random": options.random,
         "unlimited": options.unlimited,
         "others": options.mitsuba or options.cycles,
         "pbrt": options.pbrt,
