@@ -165,8 +165,8 @@ def test_faulty_documents_raise_or_give_a_notice(
     assert any("a.dae" in fault and re.search(expected, fault) for fault in [*faults, *map(str, notices)])
 
 
-def test_unused_parts_give_notices_with_their_name(load: Callable[..., raycam.World]) -> None:
-    assert has_notice(load(cube()).notices, "ignored_element", "LineSet")
+def test_lines_give_a_notice_with_their_line_and_geometry(load: Callable[..., raycam.World]) -> None:
+    assert has_notice(load(cube()).notices, "ignored_element", "line 16: <lines> of geometry 'g'")
 
 
 def test_image_outside_of_the_root_is_not_read(load: Callable[..., raycam.World], tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Damaged Collada files: every file is read or refused with a code and a line, within limits of time and memory."""
+"""Damaged Collada files load or raise an error with a code and a line, within limits of time and memory."""
 
 from __future__ import annotations
 
@@ -110,8 +110,8 @@ def load(robot: Path, document: str | bytes) -> raycam.World:
     return raycam.load(robot)
 
 
-def read(robot: Path, document: str | bytes) -> str | None:
-    """Returns the code of the document's error; None for a document that is read."""
+def error_code(robot: Path, document: str | bytes) -> str | None:
+    """Returns the code of the error that a document raises; None for a document that loads."""
     started, error = time.process_time(), None
     tracemalloc.reset_peak()
     with warnings.catch_warnings():
@@ -131,8 +131,8 @@ def read(robot: Path, document: str | bytes) -> str | None:
     return error.code
 
 
-def replaced_elements(count: int, seed: int) -> Iterator[bytes]:
-    """Yields well-formed documents in which elements, attributes and numbers are replaced, moved or removed."""
+def mutate_elements(count: int, seed: int) -> Iterator[bytes]:
+    """Yields well-formed documents with random elements, attributes and numbers replaced, moved or removed."""
     draw = random.Random(seed)
     for _ in range(count):
         root = ElementTree.fromstring(DOCUMENT)
@@ -171,22 +171,23 @@ def _text(data: bytes) -> str:
     return data.decode()
 
 
-def check(robot: Path, documents: Iterator[bytes]) -> set[str | None]:
+def error_codes(robot: Path, documents: Iterator[bytes]) -> set[str | None]:
+    """Returns the error codes of all documents; None for documents that load."""
     tracemalloc.start()
     try:
-        return {read(robot, document) for document in documents}
+        return {error_code(robot, document) for document in documents}
     finally:
         tracemalloc.stop()
 
 
 @pytest.mark.parametrize("count", [150, pytest.param(2000, marks=pytest.mark.proof)])
-def test_damaged_bytes_are_read_or_refused_with_a_line(robot: Path, count: int) -> None:
-    assert {None, "syntax"} <= check(robot, damaged(DOCUMENT.encode(), count, 1))
+def test_file_with_damaged_bytes_loads_or_raises_an_error_with_its_line(robot: Path, count: int) -> None:
+    assert {None, "syntax"} <= error_codes(robot, damaged(DOCUMENT.encode(), count, 1))
 
 
 @pytest.mark.parametrize("count", [200, pytest.param(4000, marks=pytest.mark.proof)])
-def test_replaced_elements_are_read_or_refused_with_a_line(robot: Path, count: int) -> None:
-    codes = check(robot, replaced_elements(count, 2))
+def test_file_with_replaced_elements_loads_or_raises_an_error_with_its_line(robot: Path, count: int) -> None:
+    codes = error_codes(robot, mutate_elements(count, 2))
     assert {None, "syntax", "wrong_shape", "index_out_of_range", "nothing_visible"} <= codes
 
 
@@ -207,11 +208,11 @@ def test_replaced_elements_are_read_or_refused_with_a_line(robot: Path, count: i
         ('<node id="shared">', '<node id="shared"><instance_node url="#shared"/>', "budget_exceeded"),
     ],
 )
-def test_wrong_numbers_are_refused(robot: Path, old: str, new: str, code: str) -> None:
+def test_invalid_number_raises_an_error_with_its_code(robot: Path, old: str, new: str, code: str) -> None:
     assert old in DOCUMENT
     tracemalloc.start()
     try:
-        assert read(robot, DOCUMENT.replace(old, new)) == code
+        assert error_code(robot, DOCUMENT.replace(old, new)) == code
     finally:
         tracemalloc.stop()
 
@@ -229,14 +230,14 @@ def test_wrong_numbers_are_refused(robot: Path, old: str, new: str, code: str) -
         ("skin.png", "x" * 5000, "missing_file", "xxx"),
     ],
 )
-def test_ignored_and_replaced_parts_give_notices(
+def test_ignored_or_replaced_element_gives_a_notice(
     robot: Path, old: str, new: str, code: str, fact: str
 ) -> None:
     assert old in DOCUMENT
     assert has_notice(load(robot, DOCUMENT.replace(old, new)).notices, code, fact)
 
 
-def test_long_chains_of_nodes_take_linear_time(robot: Path) -> None:
+def test_chain_of_30000_nodes_loads_in_linear_time(robot: Path) -> None:
     count = 30_000
     nodes = "".join(f'<node id="n{i}"><instance_node url="#n{i + 1}"/></node>' for i in range(count))
     document = DOCUMENT.replace("<library_nodes>", f'<library_nodes>{nodes}<node id="n{count}"/>')
@@ -245,7 +246,7 @@ def test_long_chains_of_nodes_take_linear_time(robot: Path) -> None:
     assert time.process_time() - started < MAX_SECONDS
 
 
-def test_nodes_that_double_thirty_times_are_refused(robot: Path) -> None:
+def test_node_shown_a_billion_times_exceeds_the_budget(robot: Path) -> None:
     nodes = "".join(
         f'<node id="n{i}">{f"""<instance_node url="#n{i + 1}"/>""" * 2}</node>' for i in range(30)
     )

@@ -118,14 +118,17 @@ class _Converter:
 
     def _add_geometry(self, geometry: Any, matrix: Floats, materials: dict[str, str]) -> None:
         for part in geometry.primitives:
-            kind = type(part).__name__
-            if kind == "TriangleSet":
+            if type(part).__name__ == "TriangleSet":
                 triangles = part
             elif hasattr(part, "triangleset"):
                 self._check_polygons(part)
                 triangles = part.triangleset()
             else:
-                self._note("ignored_element", f"ignored: {kind} (only triangles and polygons are shown)")
+                text = (
+                    f"line {part.xmlnode.line}: <{part.xmlnode.tag}> of geometry {geometry.id!r} is ignored; only "
+                    "triangles and polygons are shown"
+                )
+                self._note("ignored_element", text)
                 continue
             index = np.asarray(triangles.index)
             if not index.size:
