@@ -102,10 +102,10 @@ def test_scene_options_without_effect_give_a_notice_with_their_names(
 ) -> None:
     model, data = state
     option = mujoco.MjvOption()
-    option.flags[mujoco.mjtVisFlag.mjVIS_CONTACTPOINT] = True
-    option.frame = mujoco.mjtFrame.mjFRAME_GEOM
+    option.flags[mujoco.mjtVisFlag.mjVIS_CONVEXHULL] = True
+    option.label = mujoco.mjtLabel.mjLABEL_GEOM
     with stand_in.Renderer(model) as renderer:
-        with warns(raycam.Notice, code="ignored_element", mentions=["mjVIS_CONTACTPOINT", "frame"]):
+        with warns(raycam.Notice, code="ignored_element", mentions=["mjVIS_CONVEXHULL", "label"]):
             renderer.update_scene(data, "front", option)
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -123,11 +123,101 @@ def test_scene_options_select_groups(state: tuple[mujoco.MjModel, mujoco.MjData]
         assert (renderer.render()[..., 0] == 1).any() == shown
 
 
+def test_images_before_the_first_scene_are_empty_with_a_notice(
+    state: tuple[mujoco.MjModel, mujoco.MjData],
+) -> None:
+    model, _ = state
+    renderer = stand_in.Renderer(model, 30, 40)
+    with warns(raycam.Notice, code="missing_value", mentions=["update_scene"]):
+        color = renderer.render()
+    with warns(raycam.Notice, code="no_poses", mentions=["mj_forward"]):
+        renderer.update_scene(mujoco.MjData(model))
+    renderer.enable_depth_rendering()
+    with warns(raycam.Notice, code="missing_value", mentions=["update_scene"]):
+        depth = renderer.render()
+    renderer.enable_segmentation_rendering()
+    with warns(raycam.Notice, code="missing_value", mentions=["update_scene"]):
+        ids = renderer.render()
+    assert (color.shape, color.dtype, color.max()) == ((30, 40, 3), np.uint8, 0)
+    assert (depth.shape, depth.dtype, depth.min()) == ((30, 40), np.float32, 100)
+    assert (ids.shape, ids.dtype, ids.max()) == ((30, 40, 2), np.int32, -1)
+
+
+def test_scene_contains_the_camera_of_update_scene(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+    model, data = state
+    view = mujoco.MjvCamera()
+    view.distance, view.azimuth, view.elevation = 3.0, 90.0, 0.0
+    renderer = stand_in.Renderer(model, 30, 40)
+    for camera, place in (("front", data.cam_xpos[0]), (0, data.cam_xpos[0]), (view, [0, -3, 0])):
+        renderer.update_scene(data, camera)
+        np.testing.assert_allclose(
+            np.mean([eye.pos for eye in renderer.scene.camera], axis=0), place, atol=1e-6
+        )
+
+
+def test_colours_that_a_program_changes_in_the_model_appear_in_the_next_scene(
+    state: tuple[mujoco.MjModel, mujoco.MjData],
+) -> None:
+    model, data = state
+    renderer = stand_in.Renderer(model, 30, 40)
+    for color in ([1, 0, 0, 1], [0, 1, 0, 1]):
+        model.geom("box").rgba = color
+        renderer.update_scene(data, "front")
+        red, green, _ = renderer.render()[15, 22].astype(int)
+        assert (red > 2 * green) == (color[0] == 1)
+
+
+def test_bodies_are_blended_with_the_floor_if_the_option_makes_them_transparent(
+    state: tuple[mujoco.MjModel, mujoco.MjData],
+) -> None:
+    model, data = state
+    option = mujoco.MjvOption()
+    option.flags[mujoco.mjtVisFlag.mjVIS_TRANSPARENT] = True
+    renderer, images = stand_in.Renderer(model, 30, 40), []
+    for transparent in (None, option):
+        renderer.update_scene(data, "front", transparent)
+        images.append(renderer.render().astype(float))
+    renderer.scene.ngeom = 1  # the floor alone
+    floor = renderer.render()[15, 22]
+    opacity = 1 - (1 - float(model.vis.map.alpha)) ** 2  # the front and the back of the box
+    blended = opacity * images[0][15, 22] + (1 - opacity) * floor
+    np.testing.assert_allclose(images[1][15, 22], blended, atol=1.5)
+
+
+def test_decorations_of_the_option_are_visible(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+    model, data = state
+    renderer = stand_in.Renderer(model, 60, 80)
+    renderer.enable_segmentation_rendering()
+    option = mujoco.MjvOption()
+    option.flags[mujoco.mjtVisFlag.mjVIS_JOINT] = True
+    model.vis.scale.jointlength = 5  # the joint's arrow is longer than the box
+    for scene_option, is_shown in ((None, False), (option, True)):
+        renderer.update_scene(data, "front", scene_option)
+        types = np.unique(renderer.render()[..., 1])
+        assert (int(mujoco.mjtObj.mjOBJ_JOINT) in types) == is_shown
+
+
+def test_geoms_that_a_program_removes_or_replaces_in_the_scene_are_not_shown(
+    state: tuple[mujoco.MjModel, mujoco.MjData],
+) -> None:
+    model, data = state
+    renderer = stand_in.Renderer(model, 30, 40)
+    renderer.enable_segmentation_rendering()
+    box = model.geom("box").id
+    renderer.update_scene(data, "front")
+    assert (renderer.render()[..., 0] == box).any()
+    number = next(i for i in range(renderer.scene.ngeom) if renderer.scene.geoms[i].objid == box)
+    renderer.scene.geoms[number].pos = [0, 0, 50]
+    assert not (renderer.render()[..., 0] == box).any()
+    renderer.update_scene(data, "front")
+    assert (renderer.render()[..., 0] == box).any()
+    renderer.scene.ngeom = 0
+    assert renderer.render().max() == -1
+
+
 def test_renderer_uses_raycams_camera_and_output_array(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
     model, data = state
     renderer = stand_in.Renderer(model, 30, 40)
-    with raises(raycam.SettingsError, code="missing_value", mentions=["update_scene"]):
-        renderer.render()
     renderer.update_scene(data)
     renderer.camera = raycam.Camera.look_at([0, -3, 1], [0, 0, 0.5], size=(20, 10), fov=50)
     out = np.zeros((10, 20, 3), np.uint8)

@@ -8,6 +8,7 @@ pixel's centre. Colours are computed with MuJoCo's own light model and resemble 
 from __future__ import annotations
 
 import warnings
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -21,11 +22,40 @@ FREE, TRACKING, FIXED = 0, 1, 2
 """Values of `mjtCamera`."""
 LOOKS = ("mujoco", "direct", "path")
 ORIGINALS: dict[str, Any] = {}
-TENDON_FLAG = 7
-"""The value of `mjtVisFlag.mjVIS_TENDON`."""
-Groups = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]
-"""The visible groups of geoms, sites and tendons."""
-DEFAULT_GROUPS: Groups = ((0, 1, 2), (0, 1, 2), (0, 1, 2))
+TENDON_FLAG, TRANSPARENT_FLAG = 7, 18
+"""Values of `mjtVisFlag` for tendons and for transparent bodies."""
+UNUSED_FLAGS = (
+    "CONVEXHULL",
+    "TEXTURE",
+    "ISLAND",
+    "STATIC",
+    "SKIN",
+    "FLEXVERT",
+    "FLEXEDGE",
+    "FLEXFACE",
+    "FLEXSKIN",
+)
+"""Flags of `mjtVisFlag` that change how the model's own geoms are drawn, which is not supported."""
+LOOK_ARRAYS = (
+    "geom_type", "geom_size", "geom_rgba", "geom_matid", "geom_group", "site_type", "site_size", "site_rgba",
+    "site_matid", "site_group", "tendon_rgba", "tendon_matid", "tendon_group", "mat_rgba", "mat_emission",
+    "mat_specular", "mat_shininess", "mat_reflectance", "mat_texid", "mat_texrepeat",
+)  # fmt: skip
+"""The model's arrays of shapes and colours that programs change between images."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the scene is built from: if it changes, a new scene is built."""
+
+    geoms: tuple[int, ...] = (0, 1, 2)
+    """The visible groups of geoms."""
+    sites: tuple[int, ...] = (0, 1, 2)
+    """The visible groups of sites."""
+    tendons: tuple[int, ...] = (0, 1, 2)
+    """The visible groups of tendons."""
+    transparent: bool = False
+    """True if everything that moves is transparent."""
 
 
 class Renderer:
@@ -37,7 +67,7 @@ class Renderer:
     `camera` replaces the model's camera by a `raycam.Camera`, and `look` selects the light of colour images: "mujoco"
     (default), or "direct" or "path" for physically based light. `max_geom` limits the geoms of `scene`, but not the
     model's geoms in images; `font_scale` has no effect, because no text is drawn. Raises `SettingsError` for sizes
-    below 1, unknown cameras and looks, and calls of `render` before `update_scene`.
+    below 1, unknown cameras and looks, and arrays `out` of another shape.
     """
 
     def __init__(
@@ -57,8 +87,7 @@ class Renderer:
         self._model, self._size = model, (int(width), int(height))
         self._scene: Any = None
         self._visual = mujoco.MjvScene(model, maxgeom=max_geom)
-        self._added_from = 0
-        self._groups = DEFAULT_GROUPS
+        self._shown, self._looks = Shown(), b""
         self._mode = "color"
         self._view: Camera | None = None
         self.camera: Camera | None = None
@@ -75,21 +104,25 @@ class Renderer:
 
     @property
     def scene(self) -> Any:
-        """The `mujoco.MjvScene`: its `flags` are used, and geoms that are added to it are shown.
+        """The `mujoco.MjvScene`: its `flags` are used, and geoms that are added, changed or removed in it.
 
-        `update_scene` fills the scene with the model's geoms, and removes added geoms. Changes of the model's geoms in
+        `update_scene` fills the scene with the model's geoms and decorations. Changes of meshes and height fields in
         this scene have no effect.
         """
         return self._visual
 
-    def _build(self, data: Any, groups: Groups) -> None:
-        """Creates a new scene with the elements of the visible groups."""
-        geoms, sites, tendons = groups
-        own_light = self.look == "mujoco"
+    def _build(self, data: Any, shown: Shown) -> None:
+        """Creates a new scene."""
         self._scene = from_mujoco(
-            self._model, data, groups=geoms, sites=sites, tendons=tendons, own_light=own_light
+            self._model,
+            data,
+            groups=shown.geoms,
+            sites=shown.sites,
+            tendons=shown.tendons,
+            own_light=self.look == "mujoco",
+            dynamic_alpha=float(self._model.vis.map.alpha) if shown.transparent else 1.0,
         )
-        self._groups = groups
+        self._shown = shown
 
     @property
     def height(self) -> int:
@@ -104,28 +137,44 @@ class Renderer:
     def update_scene(self, data: Any, camera: Any = -1, scene_option: Any = None) -> None:
         """Updates the poses from `data`, and selects the camera.
 
-        `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`. Of `scene_option`, `geomgroup`,
-        `sitegroup`, `tendongroup` and the flag `mjVIS_TENDON` are used. A notice names other options that differ from
-        MuJoCo's defaults, such as `mjVIS_CONTACTPOINT`; they have no effect.
+        `camera` is a name, an id, -1 for the free camera, or an `mjvCamera`. `scene_option` selects the visible groups
+        and decorations, such as contact points, joint axes and frames, and `mjVIS_TRANSPARENT`. A notice names other
+        options that differ from MuJoCo's defaults, such as labels and `mjVIS_CONVEXHULL`; they have no effect. If
+        `data` has no poses, because `mj_forward` was not called, images are empty as in MuJoCo, with a notice.
         """
-        if scene_option is not None:
-            _warn_of_unused(scene_option)
-        groups = self._groups if scene_option is None else _shown_groups(scene_option)
-        if self._scene is None or groups != self._groups:
-            self._build(data, groups)
-        else:
-            self._scene.update(data)
-        self._view = self._find_camera(data, camera)
-        self._fill_visual(data, scene_option)
-
-    def _fill_visual(self, data: Any, scene_option: Any) -> None:
-        """Fills the `mjvScene` with the model's geoms."""
         import mujoco
 
         option = mujoco.MjvOption() if scene_option is None else scene_option
-        view, category = mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL.value
+        _warn_of_unused(option)
+        shown = _shown_parts(option)
+        looks = b"".join(getattr(self._model, name).tobytes() for name in LOOK_ARRAYS)
+        if self._model.ngeom and not np.any(data.geom_xmat):
+            text = "update_scene: data has no poses, so images are empty; call mujoco.mj_forward(model, data) first"
+            warnings.warn(Notice(text, "no_poses"), stacklevel=2)
+            self._scene = None
+            return
+        if self._scene is None or (shown, looks) != (self._shown, self._looks):
+            self._build(data, shown)
+            self._looks = looks
+        else:
+            self._scene.update(data)
+        self._view = self._find_camera(data, camera)
+        self._fill_visual(data, option, camera)
+
+    def _fill_visual(self, data: Any, option: Any, camera: Any) -> None:
+        """Fills the `mjvScene` with geoms, lights and the camera."""
+        import mujoco
+
+        view = camera
+        if not isinstance(camera, mujoco.MjvCamera):
+            view = mujoco.MjvCamera()
+            mujoco.mjv_defaultFreeCamera(self._model, view)
+            if isinstance(camera, str) or camera >= 0:
+                view.type = FIXED
+                view.fixedcamid = self._model.camera(camera).id
+        category = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(self._model, data, option, None, view, category, self._visual)
-        self._added_from = int(self._visual.ngeom)
+        self._scene.remember_visual(self._visual)
 
     def _find_camera(self, data: Any, camera: Any) -> Camera:
         names = list(self._scene.world.cameras)
@@ -173,16 +222,18 @@ class Renderer:
     def render(self, *, out: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
         """Returns the image, written into `out` if given.
 
-        Raises `SettingsError` if `out` has a wrong shape.
+        Without a scene, the image is empty as in MuJoCo, with a notice. Raises `SettingsError` if `out` has a wrong
+        shape.
         """
         camera = self.camera or self._view
         if self._scene is None or camera is None:
-            raise SettingsError("no scene to render; call update_scene before render", code="missing_value")
-        scene, added = self._scene, self._visual.geoms[self._added_from : self._visual.ngeom]
-        if added:
-            scene = scene.with_geoms(added, camera)
-        scene.flags[:] = self._visual.flags
-        found = getattr(self, f"_{self._mode}")(scene, camera)
+            text = "render: no scene yet, so the image is empty; call update_scene first"
+            warnings.warn(Notice(text, "missing_value"), stacklevel=2)
+            found = self._empty_image()
+        else:
+            scene = self._scene.with_changes(self._visual, camera)
+            scene.flags[:] = self._visual.flags
+            found = getattr(self, f"_{self._mode}")(scene, camera)
         if out is None:
             return np.asarray(found)
         if out.shape != found.shape:
@@ -191,6 +242,19 @@ class Renderer:
             )
         out[...] = found
         return out
+
+    def _empty_image(self) -> npt.NDArray[Any]:
+        """The image of nothing: black, the far plane's depth, or the background's ids."""
+        width, height = self._size
+        if self._mode == "color":
+            return np.zeros((height, width, 3), np.uint8)
+        if self._mode == "depth":
+            return np.full((height, width), self._far())
+        return np.full((height, width, 2), -1, np.int32)
+
+    def _far(self) -> np.float32:
+        """The far plane's depth in metres."""
+        return np.float32(self._model.vis.map.zfar * self._model.stat.extent)
 
     def _color(self, scene: Any, camera: Camera) -> npt.NDArray[Any]:
         samples = 4 if self._model.vis.quality.offsamples > 1 else 1
@@ -205,9 +269,8 @@ class Renderer:
 
     def _depth(self, scene: Any, camera: Camera) -> npt.NDArray[Any]:
         depth = render(scene.world, camera, channels=["depth"])["depth"]
-        far = np.float32(self._model.vis.map.zfar * self._model.stat.extent)
-        # `fmin` returns `far` for the background (infinite depth) and for pixels without a ray (NaN).
-        return np.asarray(np.fmin(depth, far), np.float32)
+        # `fmin` returns the far plane's depth for the background (infinite depth) and for pixels without a ray (NaN).
+        return np.asarray(np.fmin(depth, self._far()), np.float32)
 
     def _segmentation(self, scene: Any, camera: Camera) -> npt.NDArray[Any]:
         instance = render(scene.world, camera, channels=["instance"])["instance"]
@@ -244,13 +307,14 @@ class Renderer:
         self.close()
 
 
-def _shown_groups(option: Any) -> Groups:
-    """The visible groups of an `mjvOption`."""
+def _shown_parts(option: Any) -> Shown:
+    """The visible parts of the model according to an `mjvOption`."""
     geoms, sites, tendons = (
         tuple(number for number, shown in enumerate(groups) if shown)
         for groups in (option.geomgroup, option.sitegroup, option.tendongroup)
     )
-    return geoms, sites, tendons if option.flags[TENDON_FLAG] else ()
+    tendons = tendons if option.flags[TENDON_FLAG] else ()
+    return Shown(geoms, sites, tendons, bool(option.flags[TRANSPARENT_FLAG]))
 
 
 def _warn_of_unused(option: Any) -> None:
@@ -258,9 +322,9 @@ def _warn_of_unused(option: Any) -> None:
     import mujoco
 
     default = mujoco.MjvOption()
-    changed = np.flatnonzero(np.asarray(option.flags) != default.flags)
-    names = [mujoco.mjtVisFlag(int(flag)).name for flag in changed if flag != TENDON_FLAG]
-    values = ("frame", "label", "jointgroup", "actuatorgroup", "flexgroup", "skingroup")
+    flags = [mujoco.mjtVisFlag.__members__[f"mjVIS_{name}"] for name in UNUSED_FLAGS]
+    names = [flag.name for flag in flags if option.flags[flag.value] != default.flags[flag.value]]
+    values = ("label", "flexgroup", "skingroup")
     names += [name for name in values if np.any(getattr(option, name) != getattr(default, name))]
     if names:
         warnings.warn(

@@ -53,7 +53,7 @@ def mask(renderer: Renderer) -> np.ndarray:
         ("ARROW2", [0.1, 0.1, 1.2], 0.1),
     ],
 )
-def test_depth_of_an_added_geom_is_the_distance_to_its_surface(
+def test_depth_of_added_geom_is_distance_to_its_surface(
     renderer: Renderer, kind: str, size: list[float], nearest: float
 ) -> None:
     add_geom(renderer.scene, kind, size, [0, 0, 0])
@@ -67,7 +67,7 @@ def test_depth_of_an_added_geom_is_the_distance_to_its_surface(
     ("kind", "bottom", "top", "widest"),
     [("ARROW", 0.0, 0.6, 0.35), ("ARROW1", 0.0, 0.6, 0.2), ("ARROW2", -0.6, 0.6, 0.35)],
 )
-def test_arrows_have_half_of_their_length_and_a_wider_head(
+def test_arrows_have_the_proportions_of_mjr_render(
     renderer: Renderer, kind: str, bottom: float, top: float, widest: float
 ) -> None:
     # `mjr_render`: the head is a third of the arrow, and its radius 1.75 times the shaft's.
@@ -83,7 +83,7 @@ def test_arrows_have_half_of_their_length_and_a_wider_head(
 
 
 @pytest.mark.parametrize("width", [3, 9])
-def test_lines_have_a_width_in_pixels_and_their_plain_colour(renderer: Renderer, width: int) -> None:
+def test_lines_have_the_given_width_in_pixels_and_no_shading(renderer: Renderer, width: int) -> None:
     geom = add_geom(renderer.scene, "LINE", [0, 0, 0], [0, 0, 0], rgba=[0.2, 0.4, 0.6, 1])
     ends = np.array([-0.5, 0.5, 0.0]), np.array([0.5, 0.5, 0.0])
     mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_LINE, width, *ends)
@@ -92,7 +92,24 @@ def test_lines_have_a_width_in_pixels_and_their_plain_colour(renderer: Renderer,
     assert renderer.render()[SIZE // 2, SIZE // 2].tolist() == [51, 102, 153]
 
 
-def test_added_geoms_are_removed_by_the_next_update(renderer: Renderer) -> None:
+def test_decorations_cast_no_shadows(renderer: Renderer) -> None:
+    # `renderGeom` of MuJoCo omits decorations, which `mjv_initGeom` creates, from the shadow map.
+    light = mujoco.MjModel.from_xml_string(
+        MODEL.replace("<worldbody>", '<worldbody><light pos="0 -4 3" dir="0 5 -3"/>')
+    )
+    data = mujoco.MjData(light)
+    mujoco.mj_forward(light, data)
+    images = []
+    for category in (mujoco.mjtCatBit.mjCAT_DECOR, mujoco.mjtCatBit.mjCAT_DYNAMIC):
+        shown = Renderer(light, SIZE, SIZE)
+        shown.update_scene(data, "front")
+        add_geom(shown.scene, "SPHERE", [0.2, 0.2, 0.2], [0, 1, 0]).category = category
+        images.append(shown.render().astype(int))
+    below = np.s_[SIZE // 2 + 20 : SIZE // 2 + 50, SIZE // 2]
+    assert (images[0][below] > images[1][below] + 50).any()
+
+
+def test_update_scene_removes_added_geoms(renderer: Renderer) -> None:
     assert renderer.scene.ngeom == 1
     add_geom(renderer.scene, "SPHERE", [0.3, 0.3, 0.3], [0, 0, 0])
     assert mask(renderer).any()
@@ -101,7 +118,7 @@ def test_added_geoms_are_removed_by_the_next_update(renderer: Renderer) -> None:
     assert not mask(renderer).any()
 
 
-def test_transparent_geoms_are_blended(renderer: Renderer) -> None:
+def test_transparent_geom_blends_with_what_is_behind_it(renderer: Renderer) -> None:
     plain = renderer.render()
     add_geom(renderer.scene, "BOX", [0.3, 0.01, 0.3], [0, 0, 0], rgba=[0, 0, 0, 0.25])
     middle = (SIZE // 2, SIZE // 2)
@@ -109,7 +126,7 @@ def test_transparent_geoms_are_blended(renderer: Renderer) -> None:
     assert (renderer.render()[middle] < plain[middle]).all()
 
 
-def test_ids_of_added_geoms_are_those_of_the_program(renderer: Renderer) -> None:
+def test_segmentation_contains_type_and_id_that_the_program_set(renderer: Renderer) -> None:
     first = add_geom(renderer.scene, "SPHERE", [0.1, 0.1, 0.1], [0, 0, 0])
     second = add_geom(renderer.scene, "SPHERE", [0.1, 0.1, 0.1], [0.5, 0, 0])
     first.objtype, first.objid = mujoco.mjtObj.mjOBJ_GEOM, 70
@@ -121,7 +138,7 @@ def test_ids_of_added_geoms_are_those_of_the_program(renderer: Renderer) -> None
 
 
 @pytest.mark.parametrize("look", ["direct", "mujoco"])
-def test_every_look_shows_added_geoms(renderer: Renderer, look: str) -> None:
+def test_added_geoms_are_visible_in_every_look(renderer: Renderer, look: str) -> None:
     renderer.look = look  # type: ignore[assignment]
     before = renderer.render()
     add_geom(renderer.scene, "SPHERE", [0.3, 0.3, 0.3], [0, 0, 0], rgba=[0, 1, 0, 1])
@@ -130,7 +147,7 @@ def test_every_look_shows_added_geoms(renderer: Renderer, look: str) -> None:
     assert (before[SIZE // 2, SIZE // 2] != [red, green, 0]).any()
 
 
-def test_types_and_labels_that_are_not_shown_give_a_notice(renderer: Renderer) -> None:
+def test_unsupported_geom_types_and_labels_give_a_notice(renderer: Renderer) -> None:
     add_geom(renderer.scene, "LINEBOX", [0.3, 0.3, 0.3], [0, 0, 0])
     add_geom(renderer.scene, "SPHERE", [0.1, 0.1, 0.1], [0, 0, 0]).label = "a"
     with warns(raycam.Notice, code="ignored_element", mentions=["type 104", "labels"]):

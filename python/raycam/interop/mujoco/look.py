@@ -345,7 +345,10 @@ class MujocoLook:
         else:
             towards, end = light.position - start, 1.0
         skip = (hits["instance"], hits["triangle"])
-        return self._world.occluded(start, towards, end, skip=skip)
+        objects = None
+        if self._surfaces.shadowless:
+            objects = [i for i in range(len(self._elements)) if i not in self._surfaces.shadowless]
+        return self._world.occluded(start, towards, end, skip=skip, objects=objects)
 
     def _headlight(self, camera: Camera) -> list[Light]:
         """Returns the light at the camera, as a list with at most one light.

@@ -10,7 +10,7 @@ import numpy as np
 from ...arguments import Floats
 from ...srgb import linear_from_srgb
 from ...world.texture import Texture
-from .model import element_prefix
+from .model import GEOM_OBJECT, SITE_OBJECT, element_prefix
 from .textures import color_texture, texture_pixels
 
 __all__ = ["SurfaceValues", "element_look", "is_opaque", "material_keys", "surface_values"]
@@ -29,16 +29,20 @@ class SurfaceValues:
     reflectance: float = 0.0
 
 
-def element_look(model: Any, kind: int, number: int) -> tuple[Floats, int]:
+def element_look(model: Any, kind: int, number: int, dynamic_alpha: float = 1.0) -> tuple[Floats, int]:
     """Returns the colour [4] and the material (-1: none) of a geom, site, flex or skin.
 
     The colour is the material's colour, unless the element's own colour differs from MuJoCo's default grey.
+    `dynamic_alpha` multiplies the opacity of elements that are not fixed to the world.
     """
     prefix = element_prefix(kind)
     material = int(getattr(model, f"{prefix}_matid")[number])
-    rgba = np.asarray(getattr(model, f"{prefix}_rgba")[number], np.float64)
+    rgba = np.array(getattr(model, f"{prefix}_rgba")[number], np.float64)
     if material >= 0 and (rgba == (0.5, 0.5, 0.5, 1)).all():
-        return np.asarray(model.mat_rgba[material], np.float64), material
+        rgba = np.array(model.mat_rgba[material], np.float64)
+    bodies = getattr(model, f"{prefix}_bodyid", None) if kind in (GEOM_OBJECT, SITE_OBJECT) else None
+    if bodies is None or model.body_weldid[bodies[number]] != 0:
+        rgba[3] *= dynamic_alpha
     return rgba, material
 
 

@@ -14,6 +14,7 @@ __all__ = [
     "BOX",
     "CAPSULE",
     "CYLINDER",
+    "DECORATION",
     "DIRECTIONAL",
     "ELLIPSOID",
     "FLEX_OBJECT",
@@ -22,6 +23,7 @@ __all__ = [
     "MESH",
     "PLANE",
     "POINT",
+    "PREFIXES",
     "SDF",
     "SITE_OBJECT",
     "SKIN_OBJECT",
@@ -39,6 +41,8 @@ SPOT, DIRECTIONAL, POINT = 0, 1, 2
 """Values of `mjtLightType`."""
 GEOM_OBJECT, SITE_OBJECT, FLEX_OBJECT, SKIN_OBJECT, TENDON_OBJECT = 5, 6, 9, 11, 18
 """Values of `mjtObj`, as in the second channel of MuJoCo's segmentation images."""
+DECORATION = 4
+"""The value of `mjtCatBit.mjCAT_DECOR`: contact points, joint axes, frames and geoms of programs."""
 
 PREFIXES = {
     GEOM_OBJECT: "geom",

@@ -5,13 +5,13 @@ The world follows the model's state.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from copy import copy
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ... import _core
 from ...arguments import Floats
 from ...camera import Camera
 from ...errors import Notice, WorldError
@@ -23,6 +23,7 @@ from .lights import LightSources
 from .look import DEFAULT_FLAGS, MujocoLook, model_lights, pixel_angle
 from .materials import element_look, material_keys
 from .model import GEOM_OBJECT, SDF, SITE_OBJECT, check_model, element_name, element_prefix
+from .scene_changes import SceneSnapshot
 from .scene_geoms import scene_geom
 from .shapes import covered_geoms, element_shape, with_texture
 from .surfaces import Surfaces, texel_density
@@ -43,14 +44,22 @@ class MujocoScene:
     """
 
     def __init__(
-        self, model: Any, data: Any, groups: tuple[int, ...], sites: tuple[int, ...], tendons: tuple[int, ...]
+        self,
+        model: Any,
+        data: Any,
+        groups: tuple[int, ...],
+        sites: tuple[int, ...],
+        tendons: tuple[int, ...],
+        dynamic_alpha: float,
     ) -> None:
-        self.model = model
+        self.model, self._dynamic_alpha = model, dynamic_alpha
         self.world = World()
         """The world: one object per visible geom, site, skin, flex and tendon, and the model's lights and cameras."""
         self.elements: list[tuple[int, int]] = []
         """For each object of the world, its type (`mjtObj`, such as geom or tendon) and its id in the model."""
         self._scales: list[Floats] = []
+        self._matrices: dict[int, Floats] = {}
+        self._snapshot = SceneSnapshot([])
         self._deformables: dict[int, Deformable] = {}
         self._densities: dict[int, tuple[int, Floats]] = {}
         self._check(data)
@@ -66,7 +75,7 @@ class MujocoScene:
             for number in range(count):
                 if kind == GEOM_OBJECT and number in covered:
                     continue
-                if group[number] in shown and element_look(model, kind, number)[0][3] > 0:
+                if group[number] in shown and self._element_look(kind, number)[0][3] > 0:
                     self._add_rigid(kind, number, notices)
         for deformable in deformables(model, groups, tendons, notices):
             self._add_deformable(deformable, data)
@@ -77,7 +86,7 @@ class MujocoScene:
         if skybox_faces(model) is not None:
             text = "the skybox is not part of the world; only MujocoScene.render shows it"
             self._world_notices.append(Notice(text, "ignored_element"))
-        self._surfaces = Surfaces(model, self.elements, self._densities)
+        self._surfaces = Surfaces(model, self.elements, self._densities, dynamic_alpha)
         self._look = MujocoLook(model, self.world, self._surfaces, self.elements)
         self.flags = np.array(DEFAULT_FLAGS, np.uint8)
         """Parts of the image of `render` by `mjtRndFlag`: shadows, reflections, the skybox, fog and haze."""
@@ -95,24 +104,37 @@ class MujocoScene:
     def update(self, data: Any) -> None:
         """Moves objects, lights and cameras to the state in `data` (`geom_xpos`, `cam_xpos`, ...).
 
-        No mesh is rebuilt, except that the vertices of skins, flexes and tendons move. `mujoco.mj_forward` or `mj_step`
-        must have computed the state. Raises `WorldError` if `data` is not a `mujoco.MjData`, or belongs to
-        another model, or has no poses.
+        No mesh is rebuilt, except that the vertices of skins, flexes and tendons move. Geoms and sites whose poses
+        equal those of the last update are not changed. `mujoco.mj_forward` or `mj_step` must have computed the state.
+        Raises `WorldError` if `data` is not a `mujoco.MjData`, or belongs to another model, or has no poses.
         """
         self._check(data)
-        for number, (kind, element) in enumerate(self.elements):
-            if kind in (GEOM_OBJECT, SITE_OBJECT):
-                prefix, matrix = element_prefix(kind), np.eye(4)
-                rotation = np.asarray(getattr(data, f"{prefix}_xmat")[element]).reshape(3, 3)
-                matrix[:3, :3] = rotation @ self._scales[number]
-                matrix[:3, 3] = getattr(data, f"{prefix}_xpos")[element]
-                self.world.set_object(number, matrix=matrix)
-            else:
-                self.world.set_object(number, **self._moved(self._deformables[number], data))
+        for kind in (GEOM_OBJECT, SITE_OBJECT):
+            self._place_rigid(kind, data)
+        for number, deformable in self._deformables.items():
+            self.world.set_object(number, **self._moved(deformable, data))
         self._lights.update(data)
         self._light_states = model_lights(self.model, data)
         for camera, name in enumerate(self.world.cameras):
             self.world.set_camera(name, model_camera(self.model, camera, data))
+
+    def _place_rigid(self, kind: int, data: Any) -> None:
+        """Moves the geoms or sites whose poses differ from the last update."""
+        numbers = [number for number, element in enumerate(self.elements) if element[0] == kind]
+        if not numbers:
+            return
+        elements = [self.elements[number][1] for number in numbers]
+        matrices = np.tile(np.eye(4), (len(numbers), 1, 1))
+        rotations = np.asarray(getattr(data, f"{element_prefix(kind)}_xmat"))[elements].reshape(-1, 3, 3)
+        matrices[:, :3, :3] = rotations @ np.array([self._scales[number] for number in numbers])
+        matrices[:, :3, 3] = np.asarray(getattr(data, f"{element_prefix(kind)}_xpos"))[elements]
+        before = self._matrices.get(kind)
+        moved = (
+            range(len(numbers)) if before is None else np.flatnonzero((matrices != before).any(axis=(1, 2)))
+        )
+        for i in moved:
+            _core.world_set_object(self.world._core, numbers[i], {"matrix": matrices[i]})
+        self._matrices[kind] = matrices
 
     def _check(self, data: Any) -> None:
         """Raises `WorldError` unless `data` has the poses of this model."""
@@ -141,20 +163,33 @@ class MujocoScene:
         """
         return self._look.image(camera, self._light_states, samples=samples, flags=self.flags)
 
-    def with_geoms(self, geoms: Iterable[Any], camera: Camera) -> MujocoScene:
-        """Returns a copy that also shows `geoms`, such as markers and trajectories.
+    def remember_visual(self, visual: Any) -> None:
+        """Stores the geoms of an `mjvScene` that `mjv_updateScene` has filled, for `with_changes`."""
+        self._snapshot = SceneSnapshot(visual.geoms[: visual.ngeom])
 
-        `geoms` are `mjvGeom`s of an `mjvScene`. The copy does not follow later calls of `update`. Spheres, capsules,
-        ellipsoids, cylinders, boxes, planes, arrows, lines and triangles are shown with their `rgba`,
-        `emission`, `specular` and `shininess`. The width of lines is in pixels of `camera`. A notice names
-        other types, labels, materials and textures, which are not shown.
+    def with_changes(self, visual: Any, camera: Camera) -> MujocoScene:
+        """Returns a copy with the decorations of an `mjvScene`, and with its changes since `remember_visual`.
+
+        Programs add geoms, such as markers and trajectories, and change or remove the model's geoms. The copy does not
+        follow later calls of `update`. Spheres, capsules, ellipsoids, cylinders, boxes, planes, arrows, lines and
+        triangles are shown with their `rgba`, `emission`, `specular` and `shininess`. The width of lines is in pixels
+        of `camera`. A notice names other types, labels, materials and textures, which are not shown. Changed geoms of
+        other types, such as meshes, are shown as in the model.
         """
+        changes = self._snapshot.changes(visual.geoms[: visual.ngeom])
+        if not changes.geoms and not changes.removed:
+            return self
+        return self._with_geoms(changes.geoms, camera, set(changes.removed))
+
+    def _with_geoms(self, geoms: list[Any], camera: Camera, hidden: set[tuple[int, int]]) -> MujocoScene:
+        """Returns a copy that also shows `geoms`, but not the elements in `hidden`."""
         found, shown, omitted = copy(self), [], set()
         found.world, found.elements = self.world.copy(), list(self.elements)
         for geom in geoms:
             new = scene_geom(geom, camera.C, pixel_angle(camera))
             if new is None:
                 omitted.add(f"geoms of type {int(geom.type)} (mjtGeom)")
+                hidden.discard((int(geom.objtype), int(geom.objid)))
             elif new.rgba[3] > 0:
                 shown.append(new)
                 keys = material_keys(self.model, new.rgba, -1) | new.shape.keys
@@ -167,10 +202,19 @@ class MujocoScene:
         if omitted:
             text = f"unsupported in geoms that were added to the scene, and not shown: {', '.join(sorted(omitted))}"
             warn_all([Notice(text, "ignored_element")])
-        if shown:
+        numbers = {number for number, element in enumerate(self.elements) if element in hidden}
+        for number in numbers:
+            found.world.set_object(number, visible=False)
+        if shown or numbers:
             elements = [*self.elements, *[NO_ELEMENT] * len(shown)]
-            found._look = MujocoLook(self.model, found.world, self._surfaces.extended(shown), elements)
+            surfaces = self._surfaces.without(numbers)
+            surfaces = surfaces.extended(shown) if shown else surfaces
+            found._look = MujocoLook(self.model, found.world, surfaces, elements)
         return found
+
+    def _element_look(self, kind: int, number: int) -> tuple[Floats, int]:
+        """The colour [4] and the material (-1: none) of an element."""
+        return element_look(self.model, kind, number, self._dynamic_alpha)
 
     def _moved(self, deformable: Deformable, data: Any) -> Any:
         """The keys of an object with the vertices of a skin, flex or tendon in the state `data`."""
@@ -190,7 +234,7 @@ class MujocoScene:
         if shape_kind == SDF:
             text = f"geom {name!r}: a signed distance field is shown as its mesh"
             notices.append(Notice(text, "approximated_value"))
-        rgba, material = element_look(model, kind, number)
+        rgba, material = self._element_look(kind, number)
         shape = with_texture(model, kind, number, shape, material)
         body = int(getattr(model, f"{prefix}_bodyid")[number])
         self.world.add_object(
@@ -206,7 +250,7 @@ class MujocoScene:
     def _add_deformable(self, deformable: Deformable, data: Any) -> None:
         model = self.model
         name = element_name(model, element_prefix(deformable.kind), deformable.number)
-        rgba, material = element_look(model, deformable.kind, deformable.number)
+        rgba, material = self._element_look(deformable.kind, deformable.number)
         keys = self._moved(deformable, data)
         coordinates = deformable.coordinates(model)
         if coordinates is not None:
@@ -248,6 +292,7 @@ def from_mujoco(
     sites: tuple[int, ...] = (),
     tendons: tuple[int, ...] = SHOWN_GROUPS,
     own_light: bool = False,
+    dynamic_alpha: float = 1.0,
 ) -> MujocoScene:
     """Creates a world from a `mujoco.MjModel`; returns a scene with `world` and `update(data)`.
 
@@ -262,7 +307,8 @@ def from_mujoco(
     ambient light becomes a uniform sky, and the headlight a sky and a sun. Cables, image lights and the thickness of
     flexes are omitted, with notices. An opaque geom is also omitted if a later geom of the same shape and place covers
     it, as in MuJoCo's images. `MujocoScene.render` shows such a world in MuJoCo's own light. With `own_light=True`,
-    notices that do not apply to this method are omitted.
+    notices that do not apply to this method are omitted. `dynamic_alpha` multiplies the opacity of everything that is
+    not fixed to the world, as MuJoCo's flag `mjVIS_TRANSPARENT` does.
 
     Raises `WorldError` if `model` is not a MuJoCo model or `data` has no poses. Also raises `WorldError`, with both
     versions, if the model's MuJoCo version lacks arrays that are read here. Raises `ImportError` if `data` is not given
@@ -274,6 +320,6 @@ def from_mujoco(
 
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
-    scene = MujocoScene(model, data, tuple(groups), tuple(sites), tuple(tendons))
+    scene = MujocoScene(model, data, tuple(groups), tuple(sites), tuple(tendons), dynamic_alpha)
     warn_all(scene._notices if own_light else scene.notices)
     return scene

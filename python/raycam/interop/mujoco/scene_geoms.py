@@ -14,20 +14,21 @@ import numpy.typing as npt
 
 from ...arguments import Floats
 from .materials import SurfaceValues
-from .model import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE, SPHERE
+from .model import BOX, CAPSULE, CYLINDER, DECORATION, ELLIPSOID, PLANE, SPHERE
 from .shapes import Shape, primitive_shape
 
 __all__ = ["SceneGeom", "scene_geom"]
 
 ARROW, ARROW_WITHOUT_HEAD, DOUBLE_ARROW, LINE, TRIANGLE = 100, 101, 102, 103, 108
-"""Values of `mjtGeom` for shapes that only scenes contain."""
+"""Types of geoms that only scenes contain, not models (`mjtGeom`)."""
 ARROWS = (ARROW, ARROW_WITHOUT_HEAD, DOUBLE_ARROW)
-HEAD_RADIUS = 1.75
-"""The radius of an arrow's head as a multiple of the shaft's radius."""
-SIDES = 32
-"""The number of sides of arrows."""
-MIN_SIZE = 1e-9
-"""The smallest size of a geom in metres, because sizes may be zero in a scene."""
+"""Types of geoms that are arrows along their z axis."""
+HEAD_RADIUS_RATIO = 1.75
+"""Radius of an arrow's head divided by the radius of its shaft."""
+ARROW_SIDES = 32
+"""Number of flat sides that approximate an arrow's round surface."""
+MIN_SIZE_M = 1e-9
+"""Minimum size of a geom in metres. Programs may set sizes to zero; such geoms are invisible."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,8 @@ class SceneGeom:
     values: SurfaceValues
     unlit: bool
     """True for lines, which have their plain colour."""
+    casts_shadow: bool
+    """False for lines, and for decorations, such as the geoms that `mjv_initGeom` creates."""
     element: tuple[int, int]
     """The type and id that the program gave to the geom, (0, 0) by default."""
 
@@ -58,14 +61,16 @@ def scene_geom(geom: Any, eye: Floats, pixel: float) -> SceneGeom | None:
         ends = pose[:3, 3] + [[0.0], [size[2]]] * pose[:3, 2]
         shape, pose = _line(ends, 0.5 * size[0] * pixel, eye), np.eye(4)
     else:
-        found = _shape(kind, size if kind == PLANE else np.maximum(size, MIN_SIZE))
+        found = _shape(kind, size if kind == PLANE else np.maximum(size, MIN_SIZE_M))
         if found is None:
             return None
         shape = found
         pose[:3, :3] = pose[:3, :3] @ shape.scale
     values = SurfaceValues(float(geom.emission), float(geom.specular), float(geom.shininess))
     rgba = np.asarray(geom.rgba, np.float64)
-    return SceneGeom(shape, pose, rgba, values, kind == LINE, (int(geom.objtype), int(geom.objid)))
+    casts_shadow = kind != LINE and int(geom.category) != DECORATION
+    element = int(geom.objtype), int(geom.objid)
+    return SceneGeom(shape, pose, rgba, values, kind == LINE, casts_shadow, element)
 
 
 def _line(ends: Floats, half_angle: float, eye: Floats) -> Shape:
@@ -74,7 +79,7 @@ def _line(ends: Floats, half_angle: float, eye: Floats) -> Shape:
     Seen from the point `eye` [3], half of the quad's width covers `half_angle` in radians.
     """
     across = np.cross(ends[1] - ends[0], ends.mean(axis=0) - eye)
-    across /= max(float(np.linalg.norm(across)), MIN_SIZE)
+    across /= max(float(np.linalg.norm(across)), MIN_SIZE_M)
     sides = half_angle * np.linalg.norm(ends - eye, axis=1)[:, None] * across
     return _two_sided(np.concatenate([ends - sides, (ends + sides)[::-1]]))
 
@@ -93,7 +98,7 @@ def _shape(kind: int, size: Floats) -> Shape | None:
     if kind in (PLANE, SPHERE, ELLIPSOID, BOX):
         return primitive_shape(kind, size)
     if kind in ARROWS:
-        head = size[0] * (1.0 if kind == ARROW_WITHOUT_HEAD else HEAD_RADIUS)
+        head = size[0] * (1.0 if kind == ARROW_WITHOUT_HEAD else HEAD_RADIUS_RATIO)
         shaft, tip = size[2] / 3, size[2] / 2
         upper = [[size[0], shaft], [head, shaft], [0.0, tip]]
         lower = [[radius, -height] for radius, height in reversed(upper)]
@@ -107,7 +112,7 @@ def _shape(kind: int, size: Floats) -> Shape | None:
 
 def _revolved(profile: Floats) -> Shape:
     """Returns a surface of revolution about z, from radii and heights [n, 2] in upward order."""
-    turns = 2 * np.pi * np.arange(SIDES + 1) / SIDES
+    turns = 2 * np.pi * np.arange(ARROW_SIDES + 1) / ARROW_SIDES
     around = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     vertices: list[list[list[float]]] = []
     normals: list[list[list[float]]] = []
@@ -117,8 +122,8 @@ def _revolved(profile: Floats) -> Shape:
         if not slope.any():
             continue
         slope /= np.linalg.norm(slope)
-        first = 2 * (SIDES + 1) * len(vertices) + np.arange(SIDES)
-        third = first + SIDES + 1
+        first = 2 * (ARROW_SIDES + 1) * len(vertices) + np.arange(ARROW_SIDES)
+        third = first + ARROW_SIDES + 1
         if low_radius > 0:
             triangles.append(np.stack([first, first + 1, third + 1], axis=1))
         if high_radius > 0:

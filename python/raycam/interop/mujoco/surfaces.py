@@ -29,13 +29,18 @@ class Surfaces:
     """Colours and light values of the objects of a world, by the number of the object."""
 
     def __init__(
-        self, model: Any, elements: list[tuple[int, int]], densities: dict[int, tuple[int, Floats]]
+        self,
+        model: Any,
+        elements: list[tuple[int, int]],
+        densities: dict[int, tuple[int, Floats]],
+        dynamic_alpha: float = 1.0,
     ) -> None:
         """Collects colours and light values of the model's `elements`.
 
         `densities` contains the texture and the texels per metre of each triangle [t] of textured objects.
+        `dynamic_alpha` multiplies the opacity of elements that are not fixed to the world.
         """
-        looks = [element_look(model, *element) for element in elements]
+        looks = [element_look(model, *element, dynamic_alpha) for element in elements]
         values = [surface_values(model, material) for _, material in looks]
         self._rgb = np.array([np.clip(rgba[:3], 0, 1) for rgba, _ in looks], np.float32).reshape(-1, 3)
         self.alpha = np.array([min(float(rgba[3]), 1.0) for rgba, _ in looks], np.float32)
@@ -52,6 +57,8 @@ class Surfaces:
         """The exponent of highlights."""
         self.unlit: npt.NDArray[np.bool_] | None = None
         """True for objects that have their plain colour; None if all objects are lit."""
+        self.shadowless: list[int] = []
+        """The objects that cast no shadows."""
         self.mirror: tuple[int, float] | None = None
         """The only object that reflects (the first opaque plane or box with a reflectance), and its reflectance."""
         for number in self.opaque:
@@ -87,8 +94,17 @@ class Surfaces:
             setattr(found, name, np.concatenate([getattr(self, name), column]))
         found.unlit = np.concatenate([np.zeros(first, bool), [geom.unlit for geom in geoms]])
         numbers = range(first, first + len(geoms))
+        found.shadowless = [i for i in numbers if not geoms[i - first].casts_shadow]
         found.opaque = [*self.opaque, *(i for i in numbers if is_opaque(geoms[i - first].rgba))]
         found.transparent = [*self.transparent, *(i for i in numbers if not is_opaque(geoms[i - first].rgba))]
+        return found
+
+    def without(self, numbers: set[int]) -> Surfaces:
+        """Returns a copy without the surfaces of some objects, whose numbers remain in use."""
+        found = copy(self)
+        found.opaque = [number for number in self.opaque if number not in numbers]
+        found.transparent = [number for number in self.transparent if number not in numbers]
+        found.mirror = None if self.mirror is not None and self.mirror[0] in numbers else self.mirror
         return found
 
     def colors(self, instance: npt.NDArray[np.int32]) -> Single:

@@ -1,0 +1,58 @@
+"""Differences between the geoms of an `mjvScene` and the elements of its model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .model import DECORATION, PREFIXES
+
+__all__ = ["SceneChanges", "SceneSnapshot"]
+
+
+@dataclass(frozen=True)
+class SceneChanges:
+    """What an `mjvScene` shows differently from its model."""
+
+    geoms: list[Any]
+    """The `mjvGeom`s to show in addition to the model's elements."""
+    removed: set[tuple[int, int]]
+    """The types (`mjtObj`) and ids of elements that are not shown."""
+
+
+class SceneSnapshot:
+    """The geoms of an `mjvScene` after `mjv_updateScene`, for comparison with the scene that a program changes later.
+
+    The model's geoms, sites, flexes, skins and tendons are its elements; all other geoms are decorations.
+    """
+
+    def __init__(self, geoms: Sequence[Any]) -> None:
+        self._geoms = [_values(geom) for geom in geoms]
+
+    def changes(self, geoms: Sequence[Any]) -> SceneChanges:
+        """Returns decorations and geoms that were added, changed or removed, given the scene's current geoms."""
+        current, shown, removed = list(geoms), [], set()
+        for number, values in enumerate(self._geoms):
+            element, category = values[:2], values[2]
+            is_element = element[0] in PREFIXES and category != DECORATION
+            is_same = number < len(current) and _values(current[number]) == values
+            if is_element and not is_same:
+                removed.add(element)
+            if number < len(current) and not (is_element and is_same):
+                shown.append(current[number])
+        return SceneChanges(shown + current[len(self._geoms) :], removed)
+
+
+def _values(geom: Any) -> tuple[Any, ...]:
+    """Returns the values of an `mjvGeom` that an image depends on, beginning with the type and id of its element."""
+    arrays = (geom.pos, geom.mat, geom.size, geom.rgba)
+    looks = (geom.emission, geom.specular, geom.shininess)
+    return (
+        geom.objtype,
+        geom.objid,
+        geom.category,
+        geom.type,
+        *(array.tobytes() for array in arrays),
+        *looks,
+    )
