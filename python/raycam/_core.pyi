@@ -12,6 +12,7 @@ from .errors import Notice
 __all__ = [
     "Camera",
     "Cancel",
+    "PhotoPyramid",
     "Progressive",
     "Record",
     "Rig",
@@ -404,6 +405,13 @@ class Cancel:
     def cancel(self) -> None: ...
     @property
     def is_cancelled(self) -> bool: ...
+
+@final
+class PhotoPyramid:
+    def __new__(cls, photo: npt.NDArray[np.float32]) -> PhotoPyramid: ...
+    def mean_colors(
+        self, places: _Floats, areas: _Floats, threads: int | None
+    ) -> npt.NDArray[np.float32]: ...
 
 @final
 class Progressive:

@@ -15,7 +15,7 @@ import pytest
 import raycam
 from PIL import Image, ImageOps
 from raycam.notices import collected
-from raycam.photos.images import PhotoSource, Pyramid
+from raycam.photos.images import PhotoSource
 from raycam.srgb import linear_from_srgb
 from support.raises import notice_codes, raises
 
@@ -184,14 +184,3 @@ def test_last_channel_of_an_array_is_opacity(channels: int) -> None:
 def test_arrays_of_wrong_shape_type_or_value_are_refused(given: Any, code: str) -> None:
     with raises(raycam.SettingsError, code=code, mentions=["photograph 'a'"]):
         PhotoSource({"a": given}, ["a"]).read("a", CAMERA)
-
-
-def test_mip_levels_are_means_of_four_pixels() -> None:
-    photo = np.random.default_rng(3).random((20, 30, 4)).astype(np.float32)
-    pyramid = Pyramid(photo)
-    expected = cv2.resize(photo, (15, 10), interpolation=cv2.INTER_AREA)
-    np.testing.assert_allclose(pyramid.level(1), expected, atol=1e-6)
-    middle = pyramid.at(np.array([[7.0, 5.0]]), np.array([2.0]))
-    np.testing.assert_allclose(middle[0], expected[2, 3], atol=0.5)
-    exact = pyramid.at(np.array([[7.5, 5.5]]), np.array([1.0]))
-    np.testing.assert_allclose(exact[0], photo[5, 7], atol=1e-6)

@@ -8,7 +8,7 @@ import raycam
 import trimesh
 from raycam.photos.placement import TURNS, count_cameras, find_best_scale, placement_notices
 from support.box_table import ring, table
-from support.raises import check_mentions
+from support.raises import check_mentions, has_notice
 
 
 def moved_table(matrix: np.ndarray) -> raycam.World:
@@ -96,3 +96,14 @@ def test_mesh_visible_to_half_of_the_cameras_gives_no_notice() -> None:
     some = dict(list(cameras().items())[:2])
     assert placement_notices(table(), {**some, "a": away, "b": away}) == []
     assert placement_notices(table(), {**some, "a": away, "b": away, "c": away}) != []
+
+
+def test_notice_recommends_no_scale_that_fits_few_cameras() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    world = raycam.World()
+    world.add_mesh(ball.vertices * 0.5 + [8, 0.3, 0], ball.faces)
+    best, count = find_best_scale(world, list(cameras().values()), inside=False)
+    assert count_cameras(world, list(cameras().values()))[1] < count == 2
+    [notice] = placement_notices(world, cameras())
+    assert notice.code == "misplaced_mesh"
+    assert not has_notice([notice], "misplaced_mesh", f"{best:g}")

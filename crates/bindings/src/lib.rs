@@ -39,6 +39,8 @@ mod core {
     #[pymodule_export]
     use crate::queries::lidar::{lidar_beam_rays, lidar_echoes, lidar_returned_light};
     #[pymodule_export]
+    use crate::queries::photo_pyramid::PhotoPyramid;
+    #[pymodule_export]
     use crate::queries::points::{
         world_closest_points, world_distance, world_faces_in_sight, world_inside, world_points_in_sight,
         world_signed_distance, world_topology, world_velocities, world_visible, world_winding_number,

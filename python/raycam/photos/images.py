@@ -1,4 +1,4 @@
-"""Reading of photographs, and their colours at fractional pixels."""
+"""Reading of photographs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arguments import Floats
 from ..camera import Camera
 from ..errors import Notice, SettingsError, with_code
 from ..io.oriented_photo import Orientation, read_oriented
@@ -19,7 +18,7 @@ from ..notices import distinct, warn
 from ..one_line import counted
 from ..srgb import linear_from_srgb
 
-__all__ = ["PhotoSource", "Photos", "Pyramid"]
+__all__ = ["PhotoSource", "Photos"]
 
 Photos = str | os.PathLike[str] | Mapping[str, Any]
 """A folder with the photographs, or a mapping from their names to paths or arrays."""
@@ -157,53 +156,3 @@ def _counted(names: list[str], wanted: list[str]) -> str:
     listed = ", ".join(repr(name) for name in names[:LISTED_NAMES])
     more = f" and {len(names) - LISTED_NAMES} more" if len(names) > LISTED_NAMES else ""
     return f"{len(names)} of {len(wanted)} photographs ({listed}{more}) {'is' if len(names) == 1 else 'are'}"
-
-
-class Pyramid:
-    """A photograph with copies at half, quarter, ... size, for averages over areas of pixels.
-
-    The copies are computed when they are used.
-    """
-
-    def __init__(self, photo: npt.NDArray[np.float32]) -> None:
-        self.levels = [photo]
-        self.top = int(np.floor(np.log2(min(photo.shape[:2]))))
-
-    def level(self, number: int) -> npt.NDArray[np.float32]:
-        """The photograph, halved in size `number` times, but at most until a side has one pixel."""
-        while len(self.levels) <= number:
-            last = self.levels[-1]
-            height, width = (last.shape[0] // 2) * 2, (last.shape[1] // 2) * 2
-            even = last[:height, :width]
-            rows = even[0::2] + even[1::2]
-            self.levels.append((rows[:, 0::2] + rows[:, 1::2]) * np.float32(0.25))
-        return self.levels[number]
-
-    def at(self, places: Floats, footprint: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.float32]:
-        """Returns colours [n, 4] at `places` [n, 2], averaged over `footprint` [n] pixels.
-
-        Places are in pixels from the image's top left corner.
-        """
-        level = np.clip(np.log2(np.maximum(footprint, 1.0)), 0, self.top)
-        low = np.floor(level).astype(int)
-        share = (level - low)[:, None]
-        found = np.zeros((len(places), self.levels[0].shape[2]))
-        for number in np.unique(low):
-            some = low == number
-            found[some] = (1 - share[some]) * self._bilinear(number, places[some])
-            if share[some].any():
-                found[some] += share[some] * self._bilinear(min(number + 1, self.top), places[some])
-        return found.astype(np.float32)
-
-    def _bilinear(self, level: int, places: Floats) -> Floats:
-        image = self.level(level)
-        height, width = image.shape[:2]
-        x = np.clip(places[:, 0] / 2.0**level - 0.5, 0, width - 1)
-        y = np.clip(places[:, 1] / 2.0**level - 0.5, 0, height - 1)
-        left, top = np.floor(x).astype(int), np.floor(y).astype(int)
-        right, bottom = np.minimum(left + 1, width - 1), np.minimum(top + 1, height - 1)
-        fx, fy = (x - left)[:, None], (y - top)[:, None]
-        upper = (1 - fx) * image[top, left] + fx * image[top, right]
-        lower = (1 - fx) * image[bottom, left] + fx * image[bottom, right]
-        found: Floats = (1 - fy) * upper + fy * lower
-        return found

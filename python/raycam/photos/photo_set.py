@@ -89,19 +89,19 @@ def blend_texels(photos: PhotoSet, memory: int, totals: FaceTotals | None) -> Bl
         np.zeros(count, np.float32),
         np.zeros(len(photos.cameras), np.int64),
     )
-    step = max(PART_TEXELS, memory // TexelViews.BYTES)
+    step = max(PART_TEXELS, memory // (TexelViews.BYTES + SurfacePart.BYTES))
     for first in range(0, count, step):
-        tile = range(first, min(first + step, count))
-        views = TexelViews(len(tile))
+        inside = slice(first, min(first + step, count))
+        views = TexelViews(inside.stop - first)
+        starts = range(first, inside.stop, PART_TEXELS)
+        parts = [photos.surface.part(slice(start, min(start + PART_TEXELS, inside.stop))) for start in starts]
         for number, photo in photos.photographs():
-            for start in range(tile.start, tile.stop, PART_TEXELS):
-                part = photos.surface.part(slice(start, min(start + PART_TEXELS, tile.stop)))
+            for start, part in zip(starts, parts, strict=True):
                 view = photos.view(number, photo, part)
-                views.add(view.index + (start - tile.start), view.weight, view.colors)
+                views.add(view.index + (start - first), view.weight, view.colors)
                 found.texels[number] += len(view.index)
                 if totals is not None:
                     totals.add(number, part.face[view.index], view.weight, view.colors)
-        inside = slice(tile.start, tile.stop)
         found.views[inside] = views.views
         views.write_mean(found.colors[inside], found.spread[inside])
     return found

@@ -30,6 +30,8 @@ TURNS = {
 """Rotations [3, 3] of the world to other axes, by their description."""
 NEAR_SHARE = 0.5
 """Distance from the world's centre, relative to the world's radius, below which a camera is near the centre."""
+FITTING_SHARE = 0.75
+"""Share of cameras that must show the mesh at another scale before the notice recommends that scale."""
 INSIDE_SHARE = 0.9
 """Share of cameras that must show fronts instead of backs at another scale before that scale is reported."""
 
@@ -38,8 +40,8 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     """Returns a list with a notice if fewer than half of the cameras show the world.
 
     The notice is also returned if most cameras are inside the mesh's bounding box and show backs of faces, but would
-    show fronts if the mesh were scaled. The notice contains the best scale factor, or the rotation to other axes.
-    Otherwise, the list is empty.
+    show fronts if the mesh were scaled. The notice contains the best scale factor if most cameras show the mesh at
+    that scale, or the rotation to other axes. Otherwise, the list is empty.
     """
     given = list(cameras.values())
     seeing, fronts = count_cameras(world, given)
@@ -63,7 +65,7 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     remedy = "check that the mesh is in the coordinates of the cameras"
     if not inside and turned > max(count, fronts):
         remedy = f"rotate the mesh {turn} to make it visible to {turned} cameras"
-    elif count > fronts:
+    elif count >= FITTING_SHARE * len(given):
         remedy = f"scale the mesh by {best:g} to make it visible to {count} cameras"
     middle = ", ".join(f"{value:.4g}" for value in bounds.mean(axis=0))
     places = np.array([camera.location for camera in given])

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .._core import PhotoPyramid
 from ..arguments import Floats
 from ..baking.texels import Texels
 from ..camera import Camera
@@ -15,7 +16,6 @@ from ..world import World
 from ..world.face_geometry import face_areas, face_normals
 from ..world.object_mesh import ObjectMesh
 from .depth_edges import DepthEdges
-from .images import Pyramid
 from .sight import Facing, find_sight
 
 __all__ = ["BORDER_WIDTH_PX", "MIN_COSINE", "PartView", "SurfacePart", "TexturedSurface", "view_part"]
@@ -29,13 +29,14 @@ BORDER_WIDTH_PX = 32.0
 """Distance in pixels from the image's edge, and from jumps of depth, over which the weight rises to 1."""
 MIN_BORDER = 1e-6
 """Weight of a pixel at the image's edge, so that a texel that is visible only there still gets a colour."""
-MAX_TAPS = 4
-"""Maximum number of lookups along the longer axis of a footprint."""
 
 
 @dataclass(frozen=True, eq=False)
 class SurfacePart:
     """A subset of a surface's points."""
+
+    BYTES = 60
+    """The memory that each point needs, in bytes."""
 
     face: npt.NDArray[np.int32]
     """The index of the face of each point [n]."""
@@ -83,7 +84,7 @@ class PartView:
 def view_part(
     world: World,
     camera: Camera,
-    photograph: Callable[[], Pyramid],
+    photograph: Callable[[], PhotoPyramid],
     part: SurfacePart,
     *,
     facing: Facing,
@@ -117,7 +118,7 @@ def view_part(
     if edges is not None:
         border = np.minimum(border, edges().at(places))
     border = border / BORDER_WIDTH_PX
-    pixels = filtered(photograph(), places, jacobian * part.spacing[index][:, None, None])
+    pixels = photograph().mean_colors(places, jacobian * part.spacing[index][:, None, None], threads)
     dimming = vignetting_at(camera, sight.pixels)
     weight = sight.cosine**2 * np.sqrt(area) * np.clip(border, MIN_BORDER, 1.0)
     weight *= (pixels[:, 3] > 0.5) & (dimming > 0)
@@ -131,34 +132,6 @@ def view_part(
         weight[shown].astype(np.float32),
         footprint,
     )
-
-
-def filtered(pyramid: Pyramid, places: Floats, footprint: Floats) -> Single:
-    """Colours [n, 4] averaged over a parallelogram for each texel.
-
-    `footprint` [n, 2, 2] contains the parallelograms in pixels. Up to four lookups are placed along the longer axis,
-    each with the width of the shorter axis. Source: McCormack, Perry, Farkas and Jouppi, Feline: fast elliptical lines
-    for anisotropic texture mapping, 1999.
-    """
-    footprint = np.nan_to_num(footprint)
-    a, b, c, d = (footprint[:, i, j] for i in (0, 1) for j in (0, 1))
-    # Singular values of a 2 x 2 matrix, and the angle of the longer axis.
-    p, q, r = a * a + b * b, c * c + d * d, a * c + b * d
-    middle, off = (p + q) / 2, np.hypot((p - q) / 2, r)
-    longer, shorter = np.sqrt(middle + off), np.sqrt(np.maximum(middle - off, 0))
-    angle = np.arctan2(2 * r, p - q) / 2
-    taps = np.clip(np.ceil(longer / np.maximum(shorter, 1.0) - 0.5), 1, MAX_TAPS).astype(int)
-    width = np.maximum(shorter, longer / taps)
-    width = np.where(taps == 1, np.sqrt(np.maximum(longer * shorter, 0)), width)
-    found = np.empty((len(places), 4), np.float32)
-    for count in np.unique(taps):
-        some = taps == count
-        axis = (np.stack([np.cos(angle[some]), np.sin(angle[some])], axis=1)) * longer[some, None]
-        total = np.zeros((int(some.sum()), 4), np.float32)
-        for tap in range(count):
-            total += pyramid.at(places[some] + ((tap + 0.5) / count - 0.5) * axis, width[some])
-        found[some] = total / np.float32(count)
-    return found
 
 
 def vignetting_at(camera: Camera, pixels: Floats) -> Floats:

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._core import PhotoPyramid
 from ..arguments import Floats
 from ..camera import Camera
 from ..srgb import LUMINANCE
 from ..world import World
 from .depth_edges import DepthEdges, find_depth_edges
-from .images import PhotoSource, Pyramid
+from .images import PhotoSource
 from .sight import Facing
 from .surface_views import BORDER_WIDTH_PX, TexturedSurface, view_part
 
@@ -49,13 +50,13 @@ class ViewedPhotograph:
     ) -> None:
         self.camera = camera
         self._world, self._source, self._name, self._threads = world, source, name, threads
-        self._pyramid: Pyramid | None = None
+        self._pyramid: PhotoPyramid | None = None
         self._edges: DepthEdges | None = None
 
-    def pyramid(self) -> Pyramid:
+    def pyramid(self) -> PhotoPyramid:
         """The photograph at full, half, quarter, ... size."""
         if self._pyramid is None:
-            self._pyramid = Pyramid(self._source.read(self._name, self.camera))
+            self._pyramid = PhotoPyramid(self._source.read(self._name, self.camera))
         return self._pyramid
 
     def edges(self) -> DepthEdges:
@@ -119,7 +120,7 @@ def take_survey(
             view.weight,
             view.footprint,
             view.places.astype(np.float32),
-            _slopes(photo.pyramid(), view.places, view.footprint),
+            _slopes(photo.pyramid(), view.places, view.footprint, threads),
         )
         columns = [np.concatenate(pair) for pair in zip(columns, row, strict=True)]
         while len(columns[0]) > MAX_VIEWS and len(chosen) > 1:
@@ -130,13 +131,16 @@ def take_survey(
     return Survey(len(chosen), len(cameras), *columns)
 
 
-def _slopes(pyramid: Pyramid, places: Floats, footprint: Single) -> Single:
+def _slopes(pyramid: PhotoPyramid, places: Floats, footprint: Single, threads: int | None) -> Single:
     """Returns central differences [n, 2] of the luminance over a texel, but at least two pixels."""
+    areas = footprint[:, None, None] * np.eye(2)
     reach = np.maximum(footprint, 1.0).astype(np.float64)
     found = np.empty((len(places), 2), np.float32)
     for axis in range(2):
         step = np.zeros((len(places), 2))
         step[:, axis] = reach
-        ahead, behind = (pyramid.at(places + sign * step, footprint)[:, :3] @ LUMINANCE for sign in (1, -1))
+        ahead, behind = (
+            pyramid.mean_colors(places + sign * step, areas, threads)[:, :3] @ LUMINANCE for sign in (1, -1)
+        )
         found[:, axis] = (ahead - behind) / (2 * reach)
     return found

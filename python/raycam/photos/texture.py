@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..arguments import Floats, flag, one_of, thread_count, whole
+from ..arguments import Bools, Floats, flag, one_of, thread_count, whole
 from ..baking.atlas import Atlas, mesh_with_atlas
 from ..baking.gutters import fill_gutters
 from ..baking.texels import covered_texels, find_texels, warn_of_overlap
@@ -93,11 +93,11 @@ def texture_from_photos(
     within 20 texels. "detail" combines the low spatial frequencies of "blend" with the high frequencies of "best".
 
     `exposure` "auto" divides each photograph by a gain for each channel, so that overlapping photographs agree. Texels
-    that are not visible to any camera get the colour of the nearest visible texel, or magenta with `show_unseen`.
-    Gutters of 8 texels surround the islands. The result is the same for any order of the photographs, any number of
-    threads and any `memory`. `memory` is the number of bytes for views, in addition to 64 bytes for each texel (400 for
-    "best" and "detail"). Photographs are read one at a time, and more than once if the views of all texels do not fit
-    into `memory`.
+    that are not visible to any camera get the colour of the nearest texel at the border of the visible regions of the
+    texture, or magenta with `show_unseen`. Gutters of 8 texels surround the islands. The result is the same for any
+    order of the photographs, any number of threads and any `memory`. `memory` is the number of bytes for views, in
+    addition to 64 bytes for each texel (400 for "best" and "detail"). Photographs are read one at a time, and more than
+    once if the views of all texels do not fit into `memory`.
 
     Notices report overlapping islands, an inside-out mesh, photographs with an EXIF orientation, and a texture that is
     too small for the photographs. They also report photographs that are shifted relative to the other photographs, and
@@ -239,9 +239,6 @@ def _result(
     seen = blended.views > 0
     if magenta:
         colors[~seen] = [1, 0, 1]
-    elif not seen.all():
-        known, wanted = (surface.part(np.flatnonzero(some)).points for some in (seen, ~seen))
-        colors[~seen] = colors[seen][_nearest(known, wanted, photos.threads)]
     covered = covered_texels(texels)
     wide, high = texels.size
 
@@ -250,6 +247,10 @@ def _result(
         full[texels.index] = values
         return full.reshape(high, wide, *values.shape[1:])
 
+    if not magenta and not seen.all():
+        border = np.flatnonzero(_border(image(seen)).reshape(-1)[texels.index])  # type: ignore[arg-type]
+        known, wanted = (surface.part(some).points for some in (border, np.flatnonzero(~seen)))
+        colors[~seen] = colors[border[_nearest(known, wanted, photos.threads)]]
     linear = fill_gutters(image(colors), covered)
     texture = _core.srgb_from_linear(np.ascontiguousarray(linear, np.float32), 1.0, 8, "standard")
     made = _textured(photos.world, number, surface.mesh, texture)
@@ -265,6 +266,14 @@ def _result(
         photos,
         number,
     )
+
+
+def _border(seen: Bools) -> Bools:
+    """Returns True [h, w] for seen texels next to a texel that is not seen, or at the edge of the texture."""
+    padded = np.pad(seen, 1)
+    inner = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
+    found: Bools = seen & ~inner
+    return found
 
 
 def _nearest(known: Floats, wanted: Floats, threads: int | None) -> npt.NDArray[np.int64]:

@@ -179,7 +179,8 @@ def compare_photograph(
     u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
     places = np.stack([u.ravel() * camera.size[0], v.ravel() * camera.size[1]], axis=1)
     taken = ViewedPhotograph(photos.world, camera, photos.source, fit.name, photos.threads).pyramid()
-    linear = taken.at(places, np.full(len(places), 1 / scale))[:, :3].reshape(height, width, 3)
+    areas = np.tile(np.eye(2) / scale, (len(places), 1, 1))
+    linear = taken.mean_colors(places, areas, photos.threads)[:, :3].reshape(height, width, 3)
     seen = render(photos.world, small, samples=1, channels=["instance"])["instance"] == number
     frame = render(result.world, small, samples=4, channels=["color"])["color"][..., :3]
     model = np.where(seen[..., None], frame * np.array(fit.gain, np.float32), linear)

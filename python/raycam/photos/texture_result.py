@@ -29,8 +29,8 @@ class PhotoTexture:
     texture: npt.NDArray[np.uint8]
     """The texture, sRGB uint8 [h, w, 3], with gutters."""
     seen: Bools
-    """True for texels that are visible to a camera; other texels of faces have the colour of the nearest visible
-    texel."""
+    """True for texels that are visible to a camera; other texels of faces have the colour of the nearest texel at the
+    border of the visible regions."""
     covered: Bools
     """True for texels whose centre is in a face."""
     views: npt.NDArray[np.int32]

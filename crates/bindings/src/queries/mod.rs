@@ -1,6 +1,7 @@
-//! Queries of worlds: rays, points and pairs of points.
+//! Queries of worlds: rays, points and pairs of points; colours of photographs.
 
 pub(crate) mod lidar;
+pub(crate) mod photo_pyramid;
 pub(crate) mod points;
 pub(crate) mod rays;
 

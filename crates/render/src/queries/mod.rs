@@ -3,7 +3,8 @@
 //! Rays hit closed triangles ([`rays`], [`visible`]; with a time per ray: [`timed`]) or cross surfaces ([`crossings`]).
 //! Cameras show surface points ([`camera_sight`]) and faces ([`face_sight`]). Crossings decide whether points are inside
 //! ([`inside`]). Points have closest points ([`points`]) and signed distances ([`signed_distance`]); points of surfaces
-//! receive and emit light ([`light`]) and move ([`velocity`]).
+//! receive and emit light ([`light`]) and move ([`velocity`]). Photographs have colours at fractional pixels
+//! ([`photo_pyramid`]).
 
 mod block_view;
 pub mod camera_sight;
@@ -13,6 +14,7 @@ pub mod fields;
 pub mod inside;
 pub mod light;
 mod moving_objects;
+pub mod photo_pyramid;
 pub mod points;
 mod ray_order;
 pub mod rays;
