@@ -33,7 +33,6 @@ from ..stills import SAMPLED, TRUTH
 from .connection import Connection
 from .history import History
 from .images import Images
-from .misplaced import Misplaced
 from .overlays import Overlays
 from .panes import Pane, update_panes
 from .role import Role
@@ -100,7 +99,6 @@ class Session:
         self.panes: tuple[Pane, ...] = ()
         """The cameras that are shown at once; empty if only the main view is shown."""
         self.history = History()
-        self._misplaced = Misplaced()
         self._picked = picked
         self.controls = Controls() if controls is None else controls
         self.controls.listen(self)
@@ -187,7 +185,6 @@ class Session:
             view.opened.edits.listen(self)
             self.selection = Selection(view.opened.edits)
             self.history = History()
-            self._misplaced = Misplaced()
         if view.world is not before.world or view.integrator != before.integrator:
             self.overlays = replace(self.overlays, rays=())
         if view.world is not before.world and self.overlays.scan is not None:
@@ -242,15 +239,16 @@ class Session:
         still = self.images.still
         notices = [*self.view.world.notices, *(() if still is None else still.notices)]
         added = self.view.look.notice()
-        notices += [*self._misplaced.texts, *([] if added is None else [added])]
+        notices += [*self.view.opened.misplaced.texts, *([] if added is None else [added])]
         return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
 
     def check_placement(self) -> None:
         """Shows a notice if the world's cameras do not show the world, for example because it has other axes."""
-        before = self._misplaced.texts
-        for text in self._misplaced.check(self.view.base):
+        misplaced = self.view.opened.misplaced
+        before = misplaced.texts
+        for text in misplaced.check(self.view.base):
             self.notify(text)
-        if self._misplaced.texts != before:
+        if misplaced.texts != before:
             self.connection.send({"type": "about", **self.about()})
 
     def send_camera(self, *, is_moving: bool = False) -> None:
