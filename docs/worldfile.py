@@ -43,6 +43,8 @@ class Reference:
         for key in ("anyOf", "oneOf", "allOf"):
             if key in schema:
                 return either(self.kind(part) for part in schema[key] if part.get("type") != "null")
+        if isinstance(schema.get("additionalProperties"), dict):
+            return f"table of {self.kind(schema['additionalProperties'])}"
         names = schema.get("type", "anything")
         names = [names] if isinstance(names, str) else [name for name in names if name != "null"]
         return either(self.array(schema) if name == "array" else name for name in names)

@@ -314,6 +314,10 @@ class WorldBuilding(WorldContents):
         object changes. `visible=False` removes the object from images, shadows, light and queries; all ids are
         unchanged.
 
+        Keys of materials change the materials of all slots. `slots` changes single slots, by their number or by their
+        material's name, which `objects[i].materials` lists:
+        `set_object("car", slots={"windows": {"type": "glass"}, 2: {"color": "red"}})`.
+
         A change is fast, because only the changed parts are rebuilt, and atomic: an image that another thread is
         rendering shows the world either before or after the change. Keyframes and animations of the object still
         apply in worlds that `at(time)` returns later; in a world that `at` has returned, the object stays where you

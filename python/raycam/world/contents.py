@@ -60,8 +60,27 @@ class WorldContents:
         `set_object` changes an object.
         """
         found = [
-            Object(number, name, category, mesh, triangles, _matrix(matrix, name), *flags)
-            for number, (name, category, mesh, triangles, matrix, *flags) in enumerate(self._core.objects)
+            Object(
+                number,
+                name,
+                category,
+                mesh,
+                triangles,
+                _matrix(matrix, name),
+                visible,
+                catcher,
+                tuple(materials),
+            )
+            for number, (
+                name,
+                category,
+                mesh,
+                triangles,
+                matrix,
+                visible,
+                catcher,
+                materials,
+            ) in enumerate(self._core.objects)
         ]
         return ReadOnlyList(
             found, "objects are read-only; world.add_object, set_object or remove_object changes them"

@@ -92,6 +92,7 @@ class ObjectKeys(TypedDict, total=False):
     anisotropy_rotation: float
     diffuse_transmission: float
     diffuse_transmission_color: Color
+    slots: Mapping[str | int, Mapping[str, Any]]
 
 
 class ObjectChanges(ObjectKeys, total=False):
@@ -188,6 +189,8 @@ def object_keys(
             )
         description = {"mesh": os.fspath(description)}
     given = merge_keys(description, keys)
+    if isinstance(given.get("slots"), Mapping):
+        given["slots"] = {str(slot): changes for slot, changes in given["slots"].items()}
     for shape, own in SHAPES.items():
         if shape in given:
             given[shape] = _shape_table(shape, own, given)

@@ -31,6 +31,8 @@ class Object:
     """False for an object that is excluded from images, shadows, light and queries."""
     shadow_catcher: bool = False
     """True for a shadow catcher: images with a transparent background or a background photo show only its shadows."""
+    materials: tuple[str, ...] = ()
+    """The names of the materials, one for each material slot of the mesh; the key `slots` changes single slots."""
 
     def __repr__(self) -> str:
         """Number, name, category, triangles and position as text."""

@@ -16,12 +16,14 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glam::DAffine3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raycam_formats::MemoryFiles;
 use raycam_render::RenderError;
+use raycam_scene::mesh::primitive;
 use raycam_scene::world::WorldTime;
-use raycam_scene::{Fog, TextureCache, World as Inner, triangles};
+use raycam_scene::{Fog, Object, TextureCache, World as Inner, triangles};
 
 use crate::arrays::{ArrayResult, DictResult, array};
 use crate::camera::{Camera, up};
@@ -33,8 +35,8 @@ use crate::render::settings::RenderArguments;
 use crate::world::light::light_dict;
 use crate::world::state::{World, budget};
 
-/// Entry of `objects`: name, category, mesh, triangles, world_from_mesh, visible, shadow catcher.
-type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4], bool, bool);
+/// Entry of `objects`: name, category, mesh, triangles, world_from_mesh, visible, shadow catcher, names of materials.
+type ObjectParts = (String, Option<String>, usize, usize, [[f64; 4]; 4], bool, bool, Vec<String>);
 
 #[pymethods]
 impl World {
@@ -145,7 +147,8 @@ impl World {
             let rows = glam::DMat4::from(object.world_from_mesh).transpose().to_cols_array_2d();
             let triangles = world.meshes[object.mesh].triangles.len();
             let flags = (object.visible, object.shadow_catcher);
-            (object.name.clone(), object.category.clone(), object.mesh, triangles, rows, flags.0, flags.1)
+            let materials = object.materials.iter().map(|&i| world.materials[i].name.clone()).collect();
+            (object.name.clone(), object.category.clone(), object.mesh, triangles, rows, flags.0, flags.1, materials)
         });
         parts.collect()
     }
@@ -334,12 +337,41 @@ impl World {
     /// Returns the material of a triangle of an object as JSON, with the names of `raycam_scene::Material`.
     fn material(&self, object: usize, triangle: usize) -> PyResult<String> {
         let world = self.snapshot();
-        let material = world.objects.get(object).and_then(|placed| {
-            let slots = world.meshes.get(placed.mesh)?.material_slots.as_ref();
-            let slot = slots.map_or(Some(0), |slots| slots.get(triangle).map(|&slot| usize::from(slot)))?;
-            world.materials.get(*placed.materials.get(slot)?)
-        });
+        let material = slot_of(&world, object, triangle)
+            .and_then(|slot| world.materials.get(*world.objects[object].materials.get(slot)?));
         serde_json::to_string(&material).map_err(|error| world_error(error.to_string()))
+    }
+
+    /// Returns the materials of an object's slots as JSON; an empty list if the object does not exist.
+    fn materials(&self, object: usize) -> PyResult<String> {
+        let world = self.snapshot();
+        let slots = world.objects.get(object).map_or(&[][..], |placed| &placed.materials);
+        let materials: Vec<_> = slots.iter().map(|&number| &world.materials[number]).collect();
+        serde_json::to_string(&materials).map_err(|error| world_error(error.to_string()))
+    }
+
+    /// Returns a world that contains only a unit square with the material of an object's slot.
+    fn material_square(&self, object: usize, slot: usize) -> PyResult<Self> {
+        self.derive(|world| {
+            world.check_object(object)?;
+            world.check_slot(object, slot)?;
+            let mut alone = Inner {
+                up: world.up,
+                textures: world.textures.clone(),
+                texture_cache: world.texture_cache.clone(),
+                materials: world.materials.clone(),
+                ..Inner::default()
+            };
+            let mesh = alone.add_shared_mesh(Arc::new(primitive::plane([1.0; 2])?));
+            let materials = vec![world.objects[object].materials[slot]];
+            alone.add_object(Object::new("square".into(), mesh, materials, DAffine3::IDENTITY))?;
+            Ok(alone)
+        })
+    }
+
+    /// Returns the material slot of a triangle; `None` if the object or the triangle does not exist.
+    fn slot(&self, object: usize, triangle: usize) -> Option<usize> {
+        slot_of(&self.snapshot(), object, triangle)
     }
 
     /// Builds everything that rendering requires. Without this call, the first render builds these structures.
@@ -371,5 +403,14 @@ impl World {
         pixels: Vec<[u32; 2]>,
     ) -> PyResult<Vec<Option<render::BrightestSample>>> {
         render::brightest(py, self, camera, &request, &pixels)
+    }
+}
+
+/// Material slot of a triangle; `None` if the object or the triangle does not exist. Meshes with one material have slot 0.
+fn slot_of(world: &Inner, object: usize, triangle: usize) -> Option<usize> {
+    let mesh = world.meshes.get(world.objects.get(object)?.mesh)?;
+    match &mesh.material_slots {
+        Some(slots) => slots.get(triangle).map(|&slot| usize::from(slot)),
+        None => Some(0),
     }
 }

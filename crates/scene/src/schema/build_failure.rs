@@ -16,6 +16,16 @@ impl<E> From<SceneError> for BuildFailure<E> {
     }
 }
 
+impl<E> BuildFailure<E> {
+    /// Adds the key of the table that contains the faulty key.
+    pub fn in_context(self, parent: &str) -> Self {
+        match self {
+            Self::Scene(error) => Self::Scene(error.in_context(parent)),
+            Self::File(key, error) => Self::File(format!("{parent}.{key}"), error),
+        }
+    }
+}
+
 impl<E: From<SceneError>> BuildFailure<E> {
     /// Converts the failure to the error type of the file reader.
     pub fn into_error(self) -> E {

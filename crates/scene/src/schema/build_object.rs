@@ -122,12 +122,11 @@ impl ObjectSpec {
         files: &mut F,
     ) -> Result<Vec<usize>, BuildFailure<F::Error>> {
         let next = world.textures.len();
-        let (textures, bindings, notices) = self.read_textures(&world.meshes[mesh], next, files)?;
-        world.notices.extend(notices);
         let originals = materials.iter().map(|&i| world.materials[i].clone());
         let mut changed: Vec<Material> = originals.collect();
-        self.apply_material_all(&mut changed, &bindings, keys)?;
-        for material in &mut changed {
+        let (textures, notices) = self.change_materials(&mut changed, &world.meshes[mesh], next, keys, files)?;
+        world.notices.extend(notices);
+        if let [material] = &mut changed[..] {
             material.name.clear();
         }
         Ok(add_materials(changed, textures, name, world)?)

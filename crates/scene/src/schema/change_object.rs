@@ -1,6 +1,5 @@
 //! Changes of an object by the keys of its description; other properties stay unchanged.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
@@ -302,13 +301,12 @@ impl ObjectSpec {
         if !has_material_keys(keys) && !colored {
             return Ok(None);
         }
-        let (textures, bindings, notices) = self.read_textures(mesh, world.textures.len(), files)?;
         let slots = &world.objects[id].materials;
         let mut materials: Vec<Material> = slots.iter().map(|&i| world.materials[i].clone()).collect();
         if colored {
             materials.iter_mut().for_each(|material| material.color = [1.0; 3]);
         }
-        self.apply_material_all(&mut materials, &bindings, keys)?;
+        let (textures, notices) = self.change_materials(&mut materials, mesh, world.textures.len(), keys, files)?;
         let changed = ChangedMaterials { materials, textures, notices, is_of_new_mesh: false };
         changed.check()?;
         Ok(Some(changed))
@@ -365,20 +363,25 @@ fn put_materials(world: &mut World, id: usize, changed: ChangedMaterials) {
             || variants.map(|(_, _, other)| *other).any(|other| other == material)
             || moving.map(|moving| moving.material).any(|other| other == material)
     };
-    let mut put: HashMap<usize, usize> = HashMap::new();
+    let mut put: Vec<(usize, usize)> = Vec::new(); // the previous and the new index of each slot's material
+    let is_only = materials.len() == 1;
     let mut numbers = Vec::with_capacity(materials.len());
     for (slot, mut material) in materials.into_iter().enumerate() {
         world.note_reflectance(&material);
         let before = slots.get(slot).copied();
-        let known = before.filter(|_| !is_of_new_mesh).and_then(|before| put.get(&before).copied());
+        let same =
+            |number: usize| Material { name: material.name.clone(), ..world.materials[number].clone() } == material;
+        let mut known = put.iter().filter(|(old, new)| !is_of_new_mesh && Some(*old) == before && same(*new));
+        let known = known.next().map(|(_, new)| *new);
+        let is_first = put.iter().all(|(old, _)| Some(*old) != before);
         let number = match (known, before) {
             (Some(known), _) => known,
-            (None, Some(before)) if !put.contains_key(&before) && !is_shared(world, before) => {
+            (None, Some(before)) if is_first && !is_shared(world, before) => {
                 world.materials[before] = material.named(&name);
                 before
             }
             _ => {
-                if !is_of_new_mesh {
+                if !is_of_new_mesh && is_only {
                     material.name.clear();
                 }
                 world.materials.push(material.named(&name));
@@ -386,7 +389,7 @@ fn put_materials(world: &mut World, id: usize, changed: ChangedMaterials) {
             }
         };
         if let Some(before) = before {
-            put.insert(before, number);
+            put.push((before, number));
         }
         numbers.push(number);
     }

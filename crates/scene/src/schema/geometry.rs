@@ -134,10 +134,10 @@ impl ObjectSpec {
             additions.materials.push(Material::for_mesh(&additions.mesh));
         }
         let next = next_texture + additions.textures.len();
-        let (textures, puts, notices) = self.read_textures(&additions.mesh, next, files)?;
+        let (textures, notices) =
+            self.change_materials(&mut additions.materials, &additions.mesh, next, keys, files)?;
         additions.textures.extend(textures);
         additions.notices.extend(notices);
-        self.apply_material_all(&mut additions.materials, &puts, keys)?;
         let colored = [additions.mesh.face_colors.is_some(), additions.mesh.vertex_colors.is_some()];
         if let Some(file) = self.mesh.as_ref().filter(|_| self.color.is_some() && colored.contains(&true)) {
             additions.notices.push(Notice::new(

@@ -14,7 +14,7 @@ use crate::schema::spec::object::{AlphaMode, KEYS, MaterialType, ObjectSpec};
 use crate::schema::texture_binding::TextureBinding;
 
 /// Keys that are valid for several material types.
-const COMMON_KEYS: [&str; 11] = [
+const COMMON_KEYS: [&str; 12] = [
     "type",
     "color",
     "texture",
@@ -26,6 +26,7 @@ const COMMON_KEYS: [&str; 11] = [
     "opacity",
     "alpha",
     "roughness",
+    "slots",
 ];
 /// Keys that are valid only for some material types: the lecture's material, metals, glass, media and the principled
 /// material.

@@ -16,6 +16,7 @@ mod displace_object;
 mod geometry;
 mod keys;
 mod material_keys;
+mod material_slots;
 mod shorthand;
 mod spec;
 mod texture_binding;

@@ -204,7 +204,15 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] if it does not exist.
     pub fn check_object(&self, id: usize) -> Result<()> {
-        check_number("object", id, self.objects.len())
+        check_number("object", "the world", id, self.objects.len())
+    }
+
+    /// Checks that an object has a material slot with this index. The object must exist.
+    ///
+    /// # Errors
+    /// [`SceneError::World`] if the slot does not exist.
+    pub fn check_slot(&self, id: usize, slot: usize) -> Result<()> {
+        check_number("material slot", "the object", slot, self.objects[id].materials.len())
     }
 
     /// Checks that a light with this index exists.
@@ -212,18 +220,18 @@ impl World {
     /// # Errors
     /// [`SceneError::World`] if it does not exist.
     pub fn check_light(&self, number: usize) -> Result<()> {
-        check_number("light", number, self.lights.len())
+        check_number("light", "the world", number, self.lights.len())
     }
 }
 
-fn check_number(what: &str, number: usize, count: usize) -> Result<()> {
+fn check_number(what: &str, owner: &str, number: usize, count: usize) -> Result<()> {
     if number < count {
         return Ok(());
     }
     let known = match count {
-        0 => "the world has none".into(),
-        1 => "the world has one, with index 0".into(),
-        _ => format!("the world has {count}, with indices 0 to {}", count - 1),
+        0 => format!("{owner} has none"),
+        1 => format!("{owner} has one, with index 0"),
+        _ => format!("{owner} has {count}, with indices 0 to {}", count - 1),
     };
     Err(SceneError::World(ErrorCode::IndexOutOfRange.message(format!("{what} {number} does not exist; {known}"))))
 }

@@ -1,5 +1,7 @@
 //! `[[object]]`.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -168,10 +170,15 @@ pub struct ObjectSpec {
     pub diffuse_transmission: Option<f32>,
     /// With type = "principled": colour of diffusely transmitted light; default white.
     pub diffuse_transmission_color: Option<Color>,
+
+    /// Changes of single material slots of a mesh, after the keys above, which change all slots: the keys of a material
+    /// for each slot, such as { windows = { type = "glass" } }. A slot is given by its number, from 0, or by its
+    /// material's name.
+    pub slots: Option<BTreeMap<String, ObjectSpec>>,
 }
 
 /// Number of optional keys of [`ObjectSpec`], except name, category, visible, shadow_catcher and lidar.
-pub(crate) const KEYS: usize = 58;
+pub(crate) const KEYS: usize = 59;
 
 impl ObjectSpec {
     /// Returns the keys that are present.
@@ -184,7 +191,7 @@ impl ObjectSpec {
             metal, roughness, ior, thin, dispersion, attenuation_color, attenuation_distance, priority, medium,
             metallic, specular_color, transmission, clearcoat, clearcoat_roughness, sheen_color, sheen_roughness,
             iridescence, iridescence_ior, iridescence_thickness, anisotropy, anisotropy_rotation,
-            diffuse_transmission, diffuse_transmission_color,
+            diffuse_transmission, diffuse_transmission_color, slots,
         })
     }
 }

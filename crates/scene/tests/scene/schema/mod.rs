@@ -3,6 +3,7 @@
 mod camera;
 mod described;
 mod errors;
+mod material_slots;
 mod object;
 mod style;
 mod words;
