@@ -13,6 +13,7 @@ from raycam.viewer.session import Session
 from raycam.viewer.viewer import Viewer
 from support.chromium import Tab
 from support.patience import until
+from support.two_materials import two_materials
 from support.viewer_page import place_of
 
 SAMPLES = 4
@@ -231,21 +232,51 @@ def test_turn_and_size_buttons_keep_the_middle_of_a_distant_mesh(tab: Tab, viewe
         assert np.allclose(viewer.world.bounds.mean(axis=0)[:2], before.mean(axis=0)[:2], atol=1e-5)
 
 
-def test_roughness_slider_keeps_the_colour_of_each_material(tab: Tab, viewer: Viewer, tmp_path: Path) -> None:
-    (tmp_path / "m.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.9\n")
-    faces = "usemtl red\nf 1 2 3\nusemtl blue\nf 2 4 3\n"
-    (tmp_path / "m.obj").write_text(f"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n{faces}")
-    viewer.world = raycam.load(tmp_path / "m.obj")
+def colors_of_triangles(world: raycam.World) -> np.ndarray:
+    """The albedo [2, 3] of the square's two triangles."""
+    seen = raycam.render(
+        world, world.view_from("top", size=(64, 64)), channels=["albedo", "triangle"], samples=1
+    )
+    return np.array([seen["albedo"][seen["triangle"] == triangle][0] for triangle in range(2)])
+
+
+def test_all_materials_get_a_roughness_and_keep_their_colours(
+    tab: Tab, viewer: Viewer, tmp_path: Path
+) -> None:
+    viewer.world = two_materials(tmp_path)
     tab.open(viewer.url)
     tab.wait(LISTED_ALONE)
+    click(tab, "#slots [data-slot-number='-1']")
+    tab.wait("document.querySelector('#slots [aria-current] [data-slot-number]').dataset.slotNumber === '-1'")
     put(tab, "object-roughness", "0.35")
-    until(lambda: viewer.world._core.material(0, 0).count("Principled"))
-    seen = raycam.render(
-        viewer.world,
-        viewer.world.view_from("top", size=(64, 64)),
-        channels=["albedo", "roughness", "triangle"],
+    until(lambda: viewer.world._core.materials(0).count("Principled") == 2)
+    assert np.allclose(colors_of_triangles(viewer.world), [[0.8, 0.1, 0.1], [0.1, 0.1, 0.9]], atol=1e-3)
+    assert tab.said == []
+
+
+def test_click_selects_the_material_of_the_triangle_and_edits_only_this_material(
+    tab: Tab, viewer: Viewer, tmp_path: Path
+) -> None:
+    viewer.world = two_materials(tmp_path)
+    tab.show(1280, 800)
+    tab.open(viewer.url)
+    assert viewer._server is not None
+    tab.wait(f"{LISTED_ALONE} && document.getElementById('status').textContent.includes('{SAMPLES} samples')")
+    (session,) = viewer._server.sessions.values()
+    view = session.view
+    seen = raycam.render(view.base, view.still_camera, channels=["triangle"], samples=1)["triangle"]
+    for triangle, name in enumerate(["red", "blue"]):
+        row, column = np.argwhere(seen == triangle).mean(axis=0).round().astype(int)
+        tab.click(*place_of(tab, column, row, view.size))
+        tab.wait(f"document.querySelector('#slots [aria-current]')?.textContent === '{name}'")
+        tab.evaluate("new Promise((done) => setTimeout(done, 400))")
+    tab.wait("document.getElementById('object-color').value === '#5959f3'")
+    put(tab, "object-color", "#00ff00")
+    until(lambda: np.allclose(colors_of_triangles(viewer.world), [[0.8, 0.1, 0.1], [0, 1, 0]], atol=1e-3))
+    tab.wait(
+        "getComputedStyle(document.querySelector('#slots [aria-current] .swatch')).backgroundColor"
+        " === 'rgb(0, 255, 0)'"
     )
-    for triangle, color in enumerate(([0.8, 0.1, 0.1], [0.1, 0.1, 0.9])):
-        chosen = seen["triangle"] == triangle
-        assert np.allclose(seen["albedo"][chosen], color, atol=1e-3)
-        assert np.allclose(seen["roughness"][chosen], 0.35, atol=1e-3)
+    click(tab, "#undo")
+    until(lambda: np.allclose(colors_of_triangles(viewer.world)[1], [0.1, 0.1, 0.9], atol=1e-3))
+    assert tab.said == []

@@ -154,7 +154,7 @@ def test_opened_file_is_shown_only_to_its_client(
     sessions = [opening.sessions[each.welcome["session"]] for each in (first, second)]
     assert sessions[0].view.base.counts["triangles"] == 1
     assert sessions[1].view.base is small_world
-    first.say("edit", kind="object", number=0, key="color", value="#00ff00")
+    first.say("edit_material", number=0, slot=-1, key="color", value="#00ff00")
     first.hear("contents", undo=1)
     assert sessions[1].view.base is small_world
     first.say("open", name="../a.obj", others=[])

@@ -82,7 +82,7 @@ def test_model_without_materials_is_grey_until_it_gets_a_color() -> None:
     assert colors(session.view.lit) == colors(session.view.preview) == pytest.approx([0.35, 0.35])
     assert colors(own) == pytest.approx([0.8, 0.8])
     assert "albedo" in str(session.about()["notices"])
-    edit = {"type": "edit", "kind": "object", "number": 0, "key": "color", "value": "#ffffff"}
+    edit = {"type": "edit_material", "number": 0, "slot": -1, "key": "color", "value": "#ffffff"}
     receive(session, edit)
     assert colors(session.view.lit) == pytest.approx([1.0, 0.35])
     assert colors(Session(world).view.lit) == pytest.approx([0.8, 0.8])
@@ -122,7 +122,7 @@ def test_faint_emission_does_not_replace_the_default_light() -> None:
     for camera in (None, model().view_from()):
         session = Session(model(), camera)
         before = color(session.view.lit, session.view.still_camera, samples=4, integrator="direct")
-        edit = {"type": "edit", "kind": "object", "number": 1, "key": "emission", "value": 1e-4}
+        edit = {"type": "edit_material", "number": 1, "slot": -1, "key": "emission", "value": 1e-4}
         receive(session, edit)
         after = color(session.view.lit, session.view.still_camera, samples=4, integrator="direct")
         assert after.mean() == pytest.approx(before.mean(), rel=0.1)
@@ -250,7 +250,7 @@ def test_object_that_an_animation_moves_cannot_be_moved(tmp_path: Path) -> None:
         with raises(raycam.WorldError, code="conflicting_values"):
             receive(session, {"type": "edit", "kind": "object", "number": 0, "key": key, "value": value})
     assert session.selection.about()["animated"]
-    receive(session, {"type": "edit", "kind": "object", "number": 0, "key": "color", "value": "#ff0000"})
+    receive(session, {"type": "edit_material", "number": 0, "slot": -1, "key": "color", "value": "#ff0000"})
 
 
 def test_isolation_is_one_step_of_undo() -> None:

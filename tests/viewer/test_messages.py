@@ -46,10 +46,10 @@ GOOD: dict[str, dict[str, Any]] = {
     "pose": {"location": [1, -2.5, 3], "roll": 0, "pitch": 10.5, "yaw": -90},
     "overlay": {"cameras": True, "explained": False, "grid": True},
     "scan": {"lidar": "top"},
-    "select": {"number": 0, "tool": "move"},
+    "select": {"number": 0, "slot": -1, "tool": "move"},
     "select_light": {"number": 1},
-    "texture": {"number": 0, "slot": "normal", "file": "bumps.png"},
-    "thumbnails": {"number": 2},
+    "texture": {"number": 0, "material": 1, "slot": "normal", "file": "bumps.png"},
+    "thumbnails": {"number": 2, "material": 0},
     "keep_camera": {"name": "over the table"},
     "remove_camera": {"name": "front"},
     "gizmo": {"handle": "x", "stroke": 7, "begin": [1.5, 2], "end": [-3, 4]},
@@ -57,6 +57,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "stop": {},
     "upload": {"name": "a.glb", "bytes": 3, "offset": 0, "data": "AAAA"},
     "open": {"name": "a.glb", "others": ["b.glb"]},
+    "edit_material": {"number": 3, "slot": 1, "key": "roughness", "value": 0.5},
     "edit": {"kind": "object", "number": 3, "key": "visible", "value": False},
     "up": {"axis": "y"},
     "undo": {},
@@ -116,6 +117,9 @@ TAKEN = {
     ("film", "degrees"): (1.5, -1),
     **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when the message is handled
     ("edit", "value"): ([], True, 1.5, -1, PATH),
+    ("edit_material", "value"): (1.5, -1, PATH),
+    **{(kind, "slot"): (-1,) for kind in ("edit_material", "select")},  # all slots
+    **{(kind, "material"): (-1,) for kind in ("texture", "thumbnails")},
     ("visible", "visible"): (True,),
     ("texture", "file"): (PATH,),  # refused when the message is handled
     **{(kind, "name"): (PATH,) for kind in ("keep_camera", "remove_camera")},  # any text is a valid name

@@ -20,6 +20,7 @@ from raycam.viewer.scene.texture_slots import set_texture, texture_slots, thumbn
 from raycam.viewer.session import Session
 from support.bending_plate import bending_plate
 from support.raises import raises
+from support.two_materials import two_materials
 
 PAINT = np.zeros((8, 8, 3), np.uint8)
 PAINT[:4, :4], PAINT[:4, 4:], PAINT[4:, :4], PAINT[4:, 4:] = (
@@ -98,13 +99,13 @@ def test_uploaded_image_becomes_the_texture_and_undo_restores_it(painted: raycam
     Image.fromarray(np.full((4, 4, 3), (0, 255, 0), np.uint8)).save(file, "PNG")
     data = base64.b64encode(file.getvalue()).decode()
     session.receive(messages.Upload("green.png", len(file.getvalue()), 0, data))
-    session.receive(messages.Texture(1, "color", "green.png"))
+    session.receive(messages.Texture(1, -1, "color", "green.png"))
     world = session.view.opened.edits.world
     assert np.array_equal(thumbnail(world, 1, "color"), np.full((64, 64, 3), (0, 255, 0)))
     assert texture_slots(world, 1)[0]["file"] == "green.png"
     sent: list[dict[str, Any]] = []
     session.connection.open(lambda message, buffers: sent.append(message))
-    answer(session, messages.Thumbnails(1))
+    answer(session, messages.Thumbnails(1, 0))
     (message,) = (each for each in sent if each["type"] == "thumbnails")
     shown = Image.open(io.BytesIO(base64.b64decode(message["images"]["color"].partition(",")[2])))
     assert np.allclose(np.asarray(shown)[32, 32], (0, 255, 0), atol=4)
@@ -143,13 +144,27 @@ def test_replaced_texture_is_restored_from_the_saved_glb(painted: raycam.World, 
 def test_textures_of_a_read_only_view_and_missing_files_are_refused(painted: raycam.World) -> None:
     closed = Session(Edits(painted, allowed=False), None)
     with raises(raycam.SettingsError, code="read_only"):
-        closed.receive(messages.Texture(1, "color", ""))
+        closed.receive(messages.Texture(1, -1, "color", ""))
     with raises(raycam.SettingsError):
         closed.receive(messages.Upload("green.png", 4, 0, "AAAA"))
     session = Session(Edits(painted), None)
     for name in ("missing.png", "../x.png", "world.toml"):
         with raises(raycam.SettingsError):
-            session.receive(messages.Texture(1, "color", name))
+            session.receive(messages.Texture(1, -1, "color", name))
     with raises(raycam.Error):
-        session.receive(messages.Texture(7, "color", ""))
+        session.receive(messages.Texture(7, -1, "color", ""))
     assert session.view.opened.edits.about()["undo"] == 0
+
+
+def test_texture_of_one_material_keeps_the_other_material(tmp_path: Path) -> None:
+    world = two_materials(tmp_path)
+    Image.new("RGB", (4, 4), (0, 255, 0)).save(tmp_path / "green.png")
+    changed = set_texture(world, 0, "color", str(tmp_path / "green.png"), 1)
+    assert [texture_slots(changed, 0, slot)[0]["used"] for slot in range(2)] == [False, True]
+    assert texture_slots(changed, 0, 1)[0]["file"] == "green.png"
+    assert texture_slots(changed, 0, 2) == []
+    shown = thumbnail(changed, 0, "color", 1)
+    assert shown is not None
+    assert np.allclose(shown, (0, 255, 0))
+    with raises(raycam.WorldError, code="unknown_name"):
+        set_texture(world, 0, "color", str(tmp_path / "green.png"), 2)

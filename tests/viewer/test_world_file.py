@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 import raycam
 from raycam.viewer.scene.edits import edited
+from raycam.viewer.scene.material_edits import edit_material, material
 from raycam.viewer.scene.world_file import toml_text, world_file
 from support.raises import Fault, fault, raises
+from support.two_materials import two_materials
 
 ROOM = """
 up = "z"
@@ -49,10 +51,16 @@ BALL += "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
 EDITS: list[list[tuple[str, int, str, Any]]] = [
     [],
     [("object", 0, "move", [0.3, 0.1, 0.2]), ("object", 0, "turn", 30.0)],
-    [("object", 1, "scale", 1.7), ("object", 1, "color", "#20a040"), ("object", 0, "visible", False)],
-    [("object", 0, "roughness", 0.2), ("object", 0, "metallic", 0.9), ("object", 1, "emission", 2.5)],
+    [("object", 1, "scale", 1.7), ("material", 1, "color", "#20a040"), ("object", 0, "visible", False)],
+    [("material", 0, "roughness", 0.2), ("material", 0, "metallic", 0.9), ("material", 1, "emission", 2.5)],
     [("light", 0, "strength", 0.25), ("light", 1, "strength", 3.0)],
 ]
+
+
+def changed(world: raycam.World, kind: str, number: int, key: str, value: Any) -> raycam.World:
+    if kind == "material":
+        return edit_material(world, number, None, key, value)
+    return edited(world, kind, number, key, value)
 
 
 @pytest.fixture
@@ -68,7 +76,7 @@ def test_saved_world_file_keeps_edited_glass_and_metal(tmp_path: Path, key: str)
     objects = ['type = "glass"\nior = 1.7', 'type = "metal"\nmetal = "gold"']
     path.write_text("".join(f"[[object]]\nsphere = {{ radius = 1 }}\n{each}\n" for each in objects))
     opened = raycam.load(path)
-    world = edited(edited(opened, "object", 0, key, 0.4), "object", 1, key, 0.4)
+    world = edit_material(edit_material(opened, 0, None, key, 0.4), 1, None, key, 0.4)
     camera = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(8, 6), fov=40)
     (tmp_path / "changed.toml").write_text(world_file(path, opened, world, camera))
     again = raycam.load(tmp_path / "changed.toml")
@@ -80,7 +88,7 @@ def test_saved_world_file_renders_the_same_image(room: Path, number: int) -> Non
     opened = raycam.load(room)
     world = opened
     for edit in EDITS[number]:
-        world = edited(world, *edit)
+        world = changed(world, *edit)
     camera = raycam.Camera.look_at([3.5, -3, 2.5], [0, 0, 0], size=(40, 30), focal=45)
     (room.parent / "changed.toml").write_text(world_file(room, opened, world, camera), encoding="utf-8")
     again = raycam.load(room.parent / "changed.toml")
@@ -96,10 +104,29 @@ def test_saved_world_file_renders_the_same_image(room: Path, number: int) -> Non
 def test_edited_mesh_file_is_saved_as_a_world_file(room: Path) -> None:
     source = room.parent / "ball.ply"
     opened = raycam.load(source)
-    world = edited(opened, "object", 0, "color", "#ff0000")
+    world = edit_material(opened, 0, None, "color", "#ff0000")
     camera = opened.default_camera()
     document = tomllib.loads(world_file(source, opened, world, camera))
     assert document["object"][0]["mesh"] == "ball.ply"
+
+
+@pytest.mark.parametrize(
+    "table", ["", "[object.slots.blue]\nopacity = 0.5\n", "[object.slots.1]\nopacity = 0.5\n"]
+)
+def test_edited_slots_are_saved_in_world_files_and_glb(tmp_path: Path, table: str) -> None:
+    two_materials(tmp_path)
+    source = tmp_path / "square.toml"
+    source.write_text(f'[[object]]\nmesh = "m.obj"\n{table}')
+    opened = raycam.load(source)
+    world = edit_material(edit_material(opened, 0, 1, "color", "#00ff00"), 0, 1, "roughness", 0.25)
+    (tmp_path / "saved.toml").write_text(world_file(source, opened, world, opened.default_camera()))
+    world.to_gltf(tmp_path / "saved.glb")
+    for saved in ("saved.toml", "saved.glb"):
+        again = raycam.load(tmp_path / saved)
+        found = [material(again, 0, slot) for slot in range(2)]
+        assert np.allclose([each["linear"] for each in found], [[0.8, 0.1, 0.1], [0, 1, 0]], atol=1e-6)
+        assert found[1]["roughness"] == pytest.approx(0.25)
+        assert again.objects[0].materials == ("red", "blue")
 
 
 def test_edits_without_a_world_file_equivalent_are_refused(room: Path, small_world: raycam.World) -> None:

@@ -159,15 +159,15 @@ def send_tile(session: Session, message: Tile) -> None:
     session.connection.send({"type": "tile", "plane": header, **place}, [data])
 
 
-def send_thumbnails(session: Session, world: World, number: int) -> None:
-    """Sends small images of an object's textures, or none if the object is unknown."""
-    slots = texture_slots(world, number) if number < world._core.object_count else []
+def send_thumbnails(session: Session, world: World, number: int, material: int) -> None:
+    """Sends small images of the textures of a material, or none if the object or its slot is unknown."""
+    slots = texture_slots(world, number, material)
     images = {}
     for slot in (each["slot"] for each in slots if each["used"]):
-        image = thumbnail(world, number, slot)
+        image = thumbnail(world, number, slot, material)
         if image is not None:
             images[slot] = data_url("image/jpeg", encode_jpeg(image))
-    session.connection.send({"type": "thumbnails", "number": number, "images": images})
+    session.connection.send({"type": "thumbnails", "number": number, "material": material, "images": images})
 
 
 def answer(session: Session, message: Message) -> None:
@@ -188,7 +188,7 @@ def answer(session: Session, message: Message) -> None:
         elif isinstance(message, Tile):
             send_tile(session, message)
         elif isinstance(message, Thumbnails):
-            send_thumbnails(session, view.opened.edits.world, message.number)
+            send_thumbnails(session, view.opened.edits.world, message.number, max(message.material, 0))
         elif isinstance(message, Copy):
             text = copied(view, message.format, session.images.samples_of(view), session.notify)
             session.connection.send({"type": "copied", "text": text})

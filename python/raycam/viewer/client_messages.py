@@ -17,6 +17,7 @@ from ..world.framing import DIRECTIONS
 from .scene.floor_handle import FLOOR_HANDLE
 from .scene.gizmo import HANDLES, TOOLS
 from .scene.look import LIGHTS
+from .scene.material_edits import MATERIAL_KEYS
 from .scene.texture_slots import SLOTS
 
 __all__ = [
@@ -108,6 +109,8 @@ Point = Annotated[list[float], Length(3, 3), Range(-1e9, 1e9)]
 """A point of the world, metres."""
 Rotation = Annotated[list[float], Length(9, 9), Range(-1.001, 1.001)]
 """The rotation camera_from_world, row by row."""
+Slot = Annotated[int, Range(-1, 2**16 - 1)]
+"""A material slot of an object; -1 for all slots."""
 Name = Annotated[str, Length(1000)]
 FileName = Annotated[str, Length(1000, 1)]
 
@@ -341,9 +344,6 @@ class Edit(Message):
             (
                 "visible",
                 "color",
-                "roughness",
-                "metallic",
-                "emission",
                 "move",
                 "turn",
                 "scale",
@@ -367,12 +367,25 @@ class Edit(Message):
 
 
 @dataclass(frozen=True)
+class EditMaterial(Message):
+    """Changes one value of the material in one slot, or in all slots, of an object."""
+
+    KIND = "edit_material"
+    CHANGES = "world"
+    number: Annotated[int, Range(0, 10**6)]
+    slot: Slot
+    key: Annotated[str, OneOf(MATERIAL_KEYS)]
+    value: Annotated[float, Range(-1e9, 1e9)] | Annotated[str, Length(64)]
+
+
+@dataclass(frozen=True)
 class Select(Message):
-    """Selects an object; `tool` determines whether its outline and handles are shown."""
+    """Selects an object and its material slot; `tool` determines whether its outline and handles are shown."""
 
     KIND = "select"
     CHANGES = "view"
     number: Annotated[int, Range(0, 10**6)]
+    slot: Slot
     tool: Annotated[str, OneOf(("none", "outline", *TOOLS))]
 
 
@@ -387,21 +400,23 @@ class SelectLight(Message):
 
 @dataclass(frozen=True)
 class Texture(Message):
-    """Replaces a texture of an object by an uploaded image, or removes it if `file` is empty."""
+    """Replaces a texture of a material by an uploaded image, or removes it if `file` is empty."""
 
     KIND = "texture"
     CHANGES = "world"
     number: Annotated[int, Range(0, 10**6)]
+    material: Slot
     slot: Annotated[str, OneOf(SLOTS)]
     file: Name
 
 
 @dataclass(frozen=True)
 class Thumbnails(Message):
-    """Requests small images of an object's textures."""
+    """Requests small images of the textures of a material."""
 
     KIND = "thumbnails"
     number: Annotated[int, Range(0, 10**6)]
+    material: Slot
 
 
 @dataclass(frozen=True)
@@ -635,6 +650,11 @@ class Visible(Message):
 
     KIND = "visible"
     visible: bool
+
+
+def chosen_slot(slot: int) -> int | None:
+    """The material slot of a message; None for all slots."""
+    return None if slot < 0 else slot
 
 
 MESSAGES: dict[str, type[Message]] = {each.KIND: each for each in Message.__subclasses__()}

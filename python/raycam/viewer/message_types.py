@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import textwrap
 import types
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -15,6 +16,8 @@ from .messages import field_types
 __all__ = ["PATH", "typescript"]
 
 PATH = Path(__file__).parent / "client" / "messages.d.ts"
+LINE = 100
+"""The length of the lines that list all types."""
 PLAIN = {bool: "boolean", int: "number", float: "number", str: "string"}
 
 
@@ -26,8 +29,9 @@ def typescript() -> str:
         fields += [f"  {name}: {_type_of(annotation)};" for name, annotation in field_types(kind).items()]
         body = "\n".join(fields)
         parts.append(f"/** {kind.__doc__} */\nexport interface {kind.__name__} {{\n{body}\n}}\n")
-    names = "\n".join(f"  | {kind.__name__}" for kind in MESSAGES.values())
-    parts.append(f"/** Any message of a client. */\nexport type ClientMessage =\n{names};\n")
+    names = " | ".join(kind.__name__ for kind in MESSAGES.values())
+    lines = textwrap.indent(textwrap.fill(names, LINE), "  ")
+    parts.append(f"/** Any message of a client. */\nexport type ClientMessage =\n{lines};\n")
     return "\n".join(parts)
 
 

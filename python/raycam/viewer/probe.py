@@ -37,7 +37,7 @@ def values_at(
         if "alpha" not in channels:  # the still image has a floor that is not part of the ground truth
             region = {"region": (u, v, 1, 1), "threads": 1}
             channels |= {name: array[0, 0] for name, array in shares(world, camera, **region).items()}
-    values = {}
+    values: dict[str, Any] = {}
     for name in CHANNELS:
         if name in channels:
             array = np.atleast_1d(channels[name])
@@ -48,6 +48,7 @@ def values_at(
     instance = int(channels["instance"])
     if instance >= 0:
         values["instance"]["name"] = names[instance]
+        values["material"]["slot"] = world._core.slot(instance, int(channels["triangle"]))
     category = world.categories.get(int(channels["category"]))
     if category is not None:
         values["category"]["name"] = category

@@ -129,8 +129,8 @@ export class LiveView {
       byId("variant", HTMLSelectElement).value = message.variant;
       showAbout(/** @type {any} */ (message));
     }
-    if (message.type === "selected") this.world.showMaterial(message);
-    if (message.type === "thumbnails") this.world.textures.receive(message);
+    if (message.type === "selected") this.world.showSelected(message);
+    if (message.type === "thumbnails") this.world.material.textures.receive(message);
     if (message.type === "camera") {
       this.navigator.receive(/** @type {any} */ (message));
       this.showCamera(message);
@@ -151,7 +151,8 @@ export class LiveView {
       this.measure.receive(message);
       const { held } = this.client;
       const isNew = held !== this.selectedBy && message.u === held.column && message.v === held.row;
-      if (isNew && !isMeasuring && this.world.pick(message.values.instance?.numbers[0])) this.world.reveal(); // only once, because another object may have been selected in the meantime
+      // Only once, because another object may have been selected in the meantime.
+      if (isNew && !isMeasuring && this.world.pick(message.values.instance?.numbers[0], message.values.material?.slot)) this.world.reveal();
       if (isNew) this.selectedBy = held;
     }
     if (message.type === "controls") this.script.show(message.controls);

@@ -144,14 +144,24 @@ export interface Edit {
   type: "edit";
   kind: "object" | "light";
   number: number;
-  key: "visible" | "color" | "roughness" | "metallic" | "emission" | "move" | "turn" | "scale" | "strength" | "isolate" | "place" | "level" | "position" | "direction" | "add" | "remove";
+  key: "visible" | "color" | "move" | "turn" | "scale" | "strength" | "isolate" | "place" | "level" | "position" | "direction" | "add" | "remove";
   value: boolean | number | string | number[];
 }
 
-/** Selects an object; `tool` determines whether its outline and handles are shown. */
+/** Changes one value of the material in one slot, or in all slots, of an object. */
+export interface EditMaterial {
+  type: "edit_material";
+  number: number;
+  slot: number;
+  key: "color" | "roughness" | "metallic" | "emission";
+  value: number | string;
+}
+
+/** Selects an object and its material slot; `tool` determines whether its outline and handles are shown. */
 export interface Select {
   type: "select";
   number: number;
+  slot: number;
   tool: "none" | "outline" | "move" | "turn" | "scale";
 }
 
@@ -161,18 +171,20 @@ export interface SelectLight {
   number: number;
 }
 
-/** Replaces a texture of an object by an uploaded image, or removes it if `file` is empty. */
+/** Replaces a texture of a material by an uploaded image, or removes it if `file` is empty. */
 export interface Texture {
   type: "texture";
   number: number;
+  material: number;
   slot: "color" | "normal" | "roughness" | "metallic" | "emission";
   file: string;
 }
 
-/** Requests small images of an object's textures. */
+/** Requests small images of the textures of a material. */
 export interface Thumbnails {
   type: "thumbnails";
   number: number;
+  material: number;
 }
 
 /** Adds the present camera to the world, under a name (empty: "view"). */
@@ -342,51 +354,8 @@ export interface Visible {
 
 /** Any message of a client. */
 export type ClientMessage =
-  | Hello
-  | Size
-  | Move
-  | Home
-  | Locate
-  | Ground
-  | LookThrough
-  | Panes
-  | Photograph
-  | Time
-  | Variant
-  | FromSide
-  | Look
-  | TurnUp
-  | Lens
-  | Pose
-  | Overlay
-  | Scan
-  | Edit
-  | Select
-  | SelectLight
-  | Texture
-  | Thumbnails
-  | KeepCamera
-  | RemoveCamera
-  | Gizmo
-  | Undo
-  | Redo
-  | Channel
-  | Display
-  | Quality
-  | Probe
-  | Tile
-  | Pick
-  | Hold
-  | Follow
-  | Explain
-  | Forget
-  | Snapshot
-  | Film
-  | Stop
-  | Upload
-  | Open
-  | Copy
-  | Acknowledge
-  | Control
-  | Planes
-  | Visible;
+  Hello | Size | Move | Home | Locate | Ground | LookThrough | Panes | Photograph | Time | Variant |
+  FromSide | Look | TurnUp | Lens | Pose | Overlay | Scan | Edit | EditMaterial | Select | SelectLight
+  | Texture | Thumbnails | KeepCamera | RemoveCamera | Gizmo | Undo | Redo | Channel | Display |
+  Quality | Probe | Tile | Pick | Hold | Follow | Explain | Forget | Snapshot | Film | Stop | Upload |
+  Open | Copy | Acknowledge | Control | Planes | Visible;

@@ -7,7 +7,6 @@ for undo are copies without their own acceleration structures.
 from __future__ import annotations
 
 import itertools
-import json
 import math
 import weakref
 from collections.abc import Callable
@@ -15,7 +14,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..._core import srgb_from_linear
 from ...arguments import Floats, real
 from ...camera import Camera
 from ...errors import SettingsError, WorldError
@@ -25,9 +23,10 @@ from ...world.load import with_up_axis
 from .contents import matrix_of_object, names_of_objects, visibilities
 from .gizmo import middle_of, placed
 from .light_edits import describe_light, edit_light
+from .material_edits import edit_material
 from .placement import matrix_of_placement, placement_of_matrix
 
-__all__ = ["READ_ONLY", "Edits", "edited", "is_animated", "material", "next_step_number"]
+__all__ = ["READ_ONLY", "Edits", "edited", "is_animated", "next_step_number"]
 
 MOST_STEPS = 100
 """Maximum number of steps that can be undone."""
@@ -82,6 +81,13 @@ class Edits:
         Raises `WorldError` for a change that is not possible; the world is then unchanged.
         """
         self._show_edited(lambda world: edited(world, kind, number, key, value))
+
+    def edit_material(self, number: int, slot: int | None, key: str, value: Any) -> None:
+        """Changes the material in a slot of an object; if `slot` is None, the materials in all slots.
+
+        Raises `WorldError` and `SettingsError` for a change that is not possible; the world is then unchanged.
+        """
+        self._show_edited(lambda world: edit_material(world, number, slot, key, value))
 
     def place_object(self, number: int, matrix: Floats, stroke: object) -> None:
         """Sets an object's matrix; the changes of one drag are one undo step.
@@ -229,10 +235,8 @@ class Edits:
 def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     """Returns a copy of a world with a changed object or light.
 
-    Keys of objects: `visible` (bool), `isolate` (True hides all others, False shows all), `color` (text), `roughness`
-    and `metallic` (0 to 1), `emission` (W/(m² sr)), `move` (metres [3]), `turn` (degrees about up) and `scale` (a
-    factor), around the centre of its mesh. A change of roughness or metallic makes materials without this key
-    principled; they keep their colours, textures, and the other key's value. `place` is an index and a value in the
+    Keys of objects: `visible` (bool), `isolate` (True hides all others, False shows all), `move` (metres [3]), `turn`
+    (degrees about up) and `scale` (a factor), around the centre of its mesh. `place` is an index and a value in the
     object's placement: location, roll, pitch, yaw in degrees, scales. `edit_light` describes the keys of lights.
     Raises `WorldError` if the change is not possible, for example if an animation moves the object, and
     `SettingsError` for an invalid value.
@@ -250,13 +254,6 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     elif key == "isolate" and isinstance(value, bool):
         for other in range(world._core.object_count):
             changed.set_object(other, visible=other == number or not value)
-    elif key == "color" and isinstance(value, str):
-        changed.set_object(number, color=value)
-    elif key in ("roughness", "metallic"):
-        share = real(key, value, 0.0, 1.0)
-        changed.set_object(number, material={**_missing_keys(material(world, number), key), key: share})
-    elif key == "emission":
-        changed.set_object(number, emission=[real(key, value, 0.0, 1e6)] * 3)
     elif key in ("move", "turn", "scale"):
         _require_placeable(world, number)
         changed.set_object(number, matrix=_placed(world, number, key, value))
@@ -269,51 +266,6 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
             code="unknown_key",
         )
     return changed
-
-
-def material(world: World, number: int) -> dict[str, Any]:
-    """The first material of an object for the client's fields.
-
-    The result is empty for an object without triangles.
-    """
-    found = json.loads(world._core.material(number, 0))
-    if found is None:
-        return {}
-    model = found["model"]
-    name, values = (model, {}) if isinstance(model, str) else next(iter(model.items()))
-    bytes_ = srgb_from_linear(np.array(found["color"], np.float32), 1.0, 8, "standard")
-    return {
-        "model": name.lower(),
-        "color": "#" + "".join(f"{int(each):02x}" for each in bytes_),
-        "linear": found["color"],
-        "textured": found["texture"] is not None,
-        "emission": max(found["emission"]["value"]),
-        "roughness": _roughness(name, values),
-        "metallic": values["metallic"]["value"] if name == "Principled" else float(name == "Metal"),
-    }
-
-
-def _roughness(model: str, values: dict[str, Any]) -> float:
-    """The roughness of a material, as in the channel `roughness`: 1 without a glossy lobe.
-
-    For a Phong lobe, it is the roughness of the microfacets that correspond to its exponent (B. Walter et al.,
-    "Microfacet Models for Refraction through Rough Surfaces", 2007, section 5.2).
-    """
-    if model == "Principled":
-        return float(values["roughness"]["value"])
-    if model in ("Metal", "Glass"):
-        return float(values["roughness"])
-    if model == "Phong" and any(values["specular"]):
-        return float((2 / (values["shininess"] + 2)) ** 0.25)
-    return 1.0
-
-
-def _missing_keys(shown: dict[str, Any], key: str) -> dict[str, Any]:
-    """Returns the keys that make a material without `key` principled; empty if it has `key`."""
-    with_key = ("principled", "metal", "glass") if key == "roughness" else ("principled",)
-    if not shown or shown["model"] in with_key:
-        return {}
-    return {"type": "principled", "roughness": shown["roughness"], "metallic": shown["metallic"]}
 
 
 def is_animated(world: World, number: int) -> bool:

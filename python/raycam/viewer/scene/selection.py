@@ -11,9 +11,10 @@ from ...camera import Camera
 from ...world import World
 from ..client_messages import Gizmo
 from .contents import matrix_of_object, names_of_objects, visibilities
-from .edits import Edits, is_animated, material
+from .edits import Edits, is_animated
 from .floor_handle import FLOOR_HANDLE, drag_on_floor, floor_handle
 from .gizmo import dragged, handles, middle_of
+from .material_edits import list_slots, material
 from .overlay import polylines
 from .placement import placement_of_matrix
 from .sun_handle import center_of_objects, sun_handles, turn_sun
@@ -32,6 +33,8 @@ class Selection:
     def __init__(self, edits: Edits) -> None:
         self.number = 0
         self.tool = "none"
+        self.slot: int | None = 0
+        """The selected material slot of the object; None if all slots are selected."""
         self.light: int | None = None
         """The selected light, whose position or direction has handles; None if an object is selected."""
         self._edits = edits
@@ -41,9 +44,9 @@ class Selection:
         self._center: tuple[World | None, Floats] = (None, np.zeros(3))
         """A world and the centre of its objects, around which the handles of suns are drawn."""
 
-    def choose(self, number: int, tool: str) -> None:
-        """Selects an object by its number; clears the selection if the object does not exist."""
-        self.number, self.tool, self.light = number, tool, None
+    def choose(self, number: int, tool: str, slot: int | None = 0) -> None:
+        """Selects an object by its number, and its material slot; clears the selection if the object does not exist."""
+        self.number, self.tool, self.slot, self.light = number, tool, slot, None
 
     def choose_light(self, number: int) -> None:
         """Selects a light by its number instead of an object."""
@@ -64,10 +67,14 @@ class Selection:
         if self.is_there():
             said["name"] = names_of_objects(self.world)[self.number]
             said["visible"] = visibilities(self.world)[self.number]
-            said["material"] = material(self.world, self.number)
+            slots = list_slots(self.world, self.number)
+            said["slots"] = slots
+            said["slot_count"] = len(self.world.objects[self.number].materials)
+            said["slot"] = -1 if self.slot is None else self.slot
+            said["material"] = material(self.world, self.number, self.slot or 0)
             said["animated"] = is_animated(self.world, self.number)
             said["place"] = placement_of_matrix(matrix_of_object(self.world, self.number), self.world.up)
-            said["textures"] = texture_slots(self.world, self.number)
+            said["textures"] = texture_slots(self.world, self.number, self.slot or 0)
         return said
 
     def handles(self, world: World, camera: Camera) -> list[dict[str, Any]]:

@@ -38,13 +38,13 @@ NEUTRAL: dict[str, tuple[int, int, int]] = {"normal": (128, 128, 255)}
 """The sRGB texel values without effect, by slot; white for slots that are not listed."""
 
 
-def texture_slots(world: World, number: int) -> list[dict[str, Any]]:
-    """Each slot of an object's first material: its name, image file, and whether it is used.
+def texture_slots(world: World, number: int, material: int = 0) -> list[dict[str, Any]]:
+    """Each texture slot of the material in an object's slot `material`: its name, image file, and whether it is used.
 
-    The image file is empty for a slot without an image.
+    The image file is empty for a slot without an image. The result is empty for an unknown object or material.
     """
-    found = json.loads(world._core.material(number, 0))
-    if found is None:
+    found = _material(world, number, material)
+    if not found:
         return []
     names = world._core.textures
     values = found["model"].get("Principled", {}) if isinstance(found["model"], dict) else {}
@@ -64,8 +64,10 @@ def texture_slots(world: World, number: int) -> list[dict[str, Any]]:
     return slots
 
 
-def set_texture(world: World, number: int, slot: str, image: str | None) -> World:
-    """Returns a copy of a world with another texture in a slot of an object.
+def set_texture(
+    world: World, number: int, slot: str, image: str | None, material: int | None = None
+) -> World:
+    """Returns a copy of a world with another texture in the slot `material` of an object; None changes all materials.
 
     If `image` is None, the texture is neutral. Raises `WorldError` for an object without texture coordinates, and the
     errors of the image file.
@@ -76,18 +78,24 @@ def set_texture(world: World, number: int, slot: str, image: str | None) -> Worl
         texture = np.full((1, 1, 3), NEUTRAL.get(slot, (255, 255, 255)), np.uint8)
     changed = world.copy()
     keys: dict[str, Any] = {"texture": texture} if slot == "color" else {"textures": {slot: texture}}
-    if number < world._core.object_count:
-        keys |= _factor(world, number, slot)
-    changed.set_object(number, **keys)
+    factors = [_factor(each, slot) for each in json.loads(world._core.materials(number))]
+    if material is None:
+        changed.set_object(number, **keys, slots=dict(enumerate(factors)))
+    else:
+        changed.set_object(number, slots={material: keys | dict(*factors[material : material + 1])})
     return changed
 
 
-def _factor(world: World, number: int, slot: str) -> dict[str, Any]:
+def _material(world: World, number: int, material: int) -> dict[str, Any]:
+    """The material in the slot `material` of an object; empty for an unknown object or material."""
+    return dict(*json.loads(world._core.materials(number))[material : material + 1])
+
+
+def _factor(found: dict[str, Any], slot: str) -> dict[str, Any]:
     """Returns the key with the material's own value of a slot, so that a new texture keeps it.
 
     The texture multiplies this value.
     """
-    found = json.loads(world._core.material(number, 0)) or {}
     if slot == "color" and "color" in found:
         return {"color": found["color"]}
     values = found["model"].get("Principled", {}) if isinstance(found.get("model"), dict) else {}
@@ -98,17 +106,12 @@ def _factor(world: World, number: int, slot: str) -> dict[str, Any]:
     return {}
 
 
-def thumbnail(world: World, number: int, slot: str) -> npt.NDArray[np.uint8] | None:
-    """The image [64, 64, 3] of a slot's texture over the unit square.
+def thumbnail(world: World, number: int, slot: str, material: int = 0) -> npt.NDArray[np.uint8] | None:
+    """The image [64, 64, 3] of a texture of the material in an object's slot `material`, over the unit square.
 
     None if the file cannot be shown.
     """
-    square = world.copy()
-    with collected():  # notices about the world's animations do not concern its copy
-        for other in reversed(range(square._core.object_count)):
-            if other != number:
-                square.remove_object(other)
-        square.set_object(0, plane={"size": [1, 1]}, matrix=np.eye(4), visible=True)
+    square = World._of(world._core.material_square(number, material))
     try:
         if slot == "color":
             square.set_object(0, color=[1.0, 1.0, 1.0])

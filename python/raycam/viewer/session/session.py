@@ -18,7 +18,7 @@ from ...explanation.scene_figure import Line
 from ...notices import collected
 from ...world import World
 from .. import client_messages as messages
-from ..client_messages import MAX_IMAGE_SIZE, Message
+from ..client_messages import MAX_IMAGE_SIZE, Message, chosen_slot
 from ..controls import Control, Controls
 from ..files.photographs import Photographs
 from ..files.uploads import Uploads, file_types, is_image
@@ -443,7 +443,7 @@ class Session:
             self.redraw()
 
     def _select(self, message: messages.Select) -> None:
-        self.selection.choose(message.number, message.tool)
+        self.selection.choose(message.number, message.tool, chosen_slot(message.slot))
         self.connection.send(self.selection.about())
         self.redraw()
 
@@ -462,7 +462,9 @@ class Session:
         if not edits.allowed:
             raise SettingsError(READ_ONLY, code="read_only")
         file = self.uploads.image(message.file) if message.file else None
-        edits.replace(set_texture(edits.world, message.number, message.slot, file))
+        edits.replace(
+            set_texture(edits.world, message.number, message.slot, file, chosen_slot(message.material))
+        )
 
     def _keep_camera(self, message: messages.KeepCamera) -> None:
         name = self.view.opened.edits.keep_camera(self.view.camera, message.name)
@@ -475,6 +477,11 @@ class Session:
 
     def _edit(self, message: messages.Edit) -> None:
         self.view.opened.edits.edit(message.kind, message.number, message.key, message.value)
+
+    def _edit_material(self, message: messages.EditMaterial) -> None:
+        self.view.opened.edits.edit_material(
+            message.number, chosen_slot(message.slot), message.key, message.value
+        )
 
     def _drag(self, message: messages.Gizmo) -> None:
         self.selection.drag(self.view.still_camera, message, self.connection.id)
@@ -552,6 +559,7 @@ class Session:
         messages.KeepCamera: _keep_camera,
         messages.RemoveCamera: _remove_camera,
         messages.Edit: _edit,
+        messages.EditMaterial: _edit_material,
         messages.Undo: _undo,
         messages.Redo: _redo,
         messages.Quality: lambda self, message: self.show(replace(self.view, integrator=message.integrator)),

@@ -1,4 +1,4 @@
-// The textures of the selected object's material, as small images. Textures can be replaced by a file, or removed.
+// The textures of the selected material, as small images. Textures can be replaced by a file, or removed.
 
 import { byId, element } from "../dom.js";
 import { sendPieces } from "../drop.js";
@@ -14,6 +14,7 @@ export class TextureSlots {
   constructor(client) {
     this.client = client;
     this.number = -1;
+    this.material = 0;
     /** The shown slots as text: only a change requests images. */
     this.shown = "";
     this.list = byId("textures", HTMLElement);
@@ -24,14 +25,14 @@ export class TextureSlots {
     this.input.addEventListener("change", () => this.replace());
   }
 
-  /** @param {number} number of the object @param {TextureSlot[]} slots */
-  show(number, slots) {
+  /** @param {number} number of the object @param {number} material the slot of its material @param {TextureSlot[]} slots */
+  show(number, material, slots) {
     byId("texture-group", HTMLElement).hidden = !slots.length;
-    const text = JSON.stringify([number, slots]);
+    const text = JSON.stringify([number, material, slots]);
     if (text === this.shown) return;
-    [this.number, this.shown] = [number, text];
+    [this.number, this.material, this.shown] = [number, material, text];
     this.list.replaceChildren(...slots.map((each) => this.row(each)));
-    if (slots.some(({ used }) => used)) this.client.transport.send({ type: "thumbnails", number });
+    if (slots.some(({ used }) => used)) this.client.transport.send({ type: "thumbnails", number, material });
   }
 
   /** @param {TextureSlot} slot @returns {HTMLElement} */
@@ -48,15 +49,15 @@ export class TextureSlots {
     row.append(frame, name, replace);
     if (used) {
       const clear = element("button", "Clear", { type: "button", "aria-label": `clear the ${slot} texture` });
-      clear.addEventListener("click", () => this.client.transport.send({ type: "texture", number: this.number, slot, file: "" }));
+      clear.addEventListener("click", () => this.client.transport.send({ type: "texture", number: this.number, material: this.material, slot, file: "" }));
       row.append(clear);
     }
     return row;
   }
 
   /** @param {import("../client.js").Message} thumbnails */
-  receive({ number, images }) {
-    if (number !== this.number) return;
+  receive({ number, material, images }) {
+    if (number !== this.number || material !== Math.max(this.material, 0)) return;
     for (const row of /** @type {NodeListOf<HTMLElement>} */ (this.list.querySelectorAll("[data-slot]"))) {
       const source = images[row.dataset.slot || ""];
       if (source) row.querySelector(".thumbnail")?.replaceChildren(element("img", "", { src: source, alt: `${row.dataset.slot} texture` }));
@@ -69,8 +70,8 @@ export class TextureSlots {
     this.input.value = "";
     if (!file) return;
     if (!file.size || file.size > LARGEST_IMAGE) return this.client.say(`${file.name}: expected an image of 1 byte to 256 MiB.`, "error");
-    const { number, slot } = this;
+    const { number, material, slot } = this;
     await sendPieces(this.client, file.name, file);
-    this.client.transport.send({ type: "texture", number, slot, file: file.name });
+    this.client.transport.send({ type: "texture", number, material, slot, file: file.name });
   }
 }

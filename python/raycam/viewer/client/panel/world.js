@@ -1,10 +1,10 @@
 // The world of the live view: the selected object and its properties, and the strengths of lights.
 
-import { byId, element, fillSelect, numbersOf } from "../dom.js";
+import { byId, element, fillSelect } from "../dom.js";
 import { grouped } from "../image/numbers.js";
 import { LightControls } from "./lights.js";
+import { MaterialFields } from "./material.js";
 import { PlacementFields } from "./placement.js";
-import { TextureSlots } from "./textures.js";
 import { SceneTree } from "./tree.js";
 
 /** @typedef {import("../client.js").Client} Client */
@@ -20,13 +20,9 @@ export class WorldControls {
     this.client = client;
     this.object = byId("object", HTMLSelectElement);
     this.lights = new LightControls(client);
-    this.textures = new TextureSlots(client);
+    this.material = new MaterialFields(client, (slot) => this.selectSlot(slot));
     this.placement = new PlacementFields((place, value) => this.edit("object", "place", [place, value]), (text) => client.say(text, "error"));
     this.shown = byId("object-visible", HTMLInputElement);
-    this.color = byId("object-color", HTMLInputElement);
-    this.roughness = byId("object-roughness", HTMLInputElement);
-    this.metallic = byId("object-metallic", HTMLInputElement);
-    this.emission = byId("object-emission", HTMLInputElement);
     this.tool = "none";
     this.tools = /** @type {HTMLButtonElement[]} */ ([...document.querySelectorAll("[data-tool]")]);
     for (const button of this.tools) button.addEventListener("click", () => this.setTool(button.dataset.tool || "none"));
@@ -38,6 +34,8 @@ export class WorldControls {
     /** @type {{ name: string, visible: boolean }[]} */
     this.objects = [];
     this.selected = -1;
+    /** The selected material slot of the object. */
+    this.slot = 0;
     this.names = "";
     /** True once the user has selected an object; objects are outlined only after that. */
     this.isChosen = false;
@@ -65,15 +63,7 @@ export class WorldControls {
     this.lookThrough = () => {};
     for (const box of [this.cameras, this.explained, this.grid]) box.addEventListener("change", () => this.tellOverlay());
     this.object.addEventListener("change", () => this.pick(Number(this.object.value)));
-    for (const [key, input] of /** @type {["roughness" | "metallic" | "emission", HTMLInputElement][]} */ ([["roughness", this.roughness], ["metallic", this.metallic], ["emission", this.emission]])) {
-      input.addEventListener("change", () => {
-        const [value] = numbersOf([input], (text) => client.say(text, "error")) || [];
-        if (value !== undefined) this.edit("object", key, value);
-      });
-    }
-    for (const input of [this.roughness, this.metallic]) input.addEventListener("input", () => this.showValues());
     this.shown.addEventListener("change", () => this.edit("object", "visible", this.shown.checked));
-    this.color.addEventListener("change", () => this.edit("object", "color", this.color.value));
     this.button("turns", "turn left", "turn left", () => this.edit("object", "turn", TURN));
     this.button("turns", "turn right", "turn right", () => this.edit("object", "turn", -TURN));
     this.button("turns", "larger", "larger", () => this.edit("object", "scale", GROWTH));
@@ -136,6 +126,7 @@ export class WorldControls {
    */
   begin(overlay, names) {
     this.isChosen = this.isChosen && names === this.names && this.tree.selectedLight < 0;
+    if (names !== this.names) this.slot = 0;
     this.names = names;
     this.selected = this.tree.selectedLight = -1;
     if (overlay) [this.cameras.checked, this.explained.checked, this.grid.checked] = [overlay.cameras, overlay.explained, overlay.grid];
@@ -146,11 +137,17 @@ export class WorldControls {
     this.client.transport.send({ type: "overlay", cameras, explained, grid });
   }
 
-  /** Selects an object and outlines it. @param {number} number @returns {boolean} false if the object does not exist */
-  pick(number) {
+  /**
+   * Selects an object and one of its material slots, and outlines the object.
+   * @param {number} number
+   * @param {number} slot
+   * @returns {boolean} false if the object does not exist
+   */
+  pick(number, slot = 0) {
     if (!(number >= 0 && number < this.count)) return false;
     this.isChosen = true;
     this.selected = this.tree.selectedLight = -1;
+    this.slot = slot;
     this.choose(number);
     return true;
   }
@@ -172,7 +169,10 @@ export class WorldControls {
     }
     this.object.value = String(number);
     if (this.objects[number]) this.shown.checked = this.objects[number].visible;
-    if (this.selected !== number) this.select();
+    if (this.selected !== number) {
+      if (this.selected >= 0) this.slot = 0;
+      this.select();
+    }
     if (this.tree.selectedLight < 0) this.tree.show({ selected: this.isChosen ? number : -1 });
   }
 
@@ -182,7 +182,13 @@ export class WorldControls {
     const chosen = this.tool === "none" && this.isChosen ? "outline" : this.tool;
     const tool = /** @type {import("../messages").Select["tool"]} */ (chosen);
     this.expectsHandles = this.tool !== "none";
-    this.client.transport.send({ type: "select", number: this.selected, tool });
+    this.client.transport.send({ type: "select", number: this.selected, slot: this.slot, tool });
+  }
+
+  /** @param {number} slot */
+  selectSlot(slot) {
+    this.slot = slot;
+    this.select();
   }
 
   /** @param {string} name of the tool to use; the name of the current tool deselects it */
@@ -197,10 +203,11 @@ export class WorldControls {
   }
 
   /** @param {import("../client.js").Message} selected */
-  showMaterial({ number, name, visible, material, animated, place, textures }) {
+  showSelected(selected) {
+    const { number, name, visible, animated, place } = selected;
     if (number !== Number(this.object.value)) return;
     this.placement.show(place, Boolean(animated));
-    this.textures.show(number, textures || []);
+    this.material.show(selected);
     const fixed = byId("object-fixed", HTMLElement);
     fixed.hidden = !animated;
     fixed.textContent = animated ? "An animation moves this object, so it cannot be moved here." : "";
@@ -211,14 +218,6 @@ export class WorldControls {
       this.object.selectedOptions[0].textContent = name;
       this.shown.checked = visible;
     }
-    if (!material.color) return;
-    const shown = [this.color, this.roughness, this.metallic, this.emission];
-    const values = [material.color, material.roughness, material.metallic, Number(material.emission.toPrecision(6))];
-    shown.forEach((input, i) => {
-      if (document.activeElement !== input) input.value = String(values[i]);
-    });
-    this.showValues();
-    byId("object-model", HTMLElement).textContent = `Material: ${material.model}${material.textured ? ", with a texture" : ""}`;
   }
 
   /**
@@ -238,10 +237,5 @@ export class WorldControls {
    */
   change(kind, number, key, value) {
     this.client.transport.send({ type: "edit", kind, number, key, value });
-  }
-
-  showValues() {
-    byId("roughness-text", HTMLOutputElement).textContent = Number(this.roughness.value).toFixed(2);
-    byId("metallic-text", HTMLOutputElement).textContent = Number(this.metallic.value).toFixed(2);
   }
 }
