@@ -364,7 +364,7 @@ impl World {
             };
             let mesh = alone.add_shared_mesh(Arc::new(primitive::plane([1.0; 2])?));
             let materials = vec![world.objects[object].materials[slot]];
-            alone.add_object(Object::new("square".into(), mesh, materials, DAffine3::IDENTITY))?;
+            alone.add_object(Object::new("square", mesh, materials, DAffine3::IDENTITY))?;
             Ok(alone)
         })
     }
