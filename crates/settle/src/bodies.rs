@@ -8,6 +8,7 @@ use raycam_scene::World;
 
 use crate::convert::vector;
 use crate::error::{Result, SettleError};
+use crate::hull::Hull;
 use crate::parts::{convex_parts, hull, solidity};
 use crate::request::Physics;
 use crate::surface::{Placed, Surface};
@@ -66,7 +67,7 @@ impl Body {
         let surface = surface_of(world, object, body_from_mesh).ok_or_else(flat)?;
         let shape = |part: &Vec<Vector>| {
             let points: Vec<Vector> = part.iter().map(|&point| shifted(point)).collect();
-            hull(&points).and_then(|(corners, _)| SharedShape::convex_hull(&corners))
+            hull(&points).and_then(|(corners, _)| Hull::shape(&corners))
         };
         let parts: Vec<SharedShape> = convex_parts(&own, physics.parts).iter().filter_map(shape).collect();
         if parts.is_empty() {
@@ -102,7 +103,7 @@ impl Obstacle {
         use rapier3d_f64::parry::shape::{TriMesh, TriMeshFlags};
         let mesh = self.surface.mesh();
         if solidity(&self.surface) > EXACTLY_CONVEX
-            && let Some(shape) = SharedShape::convex_hull(mesh.vertices())
+            && let Some(shape) = Hull::shape(mesh.vertices())
         {
             return shape;
         }

@@ -13,16 +13,24 @@ pub enum SettleError {
         name: String,
     },
     /// No attempt passed the checks.
-    #[error("{message} (last of {attempts} attempts); use fewer objects, a larger region, more time or another seed")]
+    #[error("{message}{}", remedy(*attempts))]
     NotSettled {
         /// The first check that failed, with object and value.
         message: String,
-        /// Number of attempts.
+        /// Number of attempts; 1 without a target.
         attempts: usize,
     },
     /// The caller stopped the work.
     #[error("settling was cancelled")]
     Cancelled,
+}
+
+/// What to do after a number of attempts; without a target, there is only one.
+fn remedy(attempts: usize) -> String {
+    match attempts {
+        1 => "; use more time, or place the objects where they are closer to rest".into(),
+        _ => format!(" (last of {attempts} attempts); use fewer objects, a larger region, more time or another seed"),
+    }
 }
 
 /// Result of settling.

@@ -10,6 +10,7 @@
 //! random        deterministic draws
 //! surface       exact queries of a real mesh
 //! parts         convex parts of a mesh, cached
+//! hull          convex shapes with fast queries
 //! request       what falls, where and how
 //! bodies        the objects as parts, surfaces and bounds
 //! start         poses from which objects are dropped
@@ -26,6 +27,7 @@
 mod bodies;
 mod convert;
 mod error;
+mod hull;
 mod judge;
 mod overlap;
 mod parts;

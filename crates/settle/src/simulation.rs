@@ -29,6 +29,11 @@ const LINEAR_DAMPING: f64 = 0.02;
 /// Coefficient of rolling resistance: the ratio of the force that stops a rolling ball to its weight. rapier has no
 /// rolling friction. Without it, balls roll for a long time, and small errors of the contacts turn cylinders forever.
 const ROLLING_RESISTANCE: f64 = 0.01;
+/// Drag slows all motion, so that a ball in a smooth bowl does not roll to and fro for a minute. It begins at this time in
+/// seconds after the last start, and its damping rate grows by this much per second, in 1/s². It does not act during the
+/// final check, and it cannot hold an object on a slope.
+const DRAG_DELAY: f64 = 1.0;
+const DRAG_GROWTH: f64 = 2.0;
 
 /// Falling bodies among obstacles.
 pub(crate) struct Simulation<'a> {
@@ -37,6 +42,8 @@ pub(crate) struct Simulation<'a> {
     handles: Vec<Option<RigidBodyHandle>>,
     up: Vector,
     gravity: f64,
+    /// Damping rate of the drag in 1/s.
+    drag: f64,
     /// Number of steps so far.
     pub(crate) steps: usize,
 }
@@ -51,7 +58,7 @@ impl<'a> Simulation<'a> {
         for (shape, properties) in obstacles {
             physics.insert_collider(collider(shape.clone(), properties, tolerance), None);
         }
-        Self { physics, bodies, handles: vec![None; bodies.len()], up, gravity: request.gravity, steps: 0 }
+        Self { physics, bodies, handles: vec![None; bodies.len()], up, gravity: request.gravity, drag: 0.0, steps: 0 }
     }
 
     /// Inserts each missing body at its start time, and simulates until nothing moves during one further second,
@@ -76,6 +83,7 @@ impl<'a> Simulation<'a> {
                     before = self.poses();
                 }
             }
+            self.drag = DRAG_GROWTH * (time - last - DRAG_DELAY).max(0.0);
             self.step();
             step += 1;
             if step % WINDOW_STEPS == 0 {
@@ -99,8 +107,9 @@ impl<'a> Simulation<'a> {
         Some(self.wait())
     }
 
-    /// Simulates one more second; returns the motion of each body.
+    /// Simulates one more second without drag; returns the motion of each body.
     fn wait(&mut self) -> Vec<f64> {
+        self.drag = 0.0;
         let before = self.poses();
         for _ in 0..REST_STEPS {
             self.step();
@@ -162,7 +171,9 @@ impl<'a> Simulation<'a> {
             let loss = ROLLING_RESISTANCE * self.gravity / (0.4 * body.radius) * STEP;
             let speed = moving.angvel().length();
             let kept = if speed > loss { 1.0 - loss / speed } else { 0.0 };
-            moving.set_angvel(moving.angvel() * kept, false);
+            let slowed = 1.0 / (1.0 + self.drag * STEP);
+            moving.set_angvel(moving.angvel() * kept * slowed, false);
+            moving.set_linvel(moving.linvel() * slowed, false);
         }
     }
 

@@ -34,7 +34,7 @@ ORDER = {
         lidar queries render render_many progressive lib
     """,
     "settle": """
-        error convert random surface parts request bodies start simulation judge overlap settle lib
+        error convert random surface parts hull request bodies start simulation judge overlap settle lib
     """,
     "web": """
         failure request page lib
