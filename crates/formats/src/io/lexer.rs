@@ -161,6 +161,7 @@ pub(crate) fn name_bytes(bytes: &[u8]) -> Vec<u8> {
 /// Nearest float64 to a decimal number; also accepts `inf` and `nan`, which the caller checks.
 pub(crate) fn number(word: &[u8]) -> Option<f64> {
     exact_number(word)
+        .or_else(|| exact_scientific_number(word))
         .or_else(|| std::str::from_utf8(word).ok()?.parse().ok())
         .or_else(|| not_finite(word))
         .or_else(|| fortran_number(word))
@@ -211,13 +212,41 @@ fn not_finite(word: &[u8]) -> Option<f64> {
     starts.iter().any(|start| rest.starts_with(start)).then_some(f64::NAN)
 }
 
+/// Powers of ten that are exact in float64.
+const POWERS_OF_TEN: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
+];
+
 /// Reads a number in the most common case: at most 15 digits and a power of ten up to 22. Both are exact in float64, so
 /// rounding their product once gives the nearest number (Clinger 1990).
 fn exact_number(word: &[u8]) -> Option<f64> {
-    const POWERS_OF_TEN: [f64; 23] = [
-        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19,
-        1e20, 1e21, 1e22,
-    ];
+    let (negative, mantissa, after_point) = decimal(word)?;
+    let value = mantissa as f64 / POWERS_OF_TEN[after_point];
+    Some(if negative { -value } else { value })
+}
+
+/// Same as [`exact_number`], for numbers with an exponent of at most three digits, such as `1.5e+002`.
+fn exact_scientific_number(word: &[u8]) -> Option<f64> {
+    let at = word.iter().position(|b| matches!(b, b'e' | b'E'))?;
+    let (negative, mantissa, after_point) = decimal(&word[..at])?;
+    let (sign, digits) = match &word[at + 1..] {
+        [b'-', digits @ ..] => (-1, digits),
+        [b'+', digits @ ..] | digits => (1, digits),
+    };
+    if !(1..=3).contains(&digits.len()) || !digits.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    let exponent = digits.iter().fold(0, |value, digit| 10 * value + i32::from(digit - b'0'));
+    let power = sign * exponent - after_point as i32;
+    let scale = *POWERS_OF_TEN.get(power.unsigned_abs() as usize)?;
+    let value = if power > 0 { mantissa as f64 * scale } else { mantissa as f64 / scale };
+    Some(if negative { -value } else { value })
+}
+
+/// Sign, digits and number of digits after the point of a decimal number with at most 15 digits.
+#[inline]
+fn decimal(word: &[u8]) -> Option<(bool, u64, usize)> {
     let (negative, digits) = match word {
         [b'-', rest @ ..] => (true, rest),
         [b'+', rest @ ..] => (false, rest),
@@ -240,8 +269,7 @@ fn exact_number(word: &[u8]) -> Option<f64> {
     if digits.len() == usize::from(point) || (digits.len() == 16 && !point) {
         return None;
     }
-    let value = mantissa as f64 / POWERS_OF_TEN[after_point];
-    Some(if negative { -value } else { value })
+    Some((negative, mantissa, after_point))
 }
 
 /// Parses a decimal integer.
@@ -283,7 +311,8 @@ mod tests {
     fn numbers_are_parsed_to_the_nearest_float64() {
         let words = "0 -0 1 +1 .5 5. -1.25 0.1 0.30000001192092896 123456789012345 1234567890123456 \
                      9007199254740993 12345678.9012345 1e3 1E-7 2.2250738585072014e-308 \
-                     0.000000000000001 -.0000000001 999999999999999 0.999999999999999 4.35 inf -INF nan";
+                     0.000000000000001 -.0000000001 999999999999999 0.999999999999999 4.35 inf -INF nan \
+                     1.018757e+002 -1.43e-001 5E22 1e-22 1e23 7e-24 1.5e+0007 12345678901e22 .1e1 1.e-3 0e9";
         for word in words.split_whitespace() {
             let (ours, std) = (number(word.as_bytes()).unwrap(), word.parse::<f64>().unwrap());
             assert_eq!(ours.to_bits(), std.to_bits(), "{word}");
@@ -296,6 +325,9 @@ mod tests {
             let integer = (state >> 8) % 10_u64.pow(digits as u32);
             let places = ((state >> 4) % 16) as i32;
             let word = format!("{:.*}", places as usize, integer as f64 / 10_f64.powi(places));
+            let (ours, std) = (number(word.as_bytes()).unwrap(), word.parse::<f64>().unwrap());
+            assert_eq!(ours.to_bits(), std.to_bits(), "{word}");
+            let word = format!("{word}e{:+04}", places - 8);
             let (ours, std) = (number(word.as_bytes()).unwrap(), word.parse::<f64>().unwrap());
             assert_eq!(ours.to_bits(), std.to_bits(), "{word}");
         }
@@ -316,7 +348,9 @@ mod tests {
 
     #[test]
     fn words_that_are_not_numbers_are_refused() {
-        for word in ["", "+", "-", ".", "1.2.3", "1,5", "0x10", "1/2", "--1", "1-", "e", "1e", "\u{661}"] {
+        for word in
+            ["", "+", "-", ".", "1.2.3", "1,5", "0x10", "1/2", "--1", "1-", "e", "1e", "1e+", "1e5.0", ".e5", "\u{661}"]
+        {
             assert_eq!(number(word.as_bytes()), None, "{word}");
         }
         for word in ["", "+", "1.0", "99999999999999999999", "0x1", " 1"] {

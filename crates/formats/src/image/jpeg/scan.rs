@@ -104,6 +104,19 @@ struct BitReader<'a> {
 impl BitReader<'_> {
     /// Reads ahead to at least 32 bits if the data contains that many.
     fn fill(&mut self) {
+        if let Some(word) = self.bytes.get(self.at..).and_then(<[u8]>::first_chunk) {
+            let word = u64::from_be_bytes(*word);
+            // True if no byte is 0xff: in the complement, no byte is 0.
+            let is_plain = (!word).wrapping_sub(u64::MAX / 255) & word & (u64::MAX / 255 * 128) == 0;
+            if is_plain && self.count <= 56 {
+                // The lowest bits of the last byte may be lost; this byte is read again.
+                self.ahead |= word >> self.count;
+                let bytes = (64 - self.count) / 8;
+                self.at += bytes as usize;
+                self.count += 8 * bytes;
+                return;
+            }
+        }
         while self.count <= 56 {
             let Some(&byte) = self.bytes.get(self.at) else { return };
             // A data byte 0xff is followed by 0; 0xff before any other byte is a marker.
@@ -142,20 +155,27 @@ impl BitReader<'_> {
     }
 
     fn read_code(&mut self, table: &HuffmanTable) -> Option<u8> {
-        if self.count < 16 {
+        self.read_code_and_skip(table, |_| 0)
+    }
+
+    /// Reads a code, and skips the bits after it; `extra` returns their number, at most 16, for the code's value.
+    #[inline(always)]
+    fn read_code_and_skip(&mut self, table: &HuffmanTable, extra: impl Fn(u8) -> u8) -> Option<u8> {
+        if self.count < 32 {
             self.fill();
         }
         let [length, value] = table.lookup[(self.ahead >> (64 - FAST_BITS)) as usize];
         if length > 0 {
-            self.skip(length.into())?;
+            self.skip((length + extra(value)).into())?;
             return Some(value);
         }
         for length in FAST_BITS + 1..=16 {
             let code = (self.ahead >> (64 - length)) as u32;
             let (first, end, at) = table.lengths[length as usize];
             if (first..end).contains(&code) {
-                self.skip(length)?;
-                return table.values.get(at + (code - first) as usize).copied();
+                let value = *table.values.get(at + (code - first) as usize)?;
+                self.skip(length + u32::from(extra(value)))?;
+                return Some(value);
             }
         }
         None
@@ -293,14 +313,11 @@ impl Scan<'_> {
                 let ac = self.tables[1][ac].as_ref()?;
                 let mut k = 1;
                 while k < 64 {
-                    let code = bits.read_code(ac)?;
+                    let code = bits.read_code_and_skip(ac, |code| code & 15)?;
                     match (code >> 4, code & 15) {
                         (15, 0) => k += 16,
                         (_, 0) => break,
-                        (zeros, size) => {
-                            k += zeros + 1;
-                            bits.skip(size.into())?;
-                        }
+                        (zeros, _) => k += zeros + 1,
                     }
                 }
                 (k <= 64).then_some(())?;

@@ -15,10 +15,16 @@ pub(super) fn check_stream(bytes: &[u8]) -> Option<()> {
     LosslessValidator::new(&bytes[5..]).check_picture(size)
 }
 
+/// Number of bits by which codes are looked up.
+const FAST_BITS: usize = 8;
+
 /// Prefix code: the number of codes of each length, and their symbols in order. A single symbol takes no bits.
 struct HuffmanCode {
     counts: [u16; 16],
     symbols: Vec<u16>,
+    /// For the next bits (as many as the longest code has, at most [`FAST_BITS`]): the length of the code and its
+    /// symbol; length 0 for a longer code.
+    lookup: Vec<(u8, u16)>,
 }
 
 /// Prefix code group of a block: the codes of green, lengths and cached colours; of red; of blue; of alpha;
@@ -54,17 +60,37 @@ impl<'a> LosslessValidator<'a> {
         Self { bytes, at: 0, ahead: 0, count: 0, tables: MIN_TABLE_BYTES + TABLE_BYTES_PER_INPUT_BYTE * bytes.len() }
     }
 
-    /// Reads up to 32 bits as a number.
-    fn read_bits(&mut self, count: u32) -> Option<usize> {
-        while self.count < count {
-            let byte = *self.bytes.get(self.at)?;
+    /// Reads ahead to at least 56 bits if the stream contains that many.
+    fn fill(&mut self) {
+        if let Some(word) = self.bytes.get(self.at..).and_then(<[u8]>::first_chunk) {
+            // The highest bits of the last byte may be lost; this byte is read again.
+            self.ahead |= u64::from_le_bytes(*word) << self.count;
+            let bytes = (63 - self.count) / 8;
+            self.at += bytes as usize;
+            self.count += 8 * bytes;
+            return;
+        }
+        while self.count < 56 {
+            let Some(&byte) = self.bytes.get(self.at) else { return };
             self.at += 1;
             self.ahead |= u64::from(byte) << self.count;
             self.count += 8;
         }
-        let bits = self.ahead & ((1 << count) - 1);
+    }
+
+    fn skip(&mut self, count: u32) -> Option<()> {
+        self.count = self.count.checked_sub(count)?;
         self.ahead >>= count;
-        self.count -= count;
+        Some(())
+    }
+
+    /// Reads up to 32 bits as a number.
+    fn read_bits(&mut self, count: u32) -> Option<usize> {
+        if self.count < count {
+            self.fill();
+        }
+        let bits = self.ahead & ((1 << count) - 1);
+        self.skip(count)?;
         Some(bits as usize)
     }
 
@@ -164,7 +190,7 @@ impl<'a> LosslessValidator<'a> {
             found.iter().all(|&symbol| symbol < symbols).then_some(())?;
             let mut counts = [0; 16];
             counts[1] = found.len() as u16;
-            return Some(HuffmanCode { counts, symbols: found.iter().map(|&symbol| symbol as u16).collect() });
+            return Some(HuffmanCode::of_symbols(counts, found.iter().map(|&symbol| symbol as u16).collect()));
         }
         const ORDER: [usize; 19] = [17, 18, 0, 1, 2, 3, 4, 5, 16, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
         let mut lengths = [0; 19];
@@ -204,6 +230,14 @@ impl<'a> LosslessValidator<'a> {
 
     fn read_symbol(&mut self, code: &HuffmanCode) -> Option<usize> {
         if let [symbol] = code.symbols[..] {
+            return Some(symbol.into());
+        }
+        if self.count < 16 {
+            self.fill();
+        }
+        let (length, symbol) = code.lookup[self.ahead as usize & (code.lookup.len() - 1)];
+        if length > 0 {
+            self.skip(length.into())?;
             return Some(symbol.into());
         }
         let (mut value, mut first, mut at) = (0, 0, 0);
@@ -314,7 +348,26 @@ impl HuffmanCode {
         }
         // The codes must cover every possible bit sequence.
         let sum: u32 = (1..16).map(|length| u32::from(counts[length]) << (15 - length)).sum();
-        (symbols.len() == 1 || sum == 1 << 15).then_some(Self { counts, symbols })
+        (symbols.len() == 1 || sum == 1 << 15).then(|| Self::of_symbols(counts, symbols))
+    }
+
+    /// Prefix code with these numbers of codes by length, and their symbols in order.
+    fn of_symbols(counts: [u16; 16], symbols: Vec<u16>) -> Self {
+        let longest = counts.iter().rposition(|&count| count > 0).unwrap_or(0);
+        let bits = longest.min(FAST_BITS);
+        let mut lookup = vec![(0, 0); 1 << bits];
+        let mut rest = symbols.iter();
+        let mut code = 0_usize;
+        for length in 1..=bits {
+            for &symbol in rest.by_ref().take(counts[length].into()) {
+                // The first bit of a code is the lowest bit of the stream.
+                let first = code.reverse_bits() >> (usize::BITS as usize - length);
+                lookup.iter_mut().skip(first).step_by(1 << length).for_each(|entry| *entry = (length as u8, symbol));
+                code += 1;
+            }
+            code <<= 1;
+        }
+        Self { counts, symbols, lookup }
     }
 }
 
