@@ -27,6 +27,8 @@ const HEADER_BYTES: usize = 84;
 const FACET_BYTES: usize = 50;
 /// Limit on the work to divide a facet with more than three vertices into triangles.
 const MAX_POLYGON_STEPS: u64 = 1 << 24;
+/// Bytes of the longest keyword, `endsolid`, and one more.
+const LONGEST_KEYWORD: usize = 9;
 /// Number of facets that are read at a time.
 const BLOCK_FACETS: usize = 1 << 14;
 
@@ -296,9 +298,13 @@ impl Statement {
     /// Statement in a line, and the text after its keyword. `end loop` is read as `endloop`, and `endsolidNAME` as
     /// `endsolid NAME`.
     fn parse(line: &[u8]) -> (Self, &[u8]) {
-        let (key, rest) = lexer::split_word(line);
-        let key = key.to_ascii_lowercase();
-        let statement = match &key[..] {
+        let (word, rest) = lexer::split_word(line);
+        // No keyword is longer; only names directly after `solid` or `endsolid` are, and they are not used.
+        let mut lower = [0; LONGEST_KEYWORD];
+        let key = &mut lower[..word.len().min(LONGEST_KEYWORD)];
+        key.copy_from_slice(&word[..key.len()]);
+        key.make_ascii_lowercase();
+        let statement = match &*key {
             b"" => Self::Blank,
             key if is_comment(key) => Self::Blank,
             b"solid" => Self::Solid,

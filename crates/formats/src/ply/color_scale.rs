@@ -3,7 +3,7 @@
 //! Whole numbers are sRGB with 8 bits or, for ushort, 16; floating-point numbers are linear, 0..=1. Files with other
 //! ranges are common: ushort and float with 0..=255.
 
-use raycam_scene::color::{Rgb, linear_from_srgb};
+use raycam_scene::color::{Rgb, linear_from_srgb, linear_from_srgb8};
 use raycam_scene::{NoticeCode, counted};
 
 use crate::ply::scalar::ScalarType;
@@ -75,6 +75,10 @@ impl PlyColors {
                 NoticeCode::ClampedValue,
                 format!("colour values outside 0 to {white} are clamped ({})", counted(odd, "value")),
             );
+        }
+        if white == 255.0 && odd == 0 && !self.kind.is_float() {
+            let colors = self.values.iter().map(|color| linear_from_srgb8(color.map(|value| value as u8)));
+            return (Some(colors.collect()), self.least_alpha < white);
         }
         let value = |value: f64| {
             // The conversion maps NaN to 0.

@@ -176,8 +176,10 @@ impl<'a> Ply<'a> {
             ));
         }
         self.note_unused(element);
-        if let Some(triangles) = triangles::read(element, &columns, body, self.declared) {
-            self.triangles = triangles;
+        if let Some(found) = triangles::read(element, &columns, body, self.declared) {
+            self.triangles = found.triangles;
+            self.face_colors = found.colors;
+            self.translucent |= found.translucent;
             return Ok(());
         }
         let mut colors = columns.colors();
@@ -330,7 +332,9 @@ impl<'a> Ply<'a> {
         }
         assets.budget.take_elements(path, 3 * triangles.len() as u64)?;
         triangles.reserve_exact(polygons.len());
-        let mut colors = Vec::new();
+        // Colours of faces that were read as triangles are already those of the triangles.
+        let mut colors =
+            if polygons.len() == 0 { face_colors.take() } else { face_colors.as_ref().map(|_| Vec::new()) };
         let mut numbers = images.is_some().then(Vec::new);
         let position = |c: Corner| mesh.vertices[c.position as usize];
         let all = 0..polygons.len();
@@ -340,13 +344,15 @@ impl<'a> Ply<'a> {
             } else {
                 corners.map(|corner| corner.position)
             });
-            colors.extend(face_colors.as_ref().map(|colors| colors[polygon]));
+            if let (Some(colors), Some(face_colors)) = (&mut colors, &*face_colors) {
+                colors.push(face_colors[polygon]);
+            }
             if let (Some(numbers), Some(images)) = (&mut numbers, &*images) {
                 numbers.push(images[polygon]);
             }
         })?;
         mesh.triangles = std::mem::take(triangles);
-        mesh.face_colors = face_colors.is_some().then_some(colors);
+        mesh.face_colors = colors;
         if seams {
             let of = |c: &Corner| corner_uvs.get(c.uv as usize).copied().unwrap_or([0.0; 2]);
             let origin = |c: &Corner| c.position as usize;

@@ -18,11 +18,21 @@ pub(crate) struct FixedTable<'a> {
 }
 
 impl<'a> FixedTable<'a> {
+    /// Rows of this length with these columns: role, type and byte offset.
+    pub(crate) fn new(
+        bytes: ByteSource<'a>,
+        stride: usize,
+        big_endian: bool,
+        places: Vec<(PropertyRole, ScalarType, usize)>,
+    ) -> Self {
+        Self { bytes, stride, big_endian, places }
+    }
+
     /// The `count` rows of the next element; `None` if they are text, have lists, or are truncated.
     pub(crate) fn peek(columns: &Columns<'_>, count: usize, body: &'a Body<'_>) -> Option<Self> {
         let stride = columns.stride()?;
         let (bytes, big_endian) = body.peek(count.checked_mul(stride)?)?;
-        Some(Self { bytes, stride, big_endian, places: columns.column_offsets() })
+        Some(Self::new(bytes, stride, big_endian, columns.column_offsets()))
     }
 
     /// Size of the rows in bytes.

@@ -2,28 +2,41 @@
 
 use std::ops::Range;
 
+use raycam_scene::color::Rgb;
+
 use crate::io::{ByteSource, parallel};
 use crate::ply::body::Body;
+use crate::ply::columns::PropertyRole::{Alpha, Blue, Green, Red};
 use crate::ply::columns::{Columns, PropertyRole};
 use crate::ply::header::Element;
 use crate::ply::scalar::ScalarType;
-use crate::ply::table::BLOCK_ROWS;
+use crate::ply::table::{BLOCK_ROWS, FixedTable};
+
+/// Faces of a file whose faces are all triangles.
+pub(crate) struct PlyTriangles {
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Linear colours of the triangles.
+    pub(crate) colors: Option<Vec<Rgb>>,
+    /// True if any colour is translucent.
+    pub(crate) translucent: bool,
+}
 
 /// Reads an element whose rows are triangles.
 ///
-/// A triangle is a list of three 32-bit vertex indices below `vertices`; other columns must be unused. Returns `None`,
-/// without reading anything, if the element has another layout or any row is not such a triangle. The caller must then
-/// read row by row, which reports a fault if there is one.
+/// A triangle is a list of three 32-bit vertex indices below `vertices`; other columns must be unused, or colours whose
+/// type determines their range. Returns `None`, without reading anything, if the element has another layout or any row
+/// is not such a triangle. The caller must then read row by row, which reports a fault if there is one.
 pub(crate) fn read(
     element: &Element,
     columns: &Columns<'_>,
     body: &mut Body<'_>,
     vertices: usize,
-) -> Option<Vec<[u32; 3]>> {
-    let (before, length, stride) = layout(element, columns)?;
+) -> Option<PlyTriangles> {
+    let TriangleLayout { before, length, stride, places } = layout(element, columns)?;
     let (bytes, big_endian) = body.peek(element.count.checked_mul(stride)?)?;
     let skip = bytes.len();
-    let rows = TriangleRows { bytes, stride, three: before..before + length.bytes(), vertices };
+    let table = FixedTable::new(bytes.borrowed(), stride, big_endian, places);
+    let rows = TriangleRows { bytes: bytes.borrowed(), stride, three: before..before + length.bytes(), vertices };
     // The number 3, encoded in the number type of the list's length.
     let mut three = [0; 8];
     let three = &mut three[..length.bytes()];
@@ -40,17 +53,36 @@ pub(crate) fn read(
         (false, three) => rows.read(u32::from_le_bytes, |length| length == three),
         (true, three) => rows.read(u32::from_be_bytes, |length| length == three),
     }?;
+    let colors = match columns.have(&[Red, Green, Blue]) {
+        true => Some(table.read([Red, Green, Blue], |given| columns.linear(given))?),
+        false => None,
+    };
+    let opaque = |[alpha]: [f64; 1]| (alpha >= columns.white()).then_some([0_u8]);
+    let translucent = colors.is_some() && columns.have(&[Alpha]) && table.read([Alpha], opaque).is_none();
     body.skip(skip);
-    Some(triangles)
+    Some(PlyTriangles { triangles, colors, translucent })
 }
 
-/// Layout of an element whose rows are triangles, in a binary file: bytes of a row before the list, type of the list's
-/// length, and bytes per row of one triangle.
-fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, ScalarType, usize)> {
-    let (mut before, mut list, mut stride) = (0, None, 0);
+/// Layout of an element whose rows are triangles, in a binary file.
+struct TriangleLayout {
+    /// Bytes of a row before the list.
+    before: usize,
+    /// Type of the list's length.
+    length: ScalarType,
+    /// Bytes per row of one triangle.
+    stride: usize,
+    /// Type and byte offset of each colour channel.
+    places: Vec<(PropertyRole, ScalarType, usize)>,
+}
+
+fn layout(element: &Element, columns: &Columns<'_>) -> Option<TriangleLayout> {
+    let (mut before, mut list, mut stride, mut places) = (0, None, 0, Vec::new());
     for (property, role) in element.properties.iter().zip(columns.roles()) {
         match (property.list, role) {
-            (None, PropertyRole::Unused) => stride += property.kind.bytes(),
+            (None, Red | Green | Blue | Alpha | PropertyRole::Unused) => {
+                places.push((role, property.kind, stride));
+                stride += property.kind.bytes();
+            }
             (Some(length), PropertyRole::Corners) if list.is_none() => {
                 if !matches!(property.kind, ScalarType::I32 | ScalarType::U32) {
                     return None;
@@ -61,12 +93,12 @@ fn layout(element: &Element, columns: &Columns<'_>) -> Option<(usize, ScalarType
             _ => return None,
         }
     }
-    Some((before, list?, stride))
+    Some(TriangleLayout { before, length: list?, stride, places })
 }
 
 /// Bytes per row, as in [`layout`].
 pub(crate) fn stride(element: &Element, columns: &Columns<'_>) -> Option<usize> {
-    layout(element, columns).map(|(_, _, stride)| stride)
+    layout(element, columns).map(|layout| layout.stride)
 }
 
 struct TriangleRows<'a> {

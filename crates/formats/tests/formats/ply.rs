@@ -337,6 +337,42 @@ fn colours_of_every_range_are_read_or_clamped() {
 }
 
 #[test]
+fn coloured_faces_of_binary_files_equal_those_of_text_files() {
+    let header = |format: &str, faces: usize| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {faces}\nproperty uchar flags\nproperty list uchar int vertex_indices\nproperty uchar red\n\
+             property uchar green\nproperty uchar blue\nproperty uchar alpha\nend_header\n"
+        )
+    };
+    let positions = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let faces: [(&[i32], [u8; 4]); 3] =
+        [(&[0, 1, 2], [255, 0, 9, 255]), (&[0, 2, 3], [7, 130, 0, 200]), (&[0, 1, 2, 3], [1, 2, 3, 255])];
+    for count in [2, 3] {
+        let mut binary = header("binary_little_endian", count).into_bytes();
+        let mut text = header("ascii", count);
+        binary.extend(positions.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
+        for [x, y, z] in positions {
+            text += &format!("{x} {y} {z}\n");
+        }
+        for (corners, color) in &faces[..count] {
+            binary.extend([4, corners.len() as u8]);
+            binary.extend(corners.iter().flat_map(|corner| corner.to_le_bytes()));
+            binary.extend(color);
+            let words: Vec<String> = corners.iter().map(i32::to_string).collect();
+            let [r, g, b, alpha] = color;
+            text += &format!("4 {} {} {r} {g} {b} {alpha}\n", corners.len(), words.join(" "));
+        }
+        let (binary, text) = (model("a.ply", binary), model("a.ply", text));
+        let (mesh, expected) = (&binary.parts[0].mesh, &text.parts[0].mesh);
+        assert_eq!(mesh.face_colors.as_ref().map(Vec::len), Some([2, 4][count - 2]));
+        assert_eq!((&mesh.face_colors, &mesh.triangles), (&expected.face_colors, &expected.triangles));
+        assert_eq!(texts(&binary.notices), texts(&text.notices));
+        assert!(texts(&text.notices)[0].contains("transparency"), "{:?}", texts(&text.notices));
+    }
+}
+
+#[test]
 fn only_one_of_two_sources_of_colour_is_used() {
     let text = |vertices: [&str; 3], face: &str| {
         format!(

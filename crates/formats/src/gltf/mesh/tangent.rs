@@ -10,6 +10,8 @@ use raycam_scene::Mesh;
 /// Mesh to whose corners tangents are added.
 struct Corners<'a> {
     mesh: &'a Mesh,
+    /// Vertices in single precision, because each vertex is read many times.
+    points: Vec<Vec3>,
     uvs: &'a [[f32; 2]],
     tangents: Vec<[f32; 4]>,
 }
@@ -20,7 +22,7 @@ impl Corners<'_> {
     }
 
     fn point(&self, face: usize, corner: usize) -> Vec3 {
-        self.mesh.vertices[self.vertex(face, corner)].as_vec3()
+        self.points[self.vertex(face, corner)]
     }
 }
 
@@ -65,7 +67,8 @@ impl Geometry for Corners<'_> {
 pub(crate) fn generate(mesh: &mut Mesh, set: usize) -> Vec<u32> {
     let unchanged = || (0..mesh.vertices.len() as u32).collect();
     let Some(uvs) = mesh.uv_set(set) else { return unchanged() };
-    let mut corners = Corners { tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3 * mesh.triangles.len()], uvs, mesh };
+    let points = mesh.vertices.iter().map(|point| point.as_vec3()).collect();
+    let mut corners = Corners { tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3 * mesh.triangles.len()], points, uvs, mesh };
     // The library's error type has no variants yet; if an error is added, the mesh stays unchanged.
     if bevy_mikktspace::generate_tangents(&mut corners).is_err() {
         return unchanged();
