@@ -172,7 +172,8 @@ def load_cameras(
     * "opencv": FileStorage, YAML, JSON, XML, `.npz`, `.npy`, also compressed (`.yml.gz`); K and lens may have the keys
       that users commonly choose (`mtx`, `dist`, `K1 D1 K2 D2 R T`, a map for each camera, or keys with the cameras'
       names, such as `K_event` and `dist_event`); poses may be maps of a quaternion and a translation; R and T may be in
-      `extrinsics.json` next to `intrinsics.json`; also sensor files of EuRoC and Kimera
+      `extrinsics.json` next to `intrinsics.json`; arrays of several cameras may be stacked (K [n, 3, 3], poses
+      [n, 4, 4]); also sensor files of EuRoC and Kimera
     * "ros": files of `camera_info_manager`, CameraInfo messages as text, and folders with left.yaml and right.yaml
     * "kalibr": camchain files, whose cameras form a rig, with poses from `T_cam_imu` or `T_imu_cam`, or else relative
       to cam0 from `T_cn_cnm1`
@@ -205,8 +206,8 @@ def load_cameras(
     * "nuscenes", "argoverse", "waymo": cameras of vehicles, from JSON tables (for Argoverse 2 also CSV)
     * "replicator": a camera_params file of NVIDIA Replicator, or a folder of such files
     * "tum", "euroc": trajectories of a camera, or of the body for "euroc" (`data.csv`); if the file has a header with
-      the columns' names, the columns may have any order. "tum-intrinsics": `calibration.txt`, also with the lens of
-      DROID-SLAM (fx fy cx cy k1 k2 p1 p2)
+      the columns' names, or comments that state the order of the quaternion, these determine the order.
+      "tum-intrinsics": `calibration.txt`, also with the lens of DROID-SLAM (fx fy cx cy k1 k2 p1 p2)
     * "realsense": intrinsics printed by librealsense; "coco": the `images` of data sets that raycam writes
 
     Without `format`, the format is detected from the file's contents, then from its name; for a folder, from the

@@ -291,6 +291,14 @@ def test_intrinsics_relative_to_the_image_size_are_refused(tmp_path: Path) -> No
             b"#polynomial coefficients for the DIRECT mapping\n5 -200 0 1e-3 2e-6 3e-9\n\n#polynomial\n",
             fault("unsupported_feature", "OCamCalib"),
         ),
+        (
+            b'{"priors": [{"CameraIntrinsicsPrior": {"image_name": "a.jpg", "focal_length": 300}}]}',
+            fault("unsupported_feature", "Theia"),
+        ),
+        (
+            b"#MVE view meta data\n[camera]\nfocal_length = 0.8\n\n[view]\nid = 0\nname = 0000\n",
+            fault("unsupported_feature", "MVE"),
+        ),
     ],
 )
 def test_unsupported_formats_are_refused_with_their_name(tmp_path: Path, data: bytes, name: Fault) -> None:

@@ -74,6 +74,47 @@ def test_column_names_determine_the_order(tmp_path: Path, header: str, columns: 
     check(tmp_path / "poses.txt")
 
 
+@pytest.mark.parametrize(
+    ("prose", "columns"),
+    [
+        ("Each line: timestamp, position, and the orientation as a quaternion (w, x, y, z)", "tx ty tz qw qx qy qz"),
+        ("time, translation, rotation quaternion (scalar first)", "tx ty tz qw qx qy qz"),
+        ("Quaternions are scalar-last", "tx ty tz qx qy qz qw"),
+        ("positions in metres; quaternion order is wxyz", "tx ty tz qw qx qy qz"),
+        ("time, quaternion with w first, then the position", "qw qx qy qz tx ty tz"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize(("separator", "mark"), [(" ", "#"), (",", "%")])
+def test_order_stated_in_prose_determines_the_order(
+    tmp_path: Path, prose: str, columns: str, separator: str, mark: str
+) -> None:
+    lines = [f"{mark} recorded in the laboratory", f"{mark} {prose}"]
+    for i in range(4):
+        values = [repr(float(VALUES[name][i])) for name in columns.split()]
+        lines.append(separator.join([str(STAMP + i), *values]))
+    (tmp_path / "poses.txt").write_text("\r\n".join(lines))
+    check(tmp_path / "poses.txt")
+
+
+def test_comments_that_state_both_orders_are_refused(tmp_path: Path) -> None:
+    text = "# quaternion w x y z\n# scalar last\n1 1 2 3 0 0 0 1\n"
+    (tmp_path / "poses.txt").write_text(text)
+    with raises(FormatError, code="syntax"):
+        raycam.load_cameras(tmp_path / "poses.txt")
+
+
+@pytest.mark.parametrize(("name", "is_reported"), [("{}_mm", True), ("{} [cm]", True), ("{} [m]", False)])
+def test_unit_of_positions_in_a_header_is_reported(tmp_path: Path, name: str, is_reported: bool) -> None:
+    header = ",".join(["time", *(name.format(axis) for axis in "xyz"), "qw", "qx", "qy", "qz"])
+    (tmp_path / "poses.csv").write_text(f"{header}\n1.5,10,20,30,1,0,0,0\n2.5,10,20,30,1,0,0,0\n")
+    camera = raycam.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], np.eye(3), np.zeros(3), (640, 480))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        cameras = raycam.load_cameras(tmp_path / "poses.csv", intrinsics=camera)
+    np.testing.assert_array_equal(next(iter(cameras.values())).C, [10, 20, 30])
+    assert [notice.code for notice in cameras.notices] == ["placed_cameras"] * is_reported
+
+
 def test_gnss_poses_of_4seasons_have_w_last(tmp_path: Path) -> None:
     rows = [
         [STAMP + i, *PLACES[i], X[i], Y[i], Z[i], W[i], 0.5, 1.0, 0.0]

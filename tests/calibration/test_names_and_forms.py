@@ -469,3 +469,69 @@ def test_numbers_under_keys_unrelated_to_lenses_are_not_read_as_distortion(tmp_p
     cameras, codes = load(tmp_path / "a.json", {"K": K.tolist(), "size": SIZE, key: [0.1, 0.2, 0.3, 0.4]})
     assert next(iter(cameras.values())).distortion is None
     assert codes == ["ignored_key"]
+
+
+@pytest.mark.parametrize("ending", ["npz", "json"])
+def test_stacked_arrays_of_cameras_are_read(tmp_path: Path, ending: str) -> None:
+    # With three cameras, the arrays [3, 3] of a single K and [3, 3, 3] of three K have the same first side.
+    poses = [pose(i) for i in range(3)]
+    w2c = np.stack([matrix4(r, -r @ c) for r, c in poses])
+    matrices = np.stack([K, SECOND_K, K])
+    for k in (matrices, K):
+        arrays = {"K": k, "w2c": w2c, "size": np.array(SIZE)}
+        path = tmp_path / f"a.{ending}"
+        if ending == "npz":
+            np.savez(path, **arrays)
+        else:
+            path.write_text(json.dumps({key: value.tolist() for key, value in arrays.items()}))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Notice)
+            cameras = raycam.load_cameras(path)
+        assert len(cameras) == 3
+        for i, (camera, (r, c)) in enumerate(zip(cameras.values(), poses, strict=True)):
+            check(camera, k if k.ndim == 2 else k[i], r, c)
+
+
+def test_stacked_rotations_and_coefficients_are_read(tmp_path: Path) -> None:
+    poses = [pose(i) for i in range(4)]
+    np.savez(
+        tmp_path / "a.npz",
+        K=np.stack([K] * 4),
+        dist=np.array([[*COEFFICIENTS, 0.0]] * 4),
+        R=np.stack([r for r, _ in poses]),
+        t=np.stack([-r @ c for r, c in poses]),
+        imsize=np.array([SIZE] * 4),
+    )
+    for camera, (r, c) in zip(raycam.load_cameras(tmp_path / "a.npz").values(), poses, strict=True):
+        check(camera, K, r, c, lens)
+
+
+def test_stacked_camera_matrices_are_read(tmp_path: Path) -> None:
+    poses = [pose(i) for i in range(2)]
+    np.savez(tmp_path / "a.npz", P=np.stack([K @ np.column_stack([r, -r @ c]) for r, c in poses]))
+    cameras = raycam.load_cameras(tmp_path / "a.npz", size=SIZE)
+    for camera, (r, c) in zip(cameras.values(), poses, strict=True):
+        check(camera, K, r, c)
+
+
+def test_matrix_p_without_k_is_camera_from_world(tmp_path: Path) -> None:
+    given = raycam.Camera(K, ROTATION, CENTRE, SIZE)
+    for document in ({}, {"comment": "normalised"}):
+        document = {"P": np.column_stack([R, -R @ C]).tolist(), **document}
+        cameras, codes = load(tmp_path / "a.json", document, intrinsics=given)
+        (camera,) = cameras.values()
+        check(camera, K, R, C)
+        assert "assumed_convention" in codes
+
+
+def test_folder_of_cameras_with_own_poses_is_read_whatever_their_names(tmp_path: Path) -> None:
+    for i, name in enumerate(["front", "tailgate"]):
+        r, c = pose(i)
+        camera = {"K": K.tolist(), "img_size": SIZE, "T_base_cam": matrix4(r.T, c).tolist()}
+        (tmp_path / f"{name}.json").write_text(json.dumps(camera))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)
+        cameras = raycam.load_cameras(tmp_path)
+    assert [*cameras] == ["front", "tailgate"]
+    for i, camera in enumerate(cameras.values()):
+        check(camera, K, *pose(i))

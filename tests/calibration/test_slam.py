@@ -235,6 +235,29 @@ def test_vins_fusion_and_vins_mono_settings_are_read(tmp_path: Path) -> None:
         raycam.load_cameras(tmp_path / "vins.yaml")
 
 
+@pytest.mark.parametrize("is_vins", [True, False])
+def test_mask_flag_of_vins_is_not_read_as_a_lens(tmp_path: Path, is_vins: bool) -> None:
+    file = camodocal(tmp_path / "a.yaml", "MEI", MODELS["MEI"][0])
+    keys = {"extrinsicRotation": pose(4)[0].T, "extrinsicTranslation": pose(4)[1][:, None]} if is_vins else {}
+    settings = write(tmp_path / "b.yaml", {"fisheye": 1, **keys})
+    file.write_text(file.read_text() + settings.read_text().split("\n", 2)[2])
+    check(raycam.load_cameras(file)["front"], K, *(pose(4) if is_vins else (np.eye(3), np.zeros(3))), mei)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        "distortion_model: 0\ndistortion_per_camera: [0, 1]\nnumber_camera: 2\n",
+        "fisheye_mask: 3\nExtrinsicMat: !!opencv-matrix\n  rows: 4\n  cols: 4\n  dt: d\n"
+        "  data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n",
+    ],
+)
+def test_settings_without_a_camera_are_refused_with_this_reason(tmp_path: Path, settings: str) -> None:
+    (tmp_path / "a.yaml").write_text(f"%YAML:1.0\n---\n{settings}")
+    with raises(FormatError, code="syntax", mentions=["the file"]):
+        raycam.load_cameras(tmp_path / "a.yaml")
+
+
 def test_basalt_calibrations_are_read(tmp_path: Path) -> None:
     places = []
     for i in range(2):

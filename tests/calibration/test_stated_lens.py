@@ -250,3 +250,97 @@ def test_lens_model_of_rectified_images_gives_a_pinhole(tmp_path: Path, word: st
     assert read(tmp_path, content)["a"].model == "pinhole"
     with raises(FormatError, mentions=[word, "0.1"]):
         read(tmp_path, {**content, "D": [0.1, 0, 0, 0, 0]})
+
+
+@pytest.mark.parametrize("key", ["use_fisheye", "is_fisheye", "fisheye_lens"])
+@pytest.mark.parametrize("value", [1, "yes", True])
+def test_flag_of_a_fisheye_lens_is_read(tmp_path: Path, key: str, value: Any) -> None:
+    check_fisheye(read(tmp_path, {**CAMERA, key: value})["a"])
+
+
+@pytest.mark.parametrize("key", ["lens", "lens_model", "camera_model"])
+@pytest.mark.parametrize(
+    "lens",
+    [
+        {"type": "Fisheye (equidistant)", "coeffs": D},
+        {"model": "fisheye", "params": D},
+        {"type": "equidistant", **dict(zip(("k1", "k2", "k3", "k4"), D, strict=True))},
+    ],
+)
+def test_map_under_a_key_of_the_lens_model_is_read(tmp_path: Path, key: str, lens: dict[str, Any]) -> None:
+    check_fisheye(read(tmp_path, {"K": K, "img_size": [640, 480], key: lens})["a"])
+
+
+def test_projection_of_a_camera_overrides_the_same_key_of_the_file(tmp_path: Path) -> None:
+    cameras = {"a": {**CAMERA, "D": D}, "b": {**CAMERA, "camera_model": "pinhole"}}
+    for camera in cameras.values():
+        camera.pop("dist")
+    cameras["b"]["D"] = [*D, 0.0]
+    found = read(tmp_path, {"camera_model": "fisheye", **cameras})
+    check_fisheye(found["a"])
+    assert found["b"].model == "opencv"
+    cameras["b"]["D"] = D  # k1 k2 p1 p2, or k1 k2 k3 k4
+    with raises(FormatError, code="syntax", mentions=["b.D"]):
+        read(tmp_path, {"camera_model": "fisheye", **cameras})
+
+
+R = Rotation.from_rotvec([0.3, -1.0, 0.6]).as_matrix()
+C = np.array([1.0, -2.0, 3.0])
+
+
+def check_pose(camera: Any) -> None:
+    np.testing.assert_allclose(camera.R, R, atol=1e-12)
+    np.testing.assert_allclose(camera.C, C, atol=1e-12)
+
+
+@pytest.mark.parametrize("end", ["wc", "c2w", "cam2world"])
+@pytest.mark.parametrize("names", [("R", "t"), ("rot", "trans"), ("rotation", "position")])
+def test_rotation_and_translation_with_a_stated_direction_are_read(
+    tmp_path: Path, end: str, names: tuple[str, str]
+) -> None:
+    rotation, place = (f"{name}_{end}" for name in names)
+    cameras = read(tmp_path, {**CAMERA, rotation: R.T.tolist(), place: C.tolist()}, model="opencv")
+    check_pose(cameras["a"])
+    assert not cameras.notices
+    with raises(FormatError, code="syntax", mentions=[rotation]):
+        read(tmp_path, {**CAMERA, rotation: R.T.tolist()}, model="opencv")
+
+
+def test_rotation_and_translation_from_world_to_camera_are_read(tmp_path: Path) -> None:
+    check_pose(read(tmp_path, {**CAMERA, "R_cw": R.tolist(), "t_cw": (-R @ C).tolist()}, model="opencv")["a"])
+
+
+def test_extrinsic_rotation_and_translation_require_a_direction(tmp_path: Path) -> None:
+    content = {**CAMERA, "camera_ext_R": R.T.ravel().tolist(), "camera_ext_t": C.tolist()}
+    with raises(FormatError, code="missing_argument", mentions=["camera_ext_R"]):
+        read(tmp_path, content, model="opencv")
+    check_pose(read(tmp_path, content, model="opencv", direction="world_from_camera")["a"])
+
+
+def test_quaternion_with_a_direction_but_without_an_order_is_refused(tmp_path: Path) -> None:
+    with raises(FormatError, code="syntax", mentions=["q_wc"]):
+        read(tmp_path, {**CAMERA, "q_wc": [0.5] * 4, "p_wc": [1, 2, 3]}, model="opencv")
+
+
+@pytest.mark.parametrize("key", ["E", "F", "H"])
+def test_transform_under_a_short_key_requires_a_direction(tmp_path: Path, key: str) -> None:
+    pose = np.vstack([np.column_stack([R.T, C]), [0, 0, 0, 1]])
+    with raises(FormatError, code="missing_argument"):
+        read(tmp_path, {**CAMERA, key: pose.tolist()}, model="opencv")
+    cameras = read(tmp_path, {**CAMERA, key: pose.tolist()}, model="opencv", direction="world_from_camera")
+    check_pose(cameras["a"])
+
+
+def test_centre_next_to_a_pose_is_compared_with_the_pose(tmp_path: Path) -> None:
+    pose = {"R": R.tolist(), "t": (-R @ C).tolist()}
+    cameras = read(tmp_path, {**CAMERA, **pose, "camera_center": C.tolist()}, model="opencv")
+    check_pose(cameras["a"])
+    assert not cameras.notices
+    with raises(FormatError, code="syntax", mentions=["camera_center"]):
+        read(tmp_path, {**CAMERA, **pose, "camera_center": (C + 0.1).tolist()}, model="opencv")
+
+
+@pytest.mark.parametrize("word", ["ideal", "linear", "zero"])
+def test_lens_model_without_distortion_gives_a_pinhole(tmp_path: Path, word: str) -> None:
+    found = read(tmp_path, {"K": K, "D": [0.0] * 5, "img_size": [640, 480], "distortion_model": word})
+    assert found["a"].model == "pinhole"

@@ -261,6 +261,8 @@ fn read_only_file(
     if found.is_empty() {
         found = of_camera_folders(folder, wanted, budget)?;
     }
+    let is_set = is_set_of_cameras(found.iter().map(|(source, ..)| source))
+        || found.len() > 1 && found.iter_mut().all(|file| is_placed_camera(file, known));
     match &found[..] {
         [] => Err(FormatError::unsupported(
             &folder.path,
@@ -278,9 +280,7 @@ fn read_only_file(
             );
             Ok(calibration)
         }
-        several if is_set_of_cameras(several.iter().map(|(source, ..)| source)) => {
-            read_single_cameras(folder, found, known)
-        }
+        _ if is_set => read_single_cameras(folder, found, known),
         several => {
             let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let some = several.iter().take(8);
@@ -297,6 +297,16 @@ fn read_only_file(
             ))
         }
     }
+}
+
+/// True for a file that contains exactly one camera, with K and with its own pose or mount.
+fn is_placed_camera(
+    (source, format, inside): &mut (InputFile, &'static CalibrationFormat, AssetRoot),
+    known: &ReadHints,
+) -> bool {
+    (format.read)(source, inside, known).is_ok_and(
+        |calibration| matches!(&calibration.records[..], [camera] if camera.k.is_some() && camera.pose.is_some()),
+    )
 }
 
 /// Index of the only file that refers to all other files, such as VINS' settings, which refer to a file for each

@@ -27,6 +27,9 @@ pub(crate) const KEYS: [&str; 10] = [
     "affine_parameters",
 ];
 
+/// Key with which VINS masks the corners of the images; `model_type` specifies the lens model.
+pub(crate) const MASK_FLAG: &str = "fisheye";
+
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     // `model_type` alone may also name the lens model in another format.
     let starts = |word: &str| text.lines().any(|line| line.starts_with(word));
@@ -36,7 +39,7 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
-    let notices = root.unknown_keys(&KEYS)?;
+    let notices = root.unread_keys(|key| KEYS.contains(&key) || key == MASK_FLAG)?;
     let record = camera(&root, source.stem().unwrap_or_else(|| "camera".into()))?;
     Ok(Calibration { records: vec![record], notices, ..Calibration::default() })
 }

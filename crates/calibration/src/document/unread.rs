@@ -3,7 +3,7 @@
 const OCAM_REMEDY: &str = "calibrate as MEI or KANNALA_BRANDT with camodocal, or with cv2.fisheye";
 
 /// Name of a format, markers that every file of this format contains, and the alternative.
-const UNREAD: [(&str, &[&str], &str); 13] = [
+const UNREAD: [(&str, &[&str], &str); 15] = [
     ("a ScanNet scene", &["axisAlignment", "colorWidth"], "open the folder with pose/ and intrinsic/"),
     (
         "Azure Kinect's raw calibration",
@@ -27,6 +27,17 @@ const UNREAD: [(&str, &[&str], &str); 13] = [
         "Nerfies or HyperNeRF",
         &["\"pixel_aspect_ratio\"", "\"radial_distortion\"", "\"orientation\""],
         "orientation is R, position is the centre C; pass them, K and the lens coefficients to raycam.Camera",
+    ),
+    (
+        "Theia",
+        &["CameraIntrinsicsPrior"],
+        "write focal_length, principal_point and radial_distortion_coeffs as JSON (K, dist, image_size)",
+    ),
+    (
+        "MVE",
+        &["[camera]", "[view]", "focal_length"],
+        "export the scene as a Bundler file, or write K (focal_length times the longer side), rotation (as R) and \
+         translation (as T) as JSON",
     ),
     ("USD", &["#usda"], "load it as a world: raycam.load(path).cameras"),
 ];

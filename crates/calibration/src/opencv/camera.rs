@@ -5,7 +5,7 @@ use raycam_scene::{PixelCenter, counted};
 
 use crate::document::Cursor;
 use crate::opencv::keys::{self, KeyView};
-use crate::opencv::{lens, pose};
+use crate::opencv::{directed_pose, lens, pose};
 use crate::rig::on_a_body;
 use crate::{Calibration, CameraRecord, ReadHints};
 use raycam_formats::{FormatError, Result};
@@ -148,7 +148,16 @@ pub(super) fn read(view: &KeyView<'_>, name: String, hints: &ReadHints, calibrat
             on_a_body(&mut record, "rig");
         }
     }
-    if let Some(named) = pose::read_named(view, record.pose.as_ref(), hints, calibration)? {
+    let mut used = Vec::new();
+    if record.pose.is_none()
+        && view.side.is_empty()
+        && let Some(found) = directed_pose::read(view, hints)?
+    {
+        calibration.used_convention |= found.is_assumed;
+        record.pose = Some(found.pose);
+        used = found.keys;
+    }
+    if let Some(named) = pose::read_named(view, record.pose.as_ref(), &used, hints, calibration)? {
         if record.pose.as_ref().is_some_and(|pose| *pose != named) {
             return Err(at.fail("the camera has two different poses; expected one pose"));
         }

@@ -85,9 +85,12 @@ pub(super) const COEFFICIENTS: [&str; 12] = ["k1", "k2", "p1", "p2", "k3", "k4",
 pub(super) const FOCALS: [&str; 4] = ["fx", "fy", "cx", "cy"];
 pub(super) const SKEW: [&str; 1] = ["skew"];
 /// Keys of the image size as columns and rows.
-pub(super) const SIZE: [&str; 14] = [
+pub(super) const SIZE: [&str; 17] = [
     "imagesize",
     "imgsize",
+    "imsize",
+    "imgsz",
+    "wh",
     "framesize",
     "dim",
     "dims",
@@ -102,7 +105,7 @@ pub(super) const SIZE: [&str; 14] = [
     "calibdimension",
 ];
 /// Keys of the image size as rows and columns, as in NumPy's `shape`.
-pub(super) const SHAPE: [&str; 3] = ["shape", "imageshape", "imgshape"];
+pub(super) const SHAPE: [&str; 4] = ["shape", "imageshape", "imgshape", "hw"];
 pub(super) const WIDTH: [&str; 12] = [
     "imagewidth",
     "imgwidth",
@@ -162,7 +165,7 @@ pub(super) const STRICT_MODEL: [&str; 9] = [
     "projectiontype",
     "modeltype",
 ];
-pub(super) const FISHEYE: [&str; 3] = ["fisheyemodel", "fisheye", "isfisheye"];
+pub(super) const FISHEYE: [&str; 5] = ["fisheyemodel", "fisheye", "isfisheye", "usefisheye", "fisheyelens"];
 pub(super) const XI: [&str; 1] = ["xi"];
 /// Keys of R and T of one camera: camera from world.
 pub(super) const R: [&str; 7] = ["r", "rot", "rotation", "rotationmatrix", "rotmat", "rmat", "rstereo"];

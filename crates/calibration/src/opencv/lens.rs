@@ -41,9 +41,15 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
     }
 }
 
+/// Value of the coefficients' key, or the map under a key of the lens model: `lens: {type: fisheye, coeffs: [...]}`.
+fn lens_value<'a>(view: &KeyView<'a>) -> Result<Option<Cursor<'a>>> {
+    let map = || view.all(&keys::MODEL).into_iter().find(keys::is_keyed);
+    Ok(view.find_value(&keys::LENS)?.or_else(map))
+}
+
 /// Reads coefficients from a list or by name; returns the list's node and the coefficients.
 fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)> {
-    let mut list = view.find_value(&keys::LENS)?;
+    let mut list = lens_value(view)?;
     // The value may be a map with the model and the coefficients.
     while let Some(at) = list.as_ref().filter(|at| keys::is_keyed(at)) {
         let inner = KeyView::new(at.clone());
@@ -144,7 +150,7 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
         return Ok(Some(found));
     }
     // The model may be named in the map of the coefficients or in the map of the intrinsics.
-    let inner = view.find_value(&keys::LENS)?.filter(keys::is_keyed).map(KeyView::new);
+    let inner = lens_value(view)?.filter(keys::is_keyed).map(KeyView::new);
     for inner in inner.into_iter().chain(view.intrinsics()) {
         if let Some(found) = stated_here(&inner)? {
             return Ok(Some(found));
@@ -155,7 +161,27 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     if key.contains("fisheye") && !key.contains("nonfisheye") {
         return Ok(Some((view.at.clone(), "fisheye")));
     }
-    view.above.iter().find_map(|at| stated_here(&KeyView::new(at.clone())).transpose()).transpose()
+    // A key of this map takes precedence over the same key of an enclosing map, even if its value names only a
+    // projection.
+    let own = model_keys(view);
+    for above in &view.above {
+        let outer = KeyView::new(above.clone());
+        if let Some(found) = stated_here(&outer)? {
+            return Ok(Some(found).filter(|(at, _)| !own.contains(&last_part(&at.key))));
+        }
+    }
+    Ok(None)
+}
+
+/// Keys of the lens model in a map whose values are words.
+fn model_keys(view: &KeyView<'_>) -> Vec<String> {
+    let words = view.all(&keys::MODEL).into_iter().filter(|at| at.word().is_ok());
+    words.map(|at| last_part(&at.key)).collect()
+}
+
+/// The part of a key's path after the last point, without case and separators.
+fn last_part(key: &str) -> String {
+    plain(key.rsplit('.').next().unwrap_or_default())
 }
 
 /// Same as [`stated`], for the keys of one map only.
@@ -163,14 +189,14 @@ fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> 
     let is_word = |at: &Cursor<'_>| matches!(at.node.value, Value::Scalar(_));
     if let Some(at) = view.all(&keys::FISHEYE).into_iter().find(is_word) {
         match at.word()? {
-            "0" | "false" | "False" => return Ok(Some((at, "opencv"))),
-            "1" | "true" | "True" => return Ok(Some((at, "fisheye"))),
+            "0" | "false" | "False" | "no" => return Ok(Some((at, "opencv"))),
+            "1" | "true" | "True" | "yes" => return Ok(Some((at, "fisheye"))),
             other => return Err(at.fail(format_args!("{other:?}; expected 0 or 1"))),
         }
     }
     let mut found: Option<(Cursor<'a>, &'a str)> = None;
     for at in view.all(&keys::MODEL).into_iter().filter(is_word) {
-        let key = plain(at.key.rsplit('.').next().unwrap_or_default());
+        let key = last_part(&at.key);
         let Some(name) = model_of(&key, &at, view)? else { continue };
         if let Some((other, before)) = &found
             && *before != name
@@ -282,7 +308,7 @@ fn may_be_fisheye(view: &KeyView<'_>, shown: &Cursor<'_>, numbers: &[f64]) -> bo
     if numbers.len() != 4 {
         return false;
     }
-    let key = plain(shown.key.rsplit('.').next().unwrap_or_default());
+    let key = last_part(&shown.key);
     let is_d = key.starts_with('d') && !key.starts_with("dist") && !key.starts_with("dc");
     let named = shown.is_map() && shown.get("data").is_none();
     let only_radial = named && view.all(&["p1", "p2"]).is_empty() && !view.all(&["k4"]).is_empty();

@@ -1,13 +1,15 @@
 //! Reading and writing of OpenCV's calibrations.
 
 mod camera;
+mod directed_pose;
 mod keys;
 mod lens;
 pub(crate) mod pair_folder;
 mod partner;
 mod pose;
-mod projection;
+pub(crate) mod projection;
 pub(crate) mod read;
+mod stacks;
 mod stereo;
 mod storage;
 pub(crate) mod write;

@@ -26,6 +26,8 @@ const CAMERA_FROM_WORLD: [&str; 10] = [
 /// Words in keys that mean world_from_camera.
 const WORLD_FROM_CAMERA: [&str; 8] =
     ["c2w", "cam2world", "camera2world", "camtoworld", "cameratoworld", "worldfromcam", "tworldcam", "worldtcam"];
+pub(super) const UNKNOWN_DIRECTION: &str = "a pose of unknown direction; specify it (direction=\"camera_from_world\" or \
+                                 \"world_from_camera\", --direction), or rename the key to w2c or c2w";
 /// Names of other sensors and bodies in keys of poses.
 const BODIES: [&str; 20] = [
     "lidar", "velodyne", "velo", "livox", "laser", "radar", "imu", "body", "base", "robot", "ego", "vehicle",
@@ -34,6 +36,8 @@ const BODIES: [&str; 20] = [
 /// Keys of a camera's centre in the world; a rotation R next to them is camera_from_world.
 const CENTER: [&str; 8] =
     ["c", "center", "centre", "cameracenter", "cameracentre", "camcenter", "opticalcenter", "projectioncenter"];
+/// Keys of [`CENTER`] that can only mean the camera's centre.
+const OWN_CENTER: [&str; 6] = ["c", "cameracenter", "cameracentre", "camcenter", "opticalcenter", "projectioncenter"];
 /// Keys of a position that do not specify the direction of a neighbouring rotation.
 const POSITION: [&str; 8] =
     ["position", "pos", "campos", "camposition", "camerapos", "cameraposition", "location", "cameralocation"];
@@ -129,7 +133,34 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
         return Err(vector.fail(format_args!("{} contains a different rotation; remove one of the two keys", r_at.key)));
     }
     let t = DVec3::from_array(t_at.array::<3>()?);
+    check_center(view, r, t)?;
     Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)))
+}
+
+/// Checks that a camera's centre next to R and t is -Rᵀ t. Keys such as `center` may also mean another point, so they
+/// are not checked.
+fn check_center(view: &KeyView<'_>, r: DMat3, t: DVec3) -> Result<()> {
+    let Some(at) = view.find_value(&OWN_CENTER)?.filter(|at| at.numbers().is_ok_and(|numbers| numbers.len() == 3))
+    else {
+        return Ok(());
+    };
+    let (given, center) = (DVec3::from_array(at.array::<3>()?), -(r.transpose() * t));
+    if (given - center).length() > 1e-3 * (1.0 + center.length()) {
+        return Err(at.fail(format_args!(
+            "the camera's centre differs from R and t, whose centre -Rᵀt is ({}, {}, {}); remove one of them",
+            center.x, center.y, center.z
+        )));
+    }
+    Ok(())
+}
+
+/// True for the key of a camera's centre or position that is part of its pose: next to a rotation without a
+/// translation, or a centre that [`check_center`] compares with R and t.
+pub(super) fn is_center(view: &KeyView<'_>, key: &str) -> bool {
+    let has = |names: &[&str]| names.iter().any(|name| !view.all(&[name]).is_empty());
+    let (rotation, t) = (has(&keys::R) || has(&keys::RVEC), has(&keys::T) || has(&keys::TVEC));
+    rotation
+        && (view.has_name(key, &OWN_CENTER) || !t && (view.has_name(key, &CENTER) || view.has_name(key, &POSITION)))
 }
 
 /// Reads the pose of a camera from its position and the rotation `r_at` next to it. The direction of the rotation must
@@ -186,7 +217,7 @@ fn unread_pose(view: &KeyView<'_>, other: OtherPose<'_>) -> Result<Option<Pose>>
 }
 
 /// Reads a rotation: nine numbers of a matrix, or three of a rotation vector.
-fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
+pub(super) fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
     if at.numbers()?.len() == 3 {
         let vector = Rotation::from_vector(at.array::<3>()?).map_err(|message| at.fail(message))?;
         return Ok(vector.matrix());
@@ -232,8 +263,9 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
         return false;
     }
     let transform = matches!(at.numbers().map(|numbers| numbers.len()), Ok(12 | 16));
-    let is_t = view.has_name(key, &keys::T) && transform;
-    if view.knows(key) && !is_t {
+    // E, F and H are also the names of essential, fundamental and homography matrices (3x3) and of the height.
+    let is_transform = transform && (view.has_name(key, &keys::T) || view.has_name(key, &["e", "f", "h"]));
+    if view.knows(key) && !is_transform {
         return false;
     }
     let name = plain(key);
@@ -252,16 +284,17 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
 }
 
 /// Reads the pose under a key that OpenCV does not use, if the key or the caller specifies the pose's direction.
-/// `known` is the camera's pose if OpenCV's keys or a mount specify the pose. A transform without a direction, such as
-/// `T_color_depth`, is then a different transform.
+/// `known` is the camera's pose if OpenCV's keys or a mount specify the pose, and `used` are further keys of this pose.
+/// A transform without a direction, such as `T_color_depth`, is then a different transform.
 pub(super) fn read_named(
     view: &KeyView<'_>,
     known: Option<&Pose>,
+    used: &[&str],
     hints: &ReadHints,
     calibration: &mut Calibration,
 ) -> Result<Option<Pose>> {
     let mut found: Option<(Cursor<'_>, Pose)> = None;
-    for (key, at) in view.at.entries()? {
+    for (key, at) in view.at.entries()?.into_iter().filter(|(key, _)| !used.contains(key)) {
         // If the map has keys of several cameras, only keys with this camera's marker and a word for a pose count.
         let own = if view.side.is_empty() { is_pose_key(view, key, &at) } else { is_named_pose(view, key, &at) };
         if !own {
@@ -289,7 +322,7 @@ pub(super) fn read_named(
 }
 
 /// True for a key of world_from_camera, false for a key of camera_from_world; `None` if the key specifies no direction.
-fn world_from_camera(key: &str) -> Option<bool> {
+pub(super) fn world_from_camera(key: &str) -> Option<bool> {
     let name = plain(key);
     let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
     match (has(&CAMERA_FROM_WORLD) || name == "tcw", has(&WORLD_FROM_CAMERA) || name == "twc") {
@@ -353,11 +386,7 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
             crate::PoseConvention { world_from_camera, opengl: false }
         }
         (None, None) => {
-            return Err(at.fail_as(
-                ErrorCode::MissingArgument,
-                "a pose of unknown direction; specify it (direction=\"camera_from_world\" or \"world_from_camera\", \
-                 --direction), or rename the key to w2c or c2w",
-            ));
+            return Err(at.fail_as(ErrorCode::MissingArgument, UNKNOWN_DIRECTION));
         }
     };
     Ok(convention.pose(&rows))

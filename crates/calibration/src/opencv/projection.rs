@@ -23,7 +23,7 @@ const P: [&str; 9] = [
 ];
 
 /// True for the key of a camera matrix, possibly with the number or the side of its camera.
-pub(super) fn is_key(key: &str) -> bool {
+pub(crate) fn is_key(key: &str) -> bool {
     let key = plain(key);
     let base = key.trim_end_matches(|c: char| c.is_ascii_digit());
     let sides = ["", "left", "right", "l", "r", "cam"].map(|side| base.strip_suffix(side));

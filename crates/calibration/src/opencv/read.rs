@@ -9,7 +9,7 @@ use crate::document::number_lines::has_kitti_matrix;
 use crate::document::{Cursor, Value, npy, unread, yaml};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::parse;
-use crate::opencv::{camera, partner, pose, projection, stereo};
+use crate::opencv::{camera, directed_pose, partner, pose, projection, stacks, stereo};
 use crate::{Calibration, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
@@ -40,7 +40,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     if text.len() > MAX_DETECTED_BYTES || !has(":") {
         return false;
     }
-    let Ok(node) = yaml::parse(text, path) else { return false };
+    let Ok(node) = yaml::parse(text, path).map(stacks::unstack) else { return false };
     let root = Cursor::root(&node, path);
     let cameras = list_of_cameras(&root).unwrap_or_default();
     has_camera(&root)
@@ -154,7 +154,7 @@ fn append_cameras<'a>(
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let node = parse(source, assets)?;
+    let node = stacks::unstack(parse(source, assets)?);
     let root = Cursor::root(&node, &source.path);
     let view = KeyView::new(root.clone());
     if has_camera(&root) {
@@ -182,7 +182,12 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 
 /// Reads the camera of a map.
 fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration> {
-    let is_pose = |key: &str| view.at.get(key).is_some_and(|at| pose::is_pose_key(view, key, &at));
+    let directed = directed_pose::read(view, hints)?.map_or(vec![], |found| found.keys);
+    let is_pose = |key: &str| {
+        view.at.get(key).is_some_and(|at| pose::is_pose_key(view, key, &at))
+            || pose::is_center(view, key)
+            || directed.contains(&key)
+    };
     let mut notices = view.at.unread_keys(|key| view.knows(key) || is_pose(key))?;
     if let Some(inner) = view.intrinsics() {
         notices.extend(inner.at.unread_keys(|key| inner.knows(key))?);
@@ -321,7 +326,9 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
     let root = &view.at;
     let mut calibration = Calibration::default();
     let mut pair_pose = pose::read_r_t(view)?;
-    for (name, inner) in list_of_cameras(root)? {
+    let listed = list_of_cameras(root)?;
+    let has_cameras = listed.iter().any(|(_, inner)| has_camera(&inner.at));
+    for (name, inner) in listed {
         if has_camera(&inner.at) {
             let camera = one(&inner, name, hints)?;
             calibration.records.extend(camera.records);
@@ -331,14 +338,16 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
             if view.has_name(&name, &keys::LENS) {
                 refuse_lens_without_k(view)?;
             }
-            inner.at.refuse_lens(&name)?;
+            if has_cameras {
+                inner.at.refuse_lens(&name)?;
+            }
             let is_pose = pair_pose.is_none() && keys::is_keyed(&inner.at);
             if is_pose {
                 pair_pose = pose::read_r_t(&KeyView::new(inner.at.clone()))?;
             } else if let (None, true, Some(around)) = (&pair_pose, pose::is_part(view, &name), inner.above.first()) {
                 // R and T are next to the cameras, in a map below the root.
                 pair_pose = pose::read_r_t(&KeyView::new(around.clone()))?;
-            } else if pose::is_pose_key(view, &name, &inner.at) {
+            } else if has_cameras && pose::is_pose_key(view, &name, &inner.at) {
                 return Err(inner.at.fail(
                     "a pose next to several cameras; write it into the map of its camera or, for a pair, as R and T, \
                      which map points from the first camera to the second",

@@ -10,6 +10,7 @@ use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter, counted}
 use crate::document::check_rigid;
 use crate::document::rigid;
 use crate::document::xml_element::{XmlElement, XmlFile};
+use crate::files::about_cameras;
 use crate::intrinsics::{brown_lens, lens_of, refuse_terms, set_panorama};
 use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::Result;
@@ -129,12 +130,12 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
     }
-    let mut notice = |code, text: String| calibration.note(code, text);
-    if let Some(first) = unplaced.first() {
-        let count = counted(unplaced.len(), "camera");
-        let text = format!("{count} omitted: no transform; they are not aligned, or slaves of a rig ({first} ...)");
-        notice(NoticeCode::IgnoredElement, text);
+    if !unplaced.is_empty() {
+        let names = unplaced.iter().map(|name| &name[..]);
+        let message = "omitted: no transform (not aligned, or the slave of a rig)";
+        calibration.notices.push(about_cameras(NoticeCode::IgnoredElement, names, message));
     }
+    let mut notice = |code, text: String| calibration.note(code, text);
     if slaves > 0 {
         let place = "placed relative to the master, with the sensor's rotation and location, in the chunk's unit";
         notice(NoticeCode::PlacedCameras, format!("{} {place}", counted(slaves, "slave camera")));

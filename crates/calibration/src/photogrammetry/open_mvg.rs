@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter, counted};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rotation, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
@@ -67,11 +67,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         record.pose = Some(pose.clone());
         calibration.records.push(record);
     }
-    if let Some(first) = lost.first() {
-        calibration.note(
-            NoticeCode::IgnoredElement,
-            format!("{} omitted: no pose or no intrinsics ({first} ...)", counted(lost.len(), "view")),
-        );
+    if !lost.is_empty() {
+        let message = "omitted: no pose or no intrinsics";
+        let views = lost.into_iter().map(|file| format!("view {file}"));
+        calibration.notices.push(Notice::about_all(NoticeCode::IgnoredElement, views, message));
     }
     calibration.note(
         NoticeCode::AssumedConvention,

@@ -2,7 +2,7 @@
 //! the centre. Sources: Epic's support article on XMP metadata; AliceVision's importer of known poses.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{ErrorCode, Notice, NoticeCode, PixelCenter, counted};
+use raycam_scene::{ErrorCode, Notice, NoticeCode, PixelCenter};
 
 use crate::document::check_rotation;
 use crate::document::xml_element::{XmlElement, XmlFile};
@@ -50,9 +50,9 @@ pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadH
 
 /// Returns a notice about files without a pose, if there are any.
 fn left_out(lost: &[String]) -> Option<Notice> {
-    let first = lost.first()?;
-    let message = format!("{} omitted: no Rotation and Position ({first} ...)", counted(lost.len(), "file"));
-    Some(Notice::new(NoticeCode::IgnoredElement, message))
+    let files = lost.iter().map(|name| format!("file {name}"));
+    (!lost.is_empty())
+        .then(|| Notice::about_all(NoticeCode::IgnoredElement, files, "omitted: no Rotation and Position"))
 }
 
 /// Names that the image of an XMP file may have.

@@ -24,7 +24,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, _: &ReadHints) ->
         let own = key.starts_with("cam") || key.starts_with("body_T_cam") || camodocal::KEYS.contains(&key);
         if own {
             used += 1;
-        } else {
+        } else if key != camodocal::MASK_FLAG {
             at.refuse_lens(key)?;
         }
     }

@@ -7,7 +7,7 @@ use crate::document::rigid;
 use crate::files::PoseConvention;
 use crate::{Pose, ReadHints, Rotation};
 
-/// Words in file names that mean camera_from_world.
+/// Words in the names of files and keys that mean camera_from_world.
 const CAMERA_FROM_WORLD: [&str; 7] =
     ["extrinsic", "w2c", "world_to_cam", "world2cam", "world_to_camera", "camera_from_world", "cam_from_world"];
 
@@ -19,7 +19,8 @@ pub(crate) fn convention_of(name: &str, hints: &ReadHints, notices: &mut Vec<Not
     }
     let lower = name.to_lowercase();
     let inverse = CAMERA_FROM_WORLD.iter().any(|word| lower.contains(word));
-    let direction = if inverse { "camera_from_world (because of the file's name)" } else { "world_from_camera" };
+    let direction =
+        if inverse { "camera_from_world (because of the name of the file or key)" } else { "world_from_camera" };
     notices.push(Notice::new(
         NoticeCode::AssumedConvention,
         format!(

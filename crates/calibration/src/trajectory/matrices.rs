@@ -17,6 +17,7 @@ use crate::document::number_lines::data_lines;
 use crate::document::{Cursor, check_rigid, check_rotation, focal_lengths_of, npy, rigid, rotation_of_any_scale, yaml};
 use crate::files::PoseConvention;
 use crate::intrinsics::{lens_of, pinhole_matrix};
+use crate::opencv::projection;
 use crate::trajectory::convention::convention_of;
 use crate::trajectory::matrix_tree::{self, FoundMatrices, PosesOfTree, is_poses};
 use crate::trajectory::named_columns::columns_of;
@@ -130,7 +131,11 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     }
     let PosesOfTree { key, matrices: poses, notices } = poses_of(source, assets)?;
     calibration.notices.extend(notices);
-    let content = content_of(&poses, &format!("{stem} {key}"), hints, &mut calibration.notices);
+    // P = [R t], without K, maps from the world to the camera. A numbered name may be the name of an image.
+    let names_p = |name: &str| projection::is_key(name) && !name.ends_with(|c: char| c.is_ascii_digit());
+    let is_p = names_p(&key) || poses.iter().all(|(name, ..)| name.as_deref().is_some_and(names_p));
+    let direction = if is_p { " camera_from_world" } else { "" };
+    let content = content_of(&poses, &format!("{stem} {key}{direction}"), hints, &mut calibration.notices);
     let alone = poses.len() == 1;
     let mut lost = 0;
     for (i, (index, line, rows)) in poses.into_iter().enumerate() {

@@ -3,7 +3,7 @@
 //! `.npz`), CSV, JSON; and folders of camera matrices P (DTU's `pos_001.txt`). Source: ScanNet's SensorData.py.
 
 use glam::DMat3;
-use raycam_scene::{NoticeCode, counted};
+use raycam_scene::{Notice, NoticeCode, counted};
 
 use crate::picture_size::size_of_picture;
 use crate::trajectory::matrices::{
@@ -121,12 +121,9 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         // Image names differ from pose names, so the first image determines the size.
         size = pictures.iter().find_map(|(_, folder)| size_of_picture(assets, &folder.file("any"), &folder.names));
     }
-    if let Some(first) = lost.first() {
-        let more = if lost.len() > 1 { ", ..." } else { "" };
-        calibration.note(
-            NoticeCode::IgnoredElement,
-            format!("{} omitted: no pose ({first}{more})", counted(lost.len(), "lost frame")),
-        );
+    if !lost.is_empty() {
+        let frames = lost.into_iter().map(|name| format!("frame {name}"));
+        calibration.notices.push(Notice::about_all(NoticeCode::IgnoredElement, frames, "omitted: no pose"));
     }
     if matches!(content, MatrixContent::CameraMatrices) {
         calibration.records.iter_mut().for_each(|record| record.size = size);

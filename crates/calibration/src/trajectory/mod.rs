@@ -11,4 +11,5 @@ pub(crate) mod matrix_tree;
 pub(crate) mod named_columns;
 pub(crate) mod open3d;
 pub(crate) mod redwood;
+pub(crate) mod stated_order;
 pub(crate) mod tum;

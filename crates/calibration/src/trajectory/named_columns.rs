@@ -7,6 +7,7 @@ use glam::DVec3;
 use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::pose::SCALED_QUATERNION;
+use crate::trajectory::stated_order::{StatedOrder, stated_order};
 use crate::{Calibration, CameraRecord, Pose, Rotation};
 use raycam_formats::{FormatError, Result};
 
@@ -72,17 +73,19 @@ enum Role {
     None,
 }
 
-/// Returns the columns that the header of a text names; `None` if no header names a quaternion.
+/// Returns the columns that the header of a text names; `None` if no header names a quaternion. If the comments above
+/// the rows only state the order of the quaternion in prose, the columns are a time, a position and the quaternion.
 ///
 /// # Errors
-/// The reason if the header names only a part of a pose.
+/// The reason if the header names only a part of a pose, or if the comments state two orders.
 pub(crate) fn columns_of(text: &str) -> Option<Result<NamedColumns, String>> {
     let is_data = |line: &str| words_of(line, None).next().is_some_and(|word| word.parse::<f64>().is_ok());
     let text = text.trim_start_matches('\u{feff}');
     let lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty()).take(32);
     let (headers, rows): (Vec<_>, Vec<_>) = lines.partition(|(_, line)| !is_data(line));
     let first_row = rows.first().map_or(usize::MAX, |(i, _)| *i);
-    headers.into_iter().rev().filter(|(i, _)| *i < first_row).find_map(|(i, line)| {
+    let headers: Vec<(usize, &str)> = headers.into_iter().filter(|(i, _)| *i < first_row).collect();
+    let named = headers.iter().rev().find_map(|(i, line)| {
         let line = line.trim_start_matches(['#', '%', '/', ' ', '\t']);
         // The names may follow a label that ends with a colon: "format: timestamp tx ty tz qx qy qz qw".
         let labelled = line.rsplit_once(':').map(|(_, names)| names);
@@ -90,7 +93,41 @@ pub(crate) fn columns_of(text: &str) -> Option<Result<NamedColumns, String>> {
         let count = rows.first().map(|(_, row)| words_of(row, names.separator).count());
         let columns = count.map_or(names.clone(), |count| names.without_labels(count)).assign();
         Some(columns.map(|columns| NamedColumns { line: i + 1, ..columns }))
+    });
+    named.or_else(|| {
+        let prose: Vec<&str> = headers.iter().map(|(_, line)| *line).collect();
+        columns_of_prose(&prose.join("\n"), rows.first()?.1)
     })
+}
+
+/// Returns the columns of rows with 7, 8 or 17 numbers (an optional time, a position, a quaternion, and EuRoC's further
+/// columns) whose order is stated in prose; `None` for rows of other lengths.
+///
+/// # Errors
+/// The reason if the prose states two orders.
+fn columns_of_prose(prose: &str, row: &str) -> Option<Result<NamedColumns, String>> {
+    let separator = SEPARATORS.into_iter().find(|separator| row.contains(*separator));
+    let count = words_of(row, separator).count();
+    let start = match count {
+        7 => 0,
+        8 | 17 => 1,
+        _ => return None,
+    };
+    let columns = |StatedOrder { w_first, quaternion_first }| {
+        let (position, q) = if quaternion_first { (start + 4, start) } else { (start, start + 3) };
+        NamedColumns {
+            time: (start == 1).then_some((0, None)),
+            position: [position, position + 1, position + 2],
+            quaternion: if w_first { [q, q + 1, q + 2, q + 3] } else { [q + 3, q, q + 1, q + 2] },
+            nanoseconds: None,
+            names: vec![String::new(); count],
+            unread: Vec::new(),
+            north_east_down: false,
+            separator,
+            line: 0,
+        }
+    };
+    Some(stated_order(prose)?.map(columns))
 }
 
 /// Separators of columns other than white space, by precedence.
@@ -251,11 +288,26 @@ const OTHER_QUANTITIES: [&str; 24] = [
     "scale",
 ];
 
+/// Units of length in the names of columns: `x_mm`, `x [mm]`.
+const LENGTH_UNITS: [&str; 12] =
+    ["m", "meter", "meters", "metres", "mm", "millimeters", "millimetres", "cm", "centimeters", "km", "feet", "ft"];
+
+/// The unit of length at the end of a column's name.
+fn length_unit(name: &str) -> Option<&'static str> {
+    let parts = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty());
+    let last = parts.skip(1).last()?;
+    LENGTH_UNITS.into_iter().find(|unit| *unit == last)
+}
+
 /// Returns the role of a column by its name in lower case.
 fn role_of(name: &str) -> Role {
     let unit = ["ns", "us", "\u{b5}s", "ms", "s"].into_iter().zip([1e-9, 1e-6, 1e-6, 1e-3, 1.0]);
     let bare = name.split(['[', '(']).next().unwrap_or_default();
-    let parts: Vec<&str> = bare.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty()).collect();
+    let mut parts: Vec<&str> =
+        bare.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty()).collect();
+    if parts.len() > 1 && length_unit(name).is_some_and(|unit| parts.last() == Some(&unit)) {
+        parts.pop();
+    }
     let Some(last) = parts.last() else { return Role::None };
     let has = |words: &[&str]| parts.iter().any(|part| words.contains(part));
     if parts.iter().any(|part| part.contains("time") || part.contains("stamp"))
@@ -389,7 +441,7 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
     let mut calibration = Calibration::default();
     let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     let below = numbered.filter(|(line, _)| *line > columns.line);
-    let rows = below.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let rows = below.filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%', '/']));
     let mut expected = None;
     for (line, row) in rows {
         let fail = |message: String| FormatError::line(path, line, message);
@@ -447,6 +499,11 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         columns.unread.iter().map(String::as_str).filter(|name| !missing.iter().any(|other| other == name)).collect();
     if !unread.is_empty() {
         calibration.note(NoticeCode::IgnoredKey, format!("ignored columns: {}", unread.join(", ")));
+    }
+    let mut units = columns.position.iter().filter_map(|column| length_unit(&columns.names[*column]));
+    if let Some(unit) = units.find(|unit| !["m", "meter", "meters", "metres"].contains(unit)) {
+        let message = format!("the header specifies positions in {unit}; the numbers are kept, without conversion");
+        calibration.note(NoticeCode::PlacedCameras, message);
     }
     if columns.north_east_down {
         calibration

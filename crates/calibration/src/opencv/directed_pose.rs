@@ -1,0 +1,74 @@
+//! Pose of a camera in an OpenCV file whose rotation and translation are two keys that state the direction, or that are
+//! named as extrinsics.
+
+use glam::DVec3;
+
+use crate::document::lens_keys::plain;
+use crate::opencv::keys::KeyView;
+use crate::opencv::pose;
+use crate::{Pose, ReadHints, Rotation};
+use raycam_formats::Result;
+use raycam_scene::ErrorCode;
+
+/// A pose in two values, such as `R_wc` and `t_wc`.
+pub(super) struct DirectedPose<'a> {
+    /// Keys of the two values.
+    pub(super) keys: Vec<&'a str>,
+    pub(super) pose: Pose,
+    /// True if only the caller specifies the direction.
+    pub(super) is_assumed: bool,
+}
+
+/// Finds a rotation and a translation whose keys have the same end that states a direction, such as `R_wc` and `t_wc`,
+/// or the same beginning that means extrinsics, such as `camera_ext_R` and `camera_ext_t`, whose direction only the caller
+/// can specify.
+///
+/// # Errors
+/// An error for a rotation without a translation, for an unknown direction, and for a quaternion, whose order is not
+/// specified.
+pub(super) fn read<'a>(view: &KeyView<'a>, hints: &ReadHints) -> Result<Option<DirectedPose<'a>>> {
+    let given = hints.poses.map(|given| given.world_from_camera);
+    if pose::read_pose(view, given)?.is_some() || pose::read_mount(view)?.is_some() {
+        return Ok(None);
+    }
+    let entries = view.at.entries()?;
+    let find = |words: &[&str], counts: &[usize], end: Option<&str>| {
+        entries.iter().filter(|(key, _)| !view.knows(key)).find_map(|(key, at)| {
+            let rest = words.iter().find_map(|word| rest_of_key(key, word))?;
+            let is_value = at.numbers().is_ok_and(|numbers| counts.contains(&numbers.len()));
+            (is_value && end.is_none_or(|end| *end == rest)).then(|| (*key, at.clone(), rest))
+        })
+    };
+    let Some((key, at, end)) = find(&["rotation", "rot", "r"], &[3, 9], None) else {
+        return match find(&["quaternion", "quat", "q"], &[4], None) {
+            Some((_, at, _)) => Err(at.fail(
+                "a quaternion whose order is not specified; write the pose as a 4x4 matrix under c2w or w2c, or as R \
+                 and T (camera_from_world)",
+            )),
+            None => Ok(None),
+        };
+    };
+    let places = ["translation", "trans", "position", "pos", "t", "p"];
+    let Some((t_key, t_at, _)) = find(&places, &[3], Some(&end)) else {
+        return Err(at.fail("a rotation without a translation; add the translation under the same name"));
+    };
+    let stated = pose::world_from_camera(&format!("t{end}"));
+    let Some(world_from_camera) = stated.or(hints.poses.map(|given| given.world_from_camera)) else {
+        return Err(at.fail_as(ErrorCode::MissingArgument, pose::UNKNOWN_DIRECTION));
+    };
+    let (r, t) = (pose::rotation(&at)?, DVec3::from_array(t_at.array::<3>()?));
+    let found = match world_from_camera {
+        true => Pose::world_from_camera(Rotation::Matrix(r), t),
+        false => Pose::camera_from_world(Rotation::Matrix(r), t),
+    };
+    Ok(Some(DirectedPose { keys: vec![key, t_key], pose: found, is_assumed: stated.is_none() }))
+}
+
+/// The rest of a key that begins with `word` and ends with a direction, or that ends with `word` after a word for
+/// extrinsics.
+fn rest_of_key(key: &str, word: &str) -> Option<String> {
+    let name = plain(key);
+    let directed = name.strip_prefix(word).filter(|end| pose::world_from_camera(&format!("t{end}")).is_some());
+    let extrinsic = || name.strip_suffix(word).filter(|start| start.ends_with("ext") || start.contains("extrin"));
+    directed.or_else(extrinsic).map(str::to_owned)
+}
