@@ -17,8 +17,9 @@ RED, BLUE = [0.8, 0.1, 0.1], [0.1, 0.1, 0.9]
 def colors(world: raycam.World) -> np.ndarray:
     """The albedo [2, 3] of the triangles of the first object."""
     camera = world.view_from("top", size=(32, 32))
-    seen = raycam.render(world, camera, channels=["albedo", "triangle"], samples=1)
-    return np.array([seen["albedo"][seen["triangle"] == triangle].mean(axis=0) for triangle in range(2)])
+    seen = raycam.render(world, camera, channels=["albedo", "triangle", "instance"], samples=1)
+    shown = [(seen["instance"] == 0) & (seen["triangle"] == triangle) for triangle in range(2)]
+    return np.array([seen["albedo"][pixels].mean(axis=0) for pixels in shown])
 
 
 def test_names_of_the_materials_are_listed(tmp_path: Path) -> None:
