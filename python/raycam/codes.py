@@ -17,6 +17,10 @@ class Code(NamedTuple):
 
 
 _OWN_NOTICES = {
+    "no_poses": Code(
+        "MuJoCo's data contains no poses of bodies yet, so its images are empty.",
+        "Call mujoco.mj_forward(model, data) before update_scene.",
+    ),
     "studio": Code(
         "The world has no lights, and its camera is placed by raycam, so it is shown in a studio.",
         "Add lights or a camera to the world to replace the studio.",

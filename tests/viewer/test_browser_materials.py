@@ -265,7 +265,8 @@ def test_click_selects_the_material_of_the_triangle_and_edits_only_this_material
     (session,) = viewer._server.sessions.values()
     view = session.view
     seen = raycam.render(view.base, view.still_camera, channels=["triangle"], samples=1)["triangle"]
-    for triangle, name in enumerate(["red", "blue"]):
+    # The red slot is selected at first, so a wait for it would end before the click is answered.
+    for triangle, name in ((1, "blue"), (0, "red"), (1, "blue")):
         row, column = np.argwhere(seen == triangle).mean(axis=0).round().astype(int)
         tab.click(*place_of(tab, column, row, view.size))
         tab.wait(f"document.querySelector('#slots [aria-current]')?.textContent === '{name}'")

@@ -74,7 +74,7 @@ def test_drag_above_the_horizon_keeps_the_light(lit_world: raycam.World) -> None
 def test_floor_handle_does_not_change_objects(lit_world: raycam.World) -> None:
     session = Session(Edits(lit_world), lit_world.camera("front"))
     for tool in ("move", "turn", "scale"):
-        session.receive(messages.Select(0, tool))
+        session.receive(messages.Select(0, -1, tool))
         session.receive(messages.Gizmo("floor", 3, [20, 20], [30, 20]))
     assert session.view.opened.edits.about()["undo"] == 0
 
