@@ -358,8 +358,8 @@ impl HuffmanCode {
         let mut lookup = vec![(0, 0); 1 << bits];
         let mut rest = symbols.iter();
         let mut code = 0_usize;
-        for length in 1..=bits {
-            for &symbol in rest.by_ref().take(counts[length].into()) {
+        for (length, &count) in counts.iter().enumerate().take(bits + 1).skip(1) {
+            for &symbol in rest.by_ref().take(count.into()) {
                 // The first bit of a code is the lowest bit of the stream.
                 let first = code.reverse_bits() >> (usize::BITS as usize - length);
                 lookup.iter_mut().skip(first).step_by(1 << length).for_each(|entry| *entry = (length as u8, symbol));
