@@ -252,3 +252,30 @@ def test_all_materials_get_a_roughness_and_keep_their_colours(
     until(lambda: viewer.world._core.materials(0).count("Principled") == 2)
     assert np.allclose(colors_of_triangles(viewer.world), [[0.8, 0.1, 0.1], [0.1, 0.1, 0.9]], atol=1e-3)
     assert tab.said == []
+
+
+def test_click_selects_the_material_of_the_triangle_and_edits_only_this_material(
+    tab: Tab, viewer: Viewer, tmp_path: Path
+) -> None:
+    viewer.world = two_materials(tmp_path)
+    tab.open(viewer.url)
+    assert viewer._server is not None
+    tab.wait(f"{LISTED_ALONE} && document.getElementById('status').textContent.includes('{SAMPLES} samples')")
+    (session,) = viewer._server.sessions.values()
+    view = session.view
+    seen = raycam.render(view.base, view.still_camera, channels=["triangle"], samples=1)["triangle"]
+    # The red material is selected at first, so the first click must select the blue material.
+    for triangle, name in ((1, "blue"), (0, "red"), (1, "blue")):
+        row, column = np.argwhere(seen == triangle).mean(axis=0).round().astype(int)
+        tab.click(*place_of(tab, column, row, view.size))
+        tab.wait(f"document.querySelector('#slots [aria-current]').textContent === '{name}'")
+    tab.wait("document.getElementById('object-color').value === '#5959f3'")
+    put(tab, "object-color", "#00ff00")
+    until(lambda: np.allclose(colors_of_triangles(viewer.world), [[0.8, 0.1, 0.1], [0, 1, 0]], atol=1e-3))
+    tab.wait(
+        "getComputedStyle(document.querySelector('#slots [aria-current] .swatch')).backgroundColor"
+        " === 'rgb(0, 255, 0)'"
+    )
+    click(tab, "#undo")
+    until(lambda: np.allclose(colors_of_triangles(viewer.world)[1], [0.1, 0.1, 0.9], atol=1e-3))
+    assert tab.said == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ import pytest
 import raycam
 from raycam.viewer.answers import SLOW
 from raycam.viewer.client_messages import MESSAGES, Follow, Hello, Hold, Probe
-from raycam.viewer.session import MAX_STILL_SIZE, Session, lens_of
+from raycam.viewer.scene.edits import Edits
+from raycam.viewer.session import MAX_STILL_SIZE, Session, View, lens_of
 from raycam.viewer.session.copied import copied
 from support.gltf_document import Document, animated
 from support.patience import until
@@ -113,6 +115,27 @@ def test_new_world_of_a_script_sends_a_welcome_message_with_its_names(session: S
     said.clear()
     receive(session, {"type": "undo"})
     assert [each["cameras"] for each in said if each["type"] == "welcome"] == [["front", "side"]]
+
+
+def test_world_that_is_replaced_while_a_session_starts_is_shown(
+    small_world: raycam.World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    edits, other = Edits(small_world), raycam.World()
+    other.add_object(sphere={"radius": 3}, name="moon")
+    script = threading.Thread(target=lambda: edits.replace(other))
+    start = View.start
+
+    def start_slowly(*arguments: Any, **options: Any) -> View:
+        view = start(*arguments, **options)
+        script.start()
+        script.join(0.5)  # the script's assignment either ends now, or waits for the session
+        return view
+
+    monkeypatch.setattr(View, "start", start_slowly)
+    session = Session(edits)
+    script.join()
+    assert edits.world is other
+    assert session.view.world is other
 
 
 def test_selected_animation_is_shown_at_its_initial_pose(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ import raycam
 from raycam import cli
 from raycam.viewer import view as viewing
 from raycam.viewer.viewer import Viewer
-from support.patience import PATIENCE
+from support.patience import PATIENCE, until
 from support.raises import raises
 from support.session_messages import receive
 
@@ -171,3 +171,23 @@ def test_size_argument_sets_the_image_size(small_world: raycam.World) -> None:
         assert session.view.size == session.view.still_camera.size == (30, 20)
     with raises(raycam.SettingsError, code="out_of_range", mentions=["4000 x 3000"]):
         raycam.view(small_world, size=(4000, 3000), block=False, browser=False, port=0)
+
+
+def test_first_client_starts_with_a_camera_that_shows_the_current_world(small_world: raycam.World) -> None:
+    other = raycam.World()
+    other.add_object(sphere={"radius": 300}, name="moon")
+    with Viewer(small_world, view_from="front", size=(64, 48), port=0) as viewer:
+        until(lambda: viewer._prepared is not None)
+        viewer.world = other
+        first = viewer._session()
+        assert first.view.camera == viewer._session().view.camera
+        assert first.view.camera == other.view_from("front", size=(64, 48))
+
+
+def test_first_client_gets_the_prepared_session(small_world: raycam.World) -> None:
+    with Viewer(small_world, port=0) as viewer:
+        until(lambda: viewer._prepared is not None)
+        assert viewer._prepared is not None
+        prepared = viewer._prepared[1]
+        assert viewer._session() is prepared
+        assert viewer._session() is not prepared

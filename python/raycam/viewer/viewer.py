@@ -134,7 +134,8 @@ class Viewer:
         self._free_picks = threading.BoundedSemaphore(QUEUED_PICKS)
         # This call raises an error for unknown values.
         self._first = Session(self._edits, self._camera, **self._options)
-        self._prepared: Session | None = None
+        self._prepared: tuple[World, Session] | None = None
+        """The session that waits for the first client, and the world with which it started."""
         self._redirects: tempfile.TemporaryDirectory[str] | None = None
         self._server: Server | None = None
         self._widget: Any = None
@@ -159,9 +160,14 @@ class Viewer:
             weakref.finalize(self, self._watcher.end)
 
     def _session(self) -> Session:
-        """Returns the prepared session at the first call, and a new session at every later call."""
-        made, self._prepared = self._prepared, None
-        if made is None or made.view.base is not self._edits.world:
+        """Returns the prepared session at the first call, and a new session at every later call.
+
+        If the world was replaced after the preparation, the first call also returns a new session.
+        """
+        prepared, self._prepared = self._prepared, None
+        if prepared is not None and prepared[0] is self._edits.world:
+            made = prepared[1]
+        else:  # the camera and the look of the prepared session fit a world that is no longer shown
             made = Session(self._edits, self._camera, **self._options)
         made.images.pace.begin_like(self._first.images.pace)
         return made
@@ -169,8 +175,10 @@ class Viewer:
     def _prepare(self, cancel: Cancel) -> None:
         """Assembles the page and prepares the world and the session of the first client."""
         prepare_page()
-        self._prepared = Session(self._edits, self._camera, **self._options)
-        prepare(self._prepared.view, self._first.images.pace, self._options["threads"], cancel)
+        world = self._edits.world
+        session = Session(self._edits, self._camera, **self._options)
+        self._prepared = world, session
+        prepare(session.view, self._first.images.pace, self._options["threads"], cancel)
 
     @property
     def world(self) -> World:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import threading
 import weakref
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -51,6 +52,8 @@ class Edits:
 
     def __init__(self, world: World, *, allowed: bool = True) -> None:
         self.world = world
+        self.lock = threading.RLock()
+        """Held while the world is replaced, and while a session starts with the world and begins to listen."""
         self._opened = world
         self.file_up = world.up
         """The up axis of the world before all edits."""
@@ -69,11 +72,13 @@ class Edits:
 
     def listen(self, listener: Listener) -> None:
         """Notifies `listener` of each change until it is garbage-collected."""
-        self._listeners.add(listener)
+        with self.lock:
+            self._listeners.add(listener)
 
     def forget(self, listener: Listener) -> None:
         """Stops notifying `listener`."""
-        self._listeners.discard(listener)
+        with self.lock:
+            self._listeners.discard(listener)
 
     def edit(self, kind: str, number: int, key: str, value: Any) -> None:
         """Changes an object or a light.
@@ -210,8 +215,10 @@ class Edits:
         return self._after[-1][0] if self._after else math.inf
 
     def _show(self, world: World) -> None:
-        self.world = world
-        for listener in list(self._listeners):
+        with self.lock:
+            self.world = world
+            listeners = list(self._listeners)
+        for listener in listeners:
             listener.rebase()
 
     def about(self) -> dict[str, Any]:

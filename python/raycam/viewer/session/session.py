@@ -92,8 +92,6 @@ class Session:
         self._photographs = photographs
         self.lock = threading.Lock()
         """Held while the view and its version change together."""
-        self.view = View.start(opened, integrator=integrator, start=start, look=look)
-        self.role = Role(self.images, self.view.space, allows_open)
         self.selection = Selection(edits)
         self.overlays = Overlays()
         self.panes: tuple[Pane, ...] = ()
@@ -101,10 +99,14 @@ class Session:
         self.history = History()
         self._picked = picked
         self.controls = Controls() if controls is None else controls
-        self.controls.listen(self)
         self._changes = threading.RLock()
         self._outline: tuple[Any, ...] = ()
-        edits.listen(self)
+        # A script may replace the world on another thread. The new world waits until this session can show it.
+        with edits.lock:
+            self.view = View.start(opened, integrator=integrator, start=start, look=look)
+            self.role = Role(self.images, self.view.space, allows_open)
+            edits.listen(self)
+        self.controls.listen(self)
 
     # The view ---------------------------------------------------------------------------------------------
 
