@@ -259,8 +259,8 @@ def test_object_of_the_tree_stays_selected_while_a_pixel_is_held(tab: Tab, live:
 
 def test_click_on_the_image_scrolls_to_the_selection_and_keeps_the_focus(tab: Tab, live: Server) -> None:
     session = opened(tab, live, SAMPLES)
-    tab.show(1280, 560)
-    tab.wait("innerHeight === 560")
+    tab.show(1280, 440)
+    tab.wait("innerHeight === 440")
     width, height = session.view.size
     tab.evaluate("document.getElementById('panel').scrollTop = document.getElementById('panel').scrollHeight")
     visible = (
@@ -278,6 +278,30 @@ def test_click_on_the_image_scrolls_to_the_selection_and_keeps_the_focus(tab: Ta
     tab.click(*place_of(tab, width // 2, height // 2 + 40, (width, height)))
     tab.wait(visible)
     tab.show(1280, 800)
+
+
+@pytest.mark.parametrize("height", [560, 600, 720, 800])
+def test_click_on_the_image_shows_the_first_values_and_the_selection(
+    tab: Tab, live: Server, height: int
+) -> None:
+    tab.show(1280, height)
+    try:
+        session = opened(tab, live, SAMPLES)
+        size = session.view.size
+        tab.click(*place_of(tab, size[0] // 2, size[1] // 2, size))
+        tab.wait("document.querySelector('#values tr')")
+        tab.wait("document.querySelector('#tree-list li[aria-current]')")
+        top, bottom, place, values, row, edit = tab.evaluate(
+            "(() => { const box = (each) => each.getBoundingClientRect();"
+            " const [panel, place, values, edit] = ['panel', 'pixel-place', 'values-box', 'edit'].map((id) =>"
+            " box(document.getElementById(id))); const row = box(document.querySelector('#values tr:nth-child(6)'));"
+            " return [panel.top, panel.bottom, place.top, values.bottom, row.bottom, edit.top]; })()"
+        )
+        assert top <= place
+        assert row <= values <= edit
+        assert edit + 200 < bottom
+    finally:
+        tab.show(1280, 800)
 
 
 def test_buttons_store_the_view_as_a_camera_and_as_comparison_image_b(tab: Tab, live: Server) -> None:
