@@ -21,6 +21,10 @@ _OWN_NOTICES = {
         "MuJoCo's data contains no poses of bodies yet, so its images are empty.",
         "Call mujoco.mj_forward(model, data) before update_scene.",
     ),
+    "assumed_up_axis": Code(
+        "Mesh files do not specify their up axis: z is assumed, or y for an OBJ file that a view opens.",
+        "If the model lies on its side, click the button for the up axis in the view, or load it with up= (--up).",
+    ),
     "studio": Code(
         "The world has no lights, and its camera is placed by raycam, so it is shown in a studio.",
         "Add lights or a camera to the world to replace the studio.",

@@ -17,7 +17,7 @@ from raycam.viewer.server import Server
 from raycam.viewer.session import Session
 from support.chromium import Tab
 from support.patience import until
-from support.viewer_page import opened, place_of, text_of
+from support.viewer_page import drag, opened, place_of, text_of
 
 pytestmark = pytest.mark.proof
 SAMPLES = 8
@@ -324,6 +324,26 @@ def test_up_button_turns_the_model_upright(tab: Tab, small_world: raycam.World) 
         tab.evaluate("document.getElementById('up-axis').click()")
         tab.wait("document.getElementById('up-axis').textContent === 'Up: Y'")
         assert session.view.base.up == "y"
+        assert "assumed" not in text_of(tab, "notices")
+    finally:
+        made.close()
+
+
+def test_up_button_reports_that_the_axis_of_a_mesh_file_is_assumed(tab: Tab, tmp_path: Path) -> None:
+    (tmp_path / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    world = raycam.load(tmp_path / "m.obj")
+    made = Server(lambda: Session(world, samples=SAMPLES, title="m"), port=0)
+    try:
+        session = opened(tab, made, SAMPLES)
+        assert text_of(tab, "up-axis") == "Up: Z (assumed)"
+        assert "z is assumed" in text_of(tab, "notices")
+        middle = place_of(tab, session.view.size[0] / 2, session.view.size[1] / 2, session.view.size)
+        drag(tab, middle, (middle[0] + 40, middle[1]))
+        until(lambda: session.view.shape == "window")
+        assert text_of(tab, "up-axis") == "Up: Z (assumed)"
+        tab.evaluate("document.getElementById('up-axis').click()")
+        tab.wait("document.getElementById('up-axis').textContent === 'Up: Y'")
+        tab.wait("!document.getElementById('notices').textContent.includes('assumed')")
     finally:
         made.close()
 

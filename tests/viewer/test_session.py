@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,11 @@ import pytest
 import raycam
 from raycam.viewer.answers import SLOW
 from raycam.viewer.client_messages import MESSAGES, Follow, Hello, Hold, Probe
+from raycam.viewer.files.sources import combine_models
 from raycam.viewer.scene.edits import Edits
 from raycam.viewer.session import MAX_STILL_SIZE, Session, View, lens_of
 from raycam.viewer.session.copied import copied
+from raycam.world.load import load_with_assumed_axis
 from support.gltf_document import Document, animated
 from support.patience import until
 from support.raises import fault, raises
@@ -136,6 +139,55 @@ def test_world_that_is_replaced_while_a_session_starts_is_shown(
     script.join()
     assert edits.world is other
     assert session.view.world is other
+
+
+OBJ = "v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n"
+STL = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 2 0\nendloop\nendfacet\nendsolid\n"
+
+
+@pytest.mark.parametrize(
+    ("load", "axis"),
+    [
+        (lambda folder: raycam.load(folder / "a.obj"), "z"),
+        (lambda folder: load_with_assumed_axis(folder / "a.obj"), "y"),
+        (lambda folder: load_with_assumed_axis(folder / "a.stl"), "z"),
+        (lambda folder: raycam.load(OBJ.encode(), kind="obj"), "z"),
+        (lambda folder: combine_models([folder / "a.obj", folder / "a.stl"]), "z"),
+        (lambda folder: raycam.load(folder / "a.obj", up="z"), None),
+        (lambda folder: load_with_assumed_axis(folder / "a.obj", up="y"), None),
+        (lambda folder: raycam.load(folder / "a.glb"), None),
+        (lambda folder: combine_models([folder / "a.glb", folder / "a.stl"]), None),
+        (lambda folder: raycam.World.from_dict({"object": [{"mesh": "a.obj"}]}, folder=folder), None),
+    ],
+)
+def test_notice_names_the_up_axis_that_no_file_specifies(
+    tmp_path: Path, load: Callable[[Path], raycam.World], axis: str | None
+) -> None:
+    (tmp_path / "a.obj").write_text(OBJ)
+    (tmp_path / "a.stl").write_text(STL)
+    raycam.load(tmp_path / "a.obj").to_gltf(tmp_path / "a.glb")
+    view = Session(load(tmp_path)).view
+    notice = view.up_notice()
+    assert view.camera_message(0)["assumed"] == (axis is not None)
+    assert (notice.code if notice else None) == ("assumed_up_axis" if axis else None)
+    assert axis is None or f"{axis} is assumed" in str(notice)
+
+
+def test_notice_about_the_up_axis_is_shown_until_the_user_chooses_an_axis(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text(OBJ)
+    session = Session(raycam.load(tmp_path / "a.obj"))
+
+    def is_shown() -> bool:
+        return any(each.startswith("up axis") for each in session.about()["notices"])
+
+    assert is_shown()
+    receive(session, {"type": "edit", "kind": "object", "number": 0, "key": "scale", "value": 2.0})
+    assert is_shown()
+    receive(session, {"type": "up", "axis": "y"})
+    assert not is_shown()
+    assert session.view.camera_message(0)["assumed"] is False
+    receive(session, {"type": "undo"})
+    assert is_shown()
 
 
 def test_selected_animation_is_shown_at_its_initial_pose(tmp_path: Path) -> None:

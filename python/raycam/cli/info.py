@@ -21,15 +21,14 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from ..info import info, info_cameras
-    from ..world.load import load
-    from ..world.sources import assumed_up_axis
+    from ..world.load import load_with_assumed_axis
 
     path = Path(find_file(options.world))
     if path.is_dir() or options.camera_format is not None or _is_calibration(path):
         cameras = load_calibration(options.world, options)
         print(info_cameras(cameras, cameras.rigs))
     else:
-        print(info(load(path, folder=options.folder, up=assumed_up_axis(path))))
+        print(info(load_with_assumed_axis(path, folder=options.folder)))
 
 
 def _is_calibration(path: Path) -> bool:

@@ -16,8 +16,7 @@ from ..photos.images import Photos
 from ..render.arguments import world_of
 from ..render.frame import Frame
 from ..world import World
-from ..world.load import load
-from ..world.sources import assumed_up_axis
+from ..world.load import load_with_assumed_axis
 from .files.photographs import Photographs
 from .files.sources import Opening
 from .saved_frames import is_frame, load_frame
@@ -145,7 +144,7 @@ def _open(what: Any, watch: bool) -> tuple[World, dict[str, Any]]:
         opening = Opening.find(given, Path(unpacked))
 
         def load_again() -> World:
-            return opening.load(lambda path, folder: load(path, folder=folder, up=assumed_up_axis(path)))
+            return opening.load(lambda path, folder: load_with_assumed_axis(path, folder=folder))
 
         more: dict[str, Any] = {
             "title": opening.title,

@@ -30,13 +30,15 @@ __all__ = ["WorldContents"]
 class WorldContents:
     """Base class of `World` with the properties that list a world's contents."""
 
-    __slots__ = ("_bare", "_core", "_folder", "_robots", "_stage_variants")
+    __slots__ = ("_bare", "_core", "_folder", "_is_up_assumed", "_robots", "_stage_variants")
 
     _core: CoreWorld
     _folder: str | None
     _bare: Self | None
     _stage_variants: tuple[str, ...]
     _robots: dict[str, Robot]
+    _is_up_assumed: bool
+    """True for the world of a file that does not specify its up axis, if the caller did not choose an axis either."""
 
     @classmethod
     def _of(cls, core: CoreWorld, stage_variants: Sequence[str] = ()) -> Self:
@@ -44,6 +46,7 @@ class WorldContents:
         world._core, world._folder, world._bare = core, None, None
         world._stage_variants = tuple(stage_variants)
         world._robots = {}
+        world._is_up_assumed = False
         return world
 
     # Contents ---------------------------------------------------------------------------------------------
@@ -245,6 +248,7 @@ class WorldContents:
         world = self._of(core)
         world._folder = self._folder
         world._robots = {name: robot._copy() for name, robot in self._robots.items()}
+        world._is_up_assumed = self._is_up_assumed
         return world
 
     @property

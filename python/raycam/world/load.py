@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from .. import _core, usd
 from ..errors import Error, SettingsError, WorldError
@@ -17,14 +17,23 @@ from ..robots import CompiledModel, FileResolver, find_root, read_robots
 from .missing_files import check_exists, recipe_named
 from .robot_files import is_robot
 from .robot_tables import robot_lines
-from .sources import HEAD_BYTES, check_scalable, kind_suffix, path_suffix, read_bytes, scale_factor
+from .sources import (
+    HEAD_BYTES,
+    assumed_up_axis,
+    check_scalable,
+    has_up_axis,
+    kind_suffix,
+    path_suffix,
+    read_bytes,
+    scale_factor,
+)
 from .usd_files import load_usd
 from .world import World
 
 if TYPE_CHECKING:
     from _typeshed import SupportsRead
 
-__all__ = ["load", "with_up_axis"]
+__all__ = ["load", "load_with_assumed_axis", "with_up_axis"]
 
 
 def load(
@@ -99,6 +108,15 @@ def load(
             code="conflicting_values",
         )
     return _load_path(source, folder, packages, options)
+
+
+def load_with_assumed_axis(
+    path: str | os.PathLike[str], *, up: Literal["z", "y"] | None = None, **options: Any
+) -> World:
+    """Loads a file as `load` does, but without `up`, an OBJ file is y up, as in the command line and in views."""
+    world = load(path, up=up or assumed_up_axis(path), **options)
+    world._is_up_assumed = up is None and not has_up_axis(path)
+    return world
 
 
 class _Options(NamedTuple):
@@ -182,6 +200,7 @@ def _finished(world: World, path: str | os.PathLike[str], options: _Options) -> 
     if options.variant is not None:
         with collected():
             world = world.with_variant(options.variant)
+    world._is_up_assumed = options.up is None and not has_up_axis(path)
     warn_all(world.notices)
     world._check_sensors(os.fspath(path))
     return world

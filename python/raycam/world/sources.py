@@ -17,6 +17,7 @@ __all__ = [
     "HEAD_BYTES",
     "assumed_up_axis",
     "check_scalable",
+    "has_up_axis",
     "is_model_file",
     "kind_suffix",
     "path_suffix",
@@ -71,6 +72,11 @@ def assumed_up_axis(path: str | os.PathLike[str]) -> Literal["y"] | None:
     files, the result is None, and `load` determines the axis.
     """
     return "y" if Path(path).suffix.lower() == ".obj" else None
+
+
+def has_up_axis(path: str | os.PathLike[str]) -> bool:
+    """False for mesh files (OBJ, PLY, STL, OFF), whose formats do not specify an up axis; True for other files."""
+    return Path(path).suffix.lower() not in MESH_ENDINGS
 
 
 def is_model_file(path: str | os.PathLike[str]) -> bool:

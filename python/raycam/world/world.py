@@ -63,6 +63,7 @@ class World(WorldBuilding, RayQueries, PointQueries):
         self._bare: World | None = None
         self._stage_variants = ()
         self._robots = {}
+        self._is_up_assumed = False
 
     @classmethod
     def from_dict(

@@ -62,12 +62,12 @@ def add_texture_memory(command: argparse.ArgumentParser) -> None:
 
 def load_world(options: argparse.Namespace) -> World:
     """Loads the world and prints its notices."""
-    from ...world.load import load
+    from ...world.load import load_with_assumed_axis
     from ...world.sources import assumed_up_axis
 
     path = find_file(options.world)
-    up = getattr(options, "up", None) or assumed_up_axis(path)
-    world = load(
+    up = getattr(options, "up", None)
+    world = load_with_assumed_axis(
         path,
         variant=getattr(options, "variant", None),
         texture_memory=options.texture_memory,
@@ -75,7 +75,7 @@ def load_world(options: argparse.Namespace) -> World:
         up=up,
     )
     set_joints(world, getattr(options, "joints", None) or [])
-    if up is not None and getattr(options, "up", None) is None:
+    if up is None and assumed_up_axis(path) is not None:
         print_notice("assuming that y is up, as in most OBJ files; use --up z if the model lies on its side")
     print_notices(world.notices)
     bounds = world.bounds

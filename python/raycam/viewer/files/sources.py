@@ -14,7 +14,7 @@ from ..._core import file_extensions
 from ...errors import Error, Notice, SettingsError
 from ...notices import warn
 from ...world import World
-from ...world.sources import is_model_file
+from ...world.sources import has_up_axis, is_model_file
 
 __all__ = [
     "ARCHIVE",
@@ -271,4 +271,5 @@ def combine_models(paths: Sequence[Path], folder: Path | None = None) -> World:
         names.add(name)
         turned = {"matrix": UPRIGHT.tolist()} if path.suffix.lower() == ".obj" and not is_y_up else {}
         world.add_object(mesh=path if folder is None else path.relative_to(folder), name=name, **turned)
+    world._is_up_assumed = not any(map(has_up_axis, paths))
     return world

@@ -16,8 +16,8 @@ from typing import IO
 from ..._core import file_extensions
 from ...errors import Error, SettingsError
 from ...world import World
-from ...world.load import load
-from ...world.sources import assumed_up_axis, is_model_file
+from ...world.load import load_with_assumed_axis
+from ...world.sources import is_model_file
 from .sources import ARCHIVE, IMAGES, check_name, combine_models, first_world, unpack
 
 __all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types", "is_image"]
@@ -88,7 +88,7 @@ class Uploads:
                 world = combine_models([self._path() / each for each in names], self._path())
             else:
                 path = self._path() / names[0]
-                world = load(path, folder=self._path(), up=assumed_up_axis(path))
+                world = load_with_assumed_axis(path, folder=self._path())
         except FileNotFoundError as error:
             missing = Path(str(error.filename)).name
             raise SettingsError(

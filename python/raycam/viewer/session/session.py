@@ -240,8 +240,8 @@ class Session:
         """The camera as text, and the notices of the world and the still image."""
         still = self.images.still
         notices = [*self.view.world.notices, *(() if still is None else still.notices)]
-        added = self.view.look.notice()
-        notices += [*self.view.opened.misplaced.texts, *([] if added is None else [added])]
+        added = [each for each in (self.view.look.notice(), self.view.up_notice()) if each is not None]
+        notices += [*self.view.opened.misplaced.texts, *added]
         return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
 
     def check_placement(self) -> None:

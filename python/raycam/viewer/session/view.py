@@ -14,7 +14,7 @@ import numpy as np
 from ..._core import lens_coefficients
 from ...arguments import Floats, one_of, real
 from ...camera import Camera
-from ...errors import SettingsError, WorldError
+from ...errors import Notice, SettingsError, WorldError
 from ...render.frame import VIEWS
 from ...world import World
 from ..scene.contents import names_of_objects
@@ -497,6 +497,17 @@ class View:
         )
         return f"{number}\n\n{self.camera!r}"
 
+    def up_notice(self) -> Notice | None:
+        """The notice that the world's up axis was assumed; None if the file, the script or the user chose the axis."""
+        if not self.base._is_up_assumed:
+            return None
+        axis = self.base.up
+        return Notice(
+            f"up axis: mesh files do not specify it, and {axis} is assumed; if the model lies on its side, click "
+            f'"Up: {axis.upper()} (assumed)" next to the image',
+            "assumed_up_axis",
+        )
+
     def camera_message(self, seq: int) -> dict[str, Any]:
         """The message `camera` with all data for navigation.
 
@@ -519,6 +530,7 @@ class View:
             "K": camera.K.ravel().tolist(),
             "size": [width, height],
             "up": [0, 0, 1] if camera.up == "z" else [0, 1, 0],
+            "assumed": self.base._is_up_assumed,
             "parallel": camera.is_parallel,
             "edges": [each.tolist() for each in edges @ camera.R.T if np.isfinite(each).all()],
             "bounds": self.bounds.tolist(),
