@@ -10,13 +10,12 @@ import contextlib
 import json
 import socket
 import stat
-import time
 from collections.abc import Callable, Iterator
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 import raycam
+from raycam.viewer import probe_limit
 from raycam.viewer import server as serving
 from raycam.viewer.client_messages import MAX_IMAGE_SIZE
 from raycam.viewer.files.uploads import Uploads
@@ -56,7 +55,7 @@ def test_server_limits_have_the_documented_values() -> None:
         32,
         8,
     )
-    assert (serving.HANDSHAKE_TIME, serving.MOST_PROBES, serving.KEPT) == (5, 60, 600)
+    assert (serving.HANDSHAKE_TIME, probe_limit.MOST_PROBES, serving.KEPT) == (5, 60, 600)
     assert MAX_STILL_SIZE <= MAX_IMAGE_SIZE == (2560, 1600)
 
 
@@ -92,27 +91,6 @@ def test_socket_uses_no_compression(open_socket: Open) -> None:
     made = open_socket(compression="deflate")
     assert made.response is not None
     assert "Sec-WebSocket-Extensions" not in made.response.headers
-
-
-def test_probes_beyond_60_per_second_are_dropped(
-    client: Client, server: Server, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    client.hear("picture", samples=16)
-    answered: list[int] = []
-    monkeypatch.setattr(serving, "probe", lambda session, message: answered.append(message.id))
-    now = time.monotonic()
-    # The clock is stopped, so that no probe becomes allowed again.
-    monkeypatch.setattr(serving, "time", SimpleNamespace(monotonic=lambda: now))
-    for id in range(300):
-        client.say("probe", id=id, u=1, v=1)
-    client.say("copy", format="toml")
-    client.hear("copied")  # this answer is sent after the answers to all probes
-    assert answered == list(range(serving.MOST_PROBES))
-    now += 1.5
-    client.say("probe", id=300, u=1, v=1)
-    client.say("copy", format="toml")
-    client.hear("copied")
-    assert answered[serving.MOST_PROBES :] == [300]
 
 
 def test_disconnected_session_expires(

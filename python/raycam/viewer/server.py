@@ -19,9 +19,10 @@ from .._core import Cancel
 from ..arguments import whole
 from ..errors import Error, NetworkError
 from . import gate
-from .answers import SLOW, Answers, probe
+from .answers import SLOW, Answers
 from .client_messages import Follow, Hello, Hold, Probe, Size
 from .messages import MAX_MESSAGE_BYTES, BadMessage, packed, parse_message
+from .probe_limit import ProbeLimit
 from .scheduler import Scheduler
 from .session import MOST_FOLLOWERS, MOST_FREE, Following, Session
 from .tokens import Tokens
@@ -39,7 +40,6 @@ KEPT = 600.0  # seconds for which a session waits for its client to reconnect
 QUEUED_IN = 8
 QUEUED_OUT = 64
 WILDCARDS = ("0.0.0.0", "::")
-MOST_PROBES = 60  # probes per second
 STRIKES = 3
 TRY_AGAIN_LATER, POLICY_VIOLATION, GOING_AWAY = 1013, 1008, 1001
 
@@ -363,7 +363,7 @@ class Server:
 
     async def _listen(self, connection: Any, session: Session) -> None:
         """Carries out a client's messages until too many of them were invalid."""
-        strikes, probes = 0, [0.0] * MOST_PROBES
+        strikes, probes = 0, ProbeLimit(session)
         try:
             async for data in connection:
                 try:
@@ -377,10 +377,7 @@ class Server:
                         self._follow(session, message)
                         self.scheduler.wake()
                     elif isinstance(message, Probe):
-                        now = time.monotonic()
-                        if now - probes[0] > 1.0:
-                            probes = [*probes[1:], now]
-                            await asyncio.to_thread(probe, session, message)
+                        await probes.answer(message)
                     elif isinstance(message, SLOW):
                         self.answers.queue_message(session, message)
                     else:
@@ -395,6 +392,7 @@ class Server:
                 except Error as error:
                     session.complain(str(error))
         finally:
+            probes.close()
             self.answers.forget(session)
 
 
