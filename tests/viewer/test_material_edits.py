@@ -11,7 +11,7 @@ import pytest
 import raycam
 from raycam.viewer.probe import values_at
 from raycam.viewer.scene.edits import Edits
-from raycam.viewer.scene.material_edits import edit_material, list_slots, material
+from raycam.viewer.scene.material_edits import describe_material, edit_material, list_slots
 from raycam.viewer.session import Session
 from support.raises import raises
 from support.session_messages import receive
@@ -19,14 +19,14 @@ from support.two_materials import two_materials
 
 
 def test_materials_are_changed_and_keep_their_colour(small_world: raycam.World) -> None:
-    before = material(small_world, 0)
+    before = describe_material(small_world, 0)
     rough = edit_material(small_world, 0, None, "roughness", 0.25)
     shiny = edit_material(rough, 0, None, "metallic", 1)
     bright = edit_material(shiny, 0, None, "emission", 4)
-    found = material(bright, 0)
+    found = describe_material(bright, 0)
     assert (found["model"], found["roughness"], found["metallic"]) == ("principled", 0.25, 1)
     assert (found["color"], found["emission"]) == (before["color"], 4)
-    assert material(small_world, 0) == before
+    assert describe_material(small_world, 0) == before
     camera = small_world.camera("front")
     seen = raycam.render(bright, camera, integrator="path", max_depth=1, samples=1)["color"]
     assert np.allclose(seen[16, 24], 4)
@@ -47,7 +47,7 @@ def test_shown_roughness_and_metallic_equal_the_channels(
 ) -> None:
     world = raycam.World()
     world.add_object(box={"size": 1}, name="box", **kind)
-    found = material(world, 0)
+    found = describe_material(world, 0)
     assert (found["roughness"], found["metallic"]) == pytest.approx((roughness, metallic))
     camera = raycam.Camera.look_at([4, -3, 2], [0, 0, 0], size=(9, 9), fov=20)
     frame = raycam.render(world, camera, channels=["roughness", "metallic"])
@@ -59,15 +59,17 @@ def test_roughness_of_glass_and_metal_keeps_the_model() -> None:
     world.add_object(sphere={"radius": 1}, type="glass", ior=1.7)
     world.add_object(sphere={"radius": 1}, type="metal", metal="gold")
     for number, model in enumerate(["glass", "metal"]):
-        found = material(edit_material(world, number, None, "roughness", 0.4), number)
+        found = describe_material(edit_material(world, number, None, "roughness", 0.4), number)
         assert (found["model"], found["roughness"]) == (model, 0.4)
 
 
 def test_metallic_keeps_the_shown_roughness() -> None:
     world = raycam.World()
     world.add_object(sphere={"radius": 1}, color="#404040", specular=0.5, shininess=150)
-    before = material(world, 0)["roughness"]
-    assert material(edit_material(world, 0, None, "metallic", 0.5), 0)["roughness"] == pytest.approx(before)
+    before = describe_material(world, 0)["roughness"]
+    assert describe_material(edit_material(world, 0, None, "metallic", 0.5), 0)["roughness"] == pytest.approx(
+        before
+    )
 
 
 def test_roughness_keeps_color_and_texture_of_each_material(tmp_path: Path) -> None:
@@ -82,7 +84,7 @@ def test_roughness_keeps_color_and_texture_of_each_material(tmp_path: Path) -> N
     assert [each["model"]["Principled"]["roughness"]["value"] for each in colors] == [0.5, 0.5]
     textured = raycam.World()
     textured.add_object(box={"size": 1}, texture=np.full((2, 2, 3), 128, np.uint8))
-    assert material(edit_material(textured, 0, None, "roughness", 0.5), 0)["textured"]
+    assert describe_material(edit_material(textured, 0, None, "roughness", 0.5), 0)["textured"]
 
 
 def colors(world: raycam.World) -> list[list[float]]:
@@ -111,7 +113,7 @@ def test_edit_of_all_slots_keeps_the_model_and_other_values_of_each_slot(tmp_pat
     world = two_materials(tmp_path)
     world.set_object(0, slots={"red": {"type": "glass"}, "blue": {"type": "principled", "metallic": 0.8}})
     world = edit_material(world, 0, None, "roughness", 0.4)
-    found = [material(world, 0, slot) for slot in range(2)]
+    found = [describe_material(world, 0, slot) for slot in range(2)]
     assert [each["model"] for each in found] == ["glass", "principled"]
     assert [each["roughness"] for each in found] == pytest.approx([0.4, 0.4])
     assert found[1]["metallic"] == pytest.approx(0.8)

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 import raycam
+from raycam.viewer.scene.contents import materials_of_object
 from raycam.viewer.scene.edits import edited
-from raycam.viewer.scene.material_edits import edit_material, material
+from raycam.viewer.scene.material_edits import describe_material, edit_material
 from raycam.viewer.scene.world_file import toml_text, world_file
 from support.raises import Fault, fault, raises
 from support.two_materials import two_materials
@@ -123,10 +124,47 @@ def test_edited_slots_are_saved_in_world_files_and_glb(tmp_path: Path, table: st
     world.to_gltf(tmp_path / "saved.glb")
     for saved in ("saved.toml", "saved.glb"):
         again = raycam.load(tmp_path / saved)
-        found = [material(again, 0, slot) for slot in range(2)]
+        found = [describe_material(again, 0, slot) for slot in range(2)]
         assert np.allclose([each["linear"] for each in found], [[0.8, 0.1, 0.1], [0, 1, 0]], atol=1e-6)
         assert found[1]["roughness"] == pytest.approx(0.25)
         assert again.objects[0].materials == ("red", "blue")
+
+
+@pytest.mark.parametrize(
+    ("names", "table"),
+    [
+        (("kit", "kit"), "[object.slots.kit]\nopacity = 0.5\n"),  # the table belongs to both slots
+        (("1", "0"), "[object.slots.1]\nopacity = 0.5\n"),  # the table belongs to the slot 1, named "0"
+        (("7", "0"), "[object.slots.7]\nopacity = 0.5\n"),  # no slot has the number 7
+    ],
+)
+def test_edited_slot_is_saved_whatever_the_names_of_the_materials(
+    tmp_path: Path, names: tuple[str, str], table: str
+) -> None:
+    two_materials(tmp_path).to_gltf(tmp_path / "m.glb")
+    data = (tmp_path / "m.glb").read_bytes()
+    for old, new in zip(("red", "blue"), names, strict=True):
+        data = data.replace(b'"%s"' % old.encode(), (b'"%s"' % new.encode()).ljust(len(old) + 2))
+    (tmp_path / "m.glb").write_bytes(data)
+    source = tmp_path / "square.toml"
+    source.write_text(f'[[object]]\nmesh = "m.glb"\n{table}')
+    opened = raycam.load(source)
+    assert opened.objects[0].materials == names
+    world = edit_material(opened, 0, 0, "color", "#00ff00")
+    (tmp_path / "saved.toml").write_text(world_file(source, opened, world, opened.default_camera()))
+    again = raycam.load(tmp_path / "saved.toml")
+    for key in ("color", "opacity"):
+        saved, shown = ([each[key] for each in materials_of_object(found, 0)] for found in (again, world))
+        assert np.allclose(saved, shown, atol=1e-6)
+
+
+def test_edited_slot_of_an_object_with_one_material_is_saved(tmp_path: Path) -> None:
+    source = tmp_path / "box.toml"
+    source.write_text("[[object]]\nbox = { size = 1 }\nslots = { 0 = { color = [1, 0, 0] } }\n")
+    opened = raycam.load(source)
+    world = edit_material(opened, 0, 0, "color", "#00ff00")
+    (tmp_path / "saved.toml").write_text(world_file(source, opened, world, opened.default_camera()))
+    assert describe_material(raycam.load(tmp_path / "saved.toml"), 0)["color"] == "#00ff00"
 
 
 def test_edits_without_a_world_file_equivalent_are_refused(room: Path, small_world: raycam.World) -> None:

@@ -115,6 +115,11 @@ Name = Annotated[str, Length(1000)]
 FileName = Annotated[str, Length(1000, 1)]
 
 
+def chosen_slot(slot: int) -> int | None:
+    """The value of a `Slot`; None for all slots."""
+    return None if slot < 0 else slot
+
+
 @dataclass(frozen=True)
 class Message:
     """A message of a client."""
@@ -650,11 +655,6 @@ class Visible(Message):
 
     KIND = "visible"
     visible: bool
-
-
-def chosen_slot(slot: int) -> int | None:
-    """The material slot of a message; None for all slots."""
-    return None if slot < 0 else slot
 
 
 MESSAGES: dict[str, type[Message]] = {each.KIND: each for each in Message.__subclasses__()}

@@ -5,12 +5,16 @@ Worlds may have many thousands of objects.
 
 from __future__ import annotations
 
+import json
+from typing import Any
+
 import numpy as np
 
 from ...arguments import Floats
+from ...errors import WorldError
 from ...world import World
 
-__all__ = ["matrix_of_object", "names_of_objects", "visibilities"]
+__all__ = ["check_object", "materials_of_object", "matrix_of_object", "names_of_objects", "visibilities"]
 
 NAME, MATRIX, VISIBLE = 0, 4, 5  # indices into an object's tuple in the core's description
 
@@ -23,6 +27,22 @@ def names_of_objects(world: World) -> list[str]:
 def visibilities(world: World) -> list[bool]:
     """True for each object that is shown, in the order of their ids."""
     return [bool(each[VISIBLE]) for each in world._core.objects]
+
+
+def check_object(world: World, number: int) -> None:
+    """Raises `WorldError` if the world has no object with this id."""
+    count = world._core.object_count
+    if number >= count:
+        raise WorldError(
+            f"object {number} does not exist; the world has {count} objects, numbered from 0",
+            code="index_out_of_range",
+        )
+
+
+def materials_of_object(world: World, number: int) -> list[dict[str, Any]]:
+    """The material in each slot of the object with this id; empty for an unknown object."""
+    found: list[dict[str, Any]] = json.loads(world._core.materials(number))
+    return found
 
 
 def matrix_of_object(world: World, number: int) -> Floats:

@@ -21,7 +21,7 @@ from ...errors import SettingsError, WorldError
 from ...notices import collected
 from ...world import World
 from ...world.load import with_up_axis
-from .contents import matrix_of_object, names_of_objects, visibilities
+from .contents import check_object, matrix_of_object, names_of_objects, visibilities
 from .gizmo import middle_of, placed
 from .light_edits import describe_light, edit_light
 from .material_edits import edit_material
@@ -250,12 +250,8 @@ def edited(world: World, kind: str, number: int, key: str, value: Any) -> World:
     """
     if kind == "light":
         return edit_light(world, number, key, value)
+    check_object(world, number)
     changed = world.copy()
-    if number >= world._core.object_count:
-        raise WorldError(
-            f"object {number} does not exist; the world has {world._core.object_count} objects, numbered from 0",
-            code="index_out_of_range",
-        )
     if key == "visible" and isinstance(value, bool):
         changed.set_object(number, visible=value)
     elif key == "isolate" and isinstance(value, bool):

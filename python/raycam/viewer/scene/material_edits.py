@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
@@ -10,9 +9,11 @@ import numpy as np
 from ..._core import srgb_from_linear
 from ...arguments import real
 from ...errors import SettingsError, WorldError
+from ...one_line import counted
 from ...world import World
+from .contents import check_object, materials_of_object
 
-__all__ = ["MATERIAL_KEYS", "edit_material", "list_slots", "material"]
+__all__ = ["MATERIAL_KEYS", "describe_material", "edit_material", "list_slots"]
 
 MATERIAL_KEYS = ("color", "roughness", "metallic", "emission")
 """The values of a material that the client changes."""
@@ -24,16 +25,13 @@ def list_slots(world: World, number: int) -> list[dict[str, Any]]:
     """The first slots of an object: each material's name, its colour as text, and whether it has a texture."""
     return [
         {"name": each["name"], "color": _color_text(each["color"]), "textured": each["texture"] is not None}
-        for each in _materials(world, number)[:MAX_LISTED_SLOTS]
+        for each in materials_of_object(world, number)[:MAX_LISTED_SLOTS]
     ]
 
 
-def material(world: World, number: int, slot: int = 0) -> dict[str, Any]:
-    """The material of an object's slot for the client's fields.
-
-    The result is empty for an unknown object or slot.
-    """
-    found = _materials(world, number)
+def describe_material(world: World, number: int, slot: int = 0) -> dict[str, Any]:
+    """The values of the material in an object's slot, for the client's fields; empty for an unknown object or slot."""
+    found = materials_of_object(world, number)
     return _fields(found[slot]) if slot < len(found) else {}
 
 
@@ -44,19 +42,21 @@ def edit_material(world: World, number: int, slot: int | None, key: str, value: 
     makes materials without this key principled; they keep their colours, textures, and the other key's value. Raises
     `WorldError` for an unknown object or slot, and `SettingsError` for an invalid value.
     """
-    found = _materials(world, number)
-    slots = range(len(found)) if slot is None else [slot]
-    if not found or not all(each < len(found) for each in slots):
+    check_object(world, number)
+    materials = materials_of_object(world, number)
+    slots = range(len(materials)) if slot is None else [slot]
+    if slot is not None and slot >= len(materials):
         raise WorldError(
-            f"object {number} has no material slot {slot or 0}; its number of slots is {len(found)}",
+            f"object {number} has no material slot {slot}; it has {counted(len(materials), 'slot')}, numbered from 0",
             code="index_out_of_range",
         )
     changed = world.copy()
-    changed.set_object(number, slots={each: _keys(_fields(found[each]), key, value) for each in slots})
+    tables = {each: _keys_of_change(_fields(materials[each]), key, value) for each in slots}
+    changed.set_object(number, slots=tables)
     return changed
 
 
-def _keys(shown: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
+def _keys_of_change(shown: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
     """Returns the keys of `World.set_object` that change a value of a material."""
     if key == "color" and isinstance(value, str):
         return {"color": value}
@@ -71,12 +71,6 @@ def _keys(shown: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
         f"material key {key} cannot be set to {str(value)[:80]}: the key is unknown, or the value has a wrong type",
         code="unknown_key",
     )
-
-
-def _materials(world: World, number: int) -> list[dict[str, Any]]:
-    """The materials of an object's slots; empty for an unknown object."""
-    found: list[dict[str, Any]] = json.loads(world._core.materials(number))
-    return found
 
 
 def _fields(found: dict[str, Any]) -> dict[str, Any]:

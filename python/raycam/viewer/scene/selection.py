@@ -10,11 +10,11 @@ from ...arguments import Floats
 from ...camera import Camera
 from ...world import World
 from ..client_messages import Gizmo
-from .contents import matrix_of_object, names_of_objects, visibilities
+from .contents import materials_of_object, matrix_of_object, names_of_objects, visibilities
 from .edits import Edits, is_animated
 from .floor_handle import FLOOR_HANDLE, drag_on_floor, floor_handle
 from .gizmo import dragged, handles, middle_of
-from .material_edits import list_slots, material
+from .material_edits import describe_material, list_slots
 from .overlay import polylines
 from .placement import placement_of_matrix
 from .sun_handle import center_of_objects, sun_handles, turn_sun
@@ -62,16 +62,15 @@ class Selection:
         return self.number < self.world._core.object_count
 
     def about(self) -> dict[str, Any]:
-        """Name and material of the object for the message `selected`."""
+        """The object's properties, materials and textures for the message `selected`."""
         said = {"type": "selected", "number": self.number, "tool": self.tool, "material": {}}
         if self.is_there():
             said["name"] = names_of_objects(self.world)[self.number]
             said["visible"] = visibilities(self.world)[self.number]
-            slots = list_slots(self.world, self.number)
-            said["slots"] = slots
-            said["slot_count"] = len(self.world.objects[self.number].materials)
+            said["slots"] = list_slots(self.world, self.number)
+            said["slot_count"] = len(materials_of_object(self.world, self.number))
             said["slot"] = -1 if self.slot is None else self.slot
-            said["material"] = material(self.world, self.number, self.slot or 0)
+            said["material"] = describe_material(self.world, self.number, self.slot or 0)
             said["animated"] = is_animated(self.world, self.number)
             said["place"] = placement_of_matrix(matrix_of_object(self.world, self.number), self.world.up)
             said["textures"] = texture_slots(self.world, self.number, self.slot or 0)

@@ -21,6 +21,7 @@ from ...errors import Error
 from ...notices import collected
 from ...render import render
 from ...world import World
+from .contents import materials_of_object
 
 __all__ = ["SLOTS", "Slot", "set_texture", "texture_slots", "thumbnail"]
 
@@ -39,13 +40,14 @@ NEUTRAL: dict[str, tuple[int, int, int]] = {"normal": (128, 128, 255)}
 
 
 def texture_slots(world: World, number: int, material: int = 0) -> list[dict[str, Any]]:
-    """Each texture slot of the material in an object's slot `material`: its name, image file, and whether it is used.
+    """The texture slots of the material in an object's slot `material`: name, image file, and whether each is used.
 
     The image file is empty for a slot without an image. The result is empty for an unknown object or material.
     """
-    found = _material(world, number, material)
-    if not found:
+    materials = materials_of_object(world, number)
+    if material >= len(materials):
         return []
+    found = materials[material]
     names = world._core.textures
     values = found["model"].get("Principled", {}) if isinstance(found["model"], dict) else {}
     places = {
@@ -67,10 +69,11 @@ def texture_slots(world: World, number: int, material: int = 0) -> list[dict[str
 def set_texture(
     world: World, number: int, slot: str, image: str | None, material: int | None = None
 ) -> World:
-    """Returns a copy of a world with another texture in the slot `material` of an object; None changes all materials.
+    """Returns a copy of a world with another texture in the texture slot `slot` of a material.
 
-    If `image` is None, the texture is neutral. Raises `WorldError` for an object without texture coordinates, and the
-    errors of the image file.
+    The material is in the object's slot `material`; None changes all materials of the object. If `image` is None, the
+    texture is neutral. Raises `WorldError` for an unknown object or material, for an object without texture
+    coordinates, and the errors of the image file.
     """
     one_of("slot", slot, list(SLOTS))
     texture: Any = image
@@ -78,24 +81,16 @@ def set_texture(
         texture = np.full((1, 1, 3), NEUTRAL.get(slot, (255, 255, 255)), np.uint8)
     changed = world.copy()
     keys: dict[str, Any] = {"texture": texture} if slot == "color" else {"textures": {slot: texture}}
-    factors = [_factor(each, slot) for each in json.loads(world._core.materials(number))]
+    factors = {i: _factor(each, slot) for i, each in enumerate(materials_of_object(world, number))}
     if material is None:
-        changed.set_object(number, **keys, slots=dict(enumerate(factors)))
+        changed.set_object(number, **keys, slots=factors)
     else:
-        changed.set_object(number, slots={material: keys | dict(*factors[material : material + 1])})
+        changed.set_object(number, slots={material: keys | factors.get(material, {})})
     return changed
 
 
-def _material(world: World, number: int, material: int) -> dict[str, Any]:
-    """The material in the slot `material` of an object; empty for an unknown object or material."""
-    return dict(*json.loads(world._core.materials(number))[material : material + 1])
-
-
 def _factor(found: dict[str, Any], slot: str) -> dict[str, Any]:
-    """Returns the key with the material's own value of a slot, so that a new texture keeps it.
-
-    The texture multiplies this value.
-    """
+    """Returns the key and value of the material that a texture in a slot multiplies, so that the value is kept."""
     if slot == "color" and "color" in found:
         return {"color": found["color"]}
     values = found["model"].get("Principled", {}) if isinstance(found.get("model"), dict) else {}
@@ -107,9 +102,9 @@ def _factor(found: dict[str, Any], slot: str) -> dict[str, Any]:
 
 
 def thumbnail(world: World, number: int, slot: str, material: int = 0) -> npt.NDArray[np.uint8] | None:
-    """The image [64, 64, 3] of a texture of the material in an object's slot `material`, over the unit square.
+    """The image [64, 64, 3] of the texture in the slot `slot` of a material, over the unit square.
 
-    None if the file cannot be shown.
+    The material is in the object's slot `material`, which must exist. The result is None if the file cannot be shown.
     """
     square = World._of(world._core.material_square(number, material))
     try:

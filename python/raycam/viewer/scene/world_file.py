@@ -13,6 +13,7 @@ from ...camera import Camera
 from ...errors import Error, WorldError
 from ...notices import collected
 from ...world import World
+from .contents import materials_of_object
 
 __all__ = ["toml_text", "world_file"]
 
@@ -93,7 +94,7 @@ def _objects(world: World) -> list[_Object]:
             each.name,
             each.visible,
             np.asarray(each.matrix).tolist(),
-            json.loads(world._core.materials(each.id)),
+            materials_of_object(world, each.id),
         )
         for each in world.objects
     ]
@@ -107,14 +108,21 @@ def _entry(entry: dict[str, Any], before: _Object, after: _Object) -> dict[str, 
     if before.matrix != after.matrix:
         entry = {key: value for key, value in entry.items() if key not in PLACE}
         entry["matrix"] = after.matrix
-    if len(after.materials) == 1:
-        return _with_material(entry, before.materials[0], after.materials[0])
-    slots = dict(entry.get("slots", {}))
-    for slot, (old, new) in enumerate(zip(before.materials, after.materials, strict=True)):
-        if old != new:
-            key = old["name"] if old["name"] in slots else str(slot)
-            slots[key] = _with_material(slots.get(key, {}), old, new)
-    return {**entry, "slots": slots} if slots else entry
+    # If a script has changed the number of slots, `_check` refuses the world file.
+    pairs = list(zip(before.materials, after.materials, strict=False))
+    if before.materials == after.materials:
+        return entry
+    if len(pairs) == 1 and "slots" not in entry:
+        return _with_material(entry, *pairs[0])
+    given = _tables_of_slots(entry.get("slots", {}), [old["name"] for old, _ in pairs])
+    tables = (_with_material(table, *pair) for table, pair in zip(given, pairs, strict=True))
+    return {**entry, "slots": {str(slot): table for slot, table in enumerate(tables) if table}}
+
+
+def _tables_of_slots(tables: dict[str, Any], names: list[str]) -> list[dict[str, Any]]:
+    """The table of each material slot, given tables by number or by material name; numbers take precedence."""
+    by_name = {key: table for key, table in tables.items() if not (key.isdecimal() and int(key) < len(names))}
+    return [tables.get(str(slot), by_name.get(name, {})) for slot, name in enumerate(names)]
 
 
 def _with_material(entry: dict[str, Any], old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:

@@ -241,16 +241,16 @@ class Session:
         still = self.images.still
         notices = [*self.view.world.notices, *(() if still is None else still.notices)]
         added = [each for each in (self.view.look.notice(), self.view.up_notice()) if each is not None]
-        notices += [*self.view.opened.misplaced.texts, *added]
+        notices += [*self.view.opened.placement.texts, *added]
         return {"about": self.view.about(), "notices": list(dict.fromkeys(map(str, notices)))}
 
     def check_placement(self) -> None:
-        """Shows a notice if the world's cameras do not show the world, for example because it has other axes."""
-        misplaced = self.view.opened.misplaced
-        before = misplaced.texts
-        for text in misplaced.check(self.view.base):
+        """Shows a notice if most of the world's cameras do not show the world."""
+        placement = self.view.opened.placement
+        before = placement.texts
+        for text in placement.check(self.view.base):
             self.notify(text)
-        if misplaced.texts != before:
+        if placement.texts != before:
             self.connection.send({"type": "about", **self.about()})
 
     def send_camera(self, *, is_moving: bool = False) -> None:

@@ -21,7 +21,7 @@ from ..scene.contents import names_of_objects
 from ..scene.edits import Edits
 from ..scene.look import Look
 from ..stills import COLORS, LIT_CHANNELS, SAMPLED, TRUTH
-from .misplaced import Misplaced
+from .placement_check import PlacementCheck
 
 __all__ = ["MAX_STILL_SIZE", "Opened", "View", "lens_of", "pose_of", "world_at"]
 
@@ -52,8 +52,8 @@ class Opened:
     """The space for images that the script chose, instead of the space in the client's window."""
     is_model: bool = False
     """True if the world comes from model files, whose lights may need surroundings; see `Look.choose`."""
-    misplaced: Misplaced = field(init=False, default_factory=Misplaced)
-    """The notices about cameras that do not show the world."""
+    placement: PlacementCheck = field(init=False, default_factory=PlacementCheck)
+    """The check that the world's cameras show the world."""
 
     def __post_init__(self) -> None:
         """Finds the name of the first camera."""

@@ -1,25 +1,29 @@
-"""The notice that a view shows if the world's cameras do not show the world."""
+"""The notice about cameras that do not show the world of a view."""
 
 from __future__ import annotations
 
 from ...photos.placement import placement_notices
 from ...world import World
 
-__all__ = ["Misplaced"]
+__all__ = ["PlacementCheck"]
 
 MAX_CHECKED = 24
 """Maximum number of cameras that are checked, evenly spaced in the list of cameras."""
 
 
-class Misplaced:
-    """The notices about the cameras of the world that is shown, which may have other axes or units than its objects."""
+class PlacementCheck:
+    """Checks that the cameras of a view's world show the world; they may have another up axis or unit."""
 
     def __init__(self) -> None:
         self.texts: tuple[str, ...] = ()
+        """The notices about the world that was checked last."""
         self._world: World | None = None
 
     def check(self, world: World) -> tuple[str, ...]:
-        """Checks a world, unless it is the world of the last call; returns the notices that are new."""
+        """Checks a world, unless it is the world of the last call.
+
+        Returns the notices if the previous world had none; otherwise, they have already been reported.
+        """
         if world is self._world:
             return ()
         self._world, before = world, self.texts

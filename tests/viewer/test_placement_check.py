@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import raycam
-from raycam.viewer.session.misplaced import Misplaced
+from raycam.viewer.session.placement_check import PlacementCheck
 from raycam.viewer.viewer import Viewer
 from support.chromium import Tab
 
@@ -33,7 +33,7 @@ def turned(world: raycam.World) -> raycam.World:
 
 
 def test_misplaced_world_is_reported_once_and_until_it_is_turned(y_up: raycam.World) -> None:
-    misplaced = Misplaced()
+    misplaced = PlacementCheck()
     (text,) = misplaced.check(y_up)
     assert "90 degrees about the x axis" in text
     assert misplaced.texts == (text,)
@@ -45,7 +45,7 @@ def test_misplaced_world_is_reported_once_and_until_it_is_turned(y_up: raycam.Wo
 def test_world_without_cameras_gives_no_notice() -> None:
     world = raycam.World()
     world.add_object(box={"size": 1})
-    assert Misplaced().check(world) == ()
+    assert PlacementCheck().check(world) == ()
 
 
 def test_view_shows_the_rotation_that_makes_the_model_visible(tab: Tab, y_up: raycam.World) -> None:
