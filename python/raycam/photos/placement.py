@@ -12,6 +12,7 @@ import numpy as np
 from ..arguments import Floats
 from ..camera import Camera
 from ..errors import Notice
+from ..one_line import counted
 from ..world import World
 
 __all__ = ["are_cameras_inside", "pixel_grid", "placement_notices"]
@@ -27,21 +28,21 @@ TURNS = {
     "by -90 degrees about the x axis (from z up to y up)": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]),
     "by 180 degrees about the x axis (from y down to y up)": np.diag([1.0, -1, -1]),
 }
-"""Rotations [3, 3] of the world to other axes, by their description."""
+"""Rotations [3, 3] that convert between up axes, by the text of the notice."""
 NEAR_SHARE = 0.5
-"""Distance from the world's centre, relative to the world's radius, below which a camera is near the centre."""
+"""Cameras are near the world's centre if their distance from it is below this multiple of the world's radius."""
 FITTING_SHARE = 0.75
-"""Share of cameras that must show the mesh at another scale before the notice recommends that scale."""
+"""Minimum share of cameras that show the mesh after a rotation or scaling that the notice recommends."""
 INSIDE_SHARE = 0.9
-"""Share of cameras that must show fronts instead of backs at another scale before that scale is reported."""
+"""Same as `FITTING_SHARE`, if most cameras are inside the mesh: the minimum share that show fronts after scaling."""
 
 
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
     """Returns a list with a notice if fewer than half of the cameras show the world.
 
     The notice is also returned if most cameras are inside the mesh's bounding box and show backs of faces, but would
-    show fronts if the mesh were scaled. The notice contains the best scale factor if most cameras show the mesh at
-    that scale, or the rotation to other axes. Otherwise, the list is empty.
+    show fronts if the mesh were scaled. The notice contains the rotation or the scale factor that makes the mesh
+    visible to at least three quarters of the cameras, if there is one. Otherwise, the list is empty.
     """
     given = list(cameras.values())
     seeing, fronts = count_cameras(world, given)
@@ -51,27 +52,41 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     inside = 2 * seeing >= len(given)
     if inside and not are_cameras_inside(world, given):
         return []
-    turn, turned = find_best_turn(world, bounds, given)
-    best, count = (
-        (1.0, 0) if not inside and turned > len(given) / 2 else find_best_scale(world, given, inside)
-    )
-    if inside and count < INSIDE_SHARE * len(given):
-        return []
-    problem = (
-        f"{seeing - fronts} of {len(given)} cameras show only the backs of faces, as from inside the mesh"
-        if inside
-        else f"the mesh is visible to only {seeing} of {len(given)} cameras"
-    )
-    remedy = "check that the mesh is in the coordinates of the cameras"
-    if not inside and turned > max(count, fronts):
-        remedy = f"rotate the mesh {turn} to make it visible to {turned} cameras"
-    elif count >= FITTING_SHARE * len(given):
-        remedy = f"scale the mesh by {best:g} to make it visible to {count} cameras"
+    if inside:
+        remedy = _scale_remedy(world, given, INSIDE_SHARE, inside)
+        if remedy is None:
+            return []
+        problem = (
+            f"{seeing - fronts} of {len(given)} cameras show only the backs of faces, as from inside the mesh"
+        )
+    else:
+        remedy = (
+            _turn_remedy(world, bounds, given)
+            or _scale_remedy(world, given, FITTING_SHARE, inside)
+            or "check that the mesh is in the coordinates of the cameras"
+        )
+        problem = f"the mesh is visible to only {seeing} of {len(given)} cameras"
     middle = ", ".join(f"{value:.4g}" for value in bounds.mean(axis=0))
     places = np.array([camera.location for camera in given])
     around = ", ".join(f"{value:.4g}" for value in np.median(places, axis=0))
     message = f"{problem}; {remedy} (mesh centre: ({middle}), median camera position: ({around}))"
     return [Notice(message, "misplaced_mesh")]
+
+
+def _turn_remedy(world: World, bounds: Floats, cameras: Sequence[Camera]) -> str | None:
+    """Returns the remedy with the best rotation; None if too few cameras would show the mesh."""
+    turn, count = find_best_turn(world, bounds, cameras)
+    if count < FITTING_SHARE * len(cameras):
+        return None
+    return f"rotate the mesh {turn} to make it visible to {counted(count, 'camera')}"
+
+
+def _scale_remedy(world: World, cameras: Sequence[Camera], share: float, inside: bool) -> str | None:
+    """Returns the remedy with the best scale; None if less than `share` of the cameras would show the mesh."""
+    factor, count = find_best_scale(world, cameras, inside)
+    if count < share * len(cameras):
+        return None
+    return f"scale the mesh by {factor:g} to make it visible to {counted(count, 'camera')}"
 
 
 def are_cameras_inside(world: World, cameras: Sequence[Camera]) -> bool:
@@ -121,10 +136,11 @@ def find_best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tu
 def count_cameras(
     world: World, cameras: Sequence[Camera], factor: float = 1.0, turn: Floats | None = None
 ) -> tuple[int, int]:
-    """Counts the cameras that show the changed world, and the cameras that show mainly fronts.
+    """Counts the cameras that show the changed world, and the cameras that show mainly fronts of its faces.
 
-    The world is rotated by `turn` [3, 3], and scaled by `factor`, around the origin. A camera shows the world if one of
-    a grid of rays hits it. A negative factor mirrors the world, which exchanges fronts and backs.
+    The world is rotated by `turn` [3, 3] and scaled by `factor`, both around the origin. A camera shows the world if at
+    least one ray of a grid over its image hits the world. A negative factor mirrors the world, which exchanges fronts
+    and backs.
     """
     seeing = fronts = 0
     for camera in cameras:

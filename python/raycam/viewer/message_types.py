@@ -16,8 +16,8 @@ from .messages import field_types
 __all__ = ["PATH", "typescript"]
 
 PATH = Path(__file__).parent / "client" / "messages.d.ts"
-LINE = 100
-"""The length of the lines that list all types."""
+MAX_LINE_LENGTH = 100
+"""The maximum length of the lines that list all types, without indentation."""
 PLAIN = {bool: "boolean", int: "number", float: "number", str: "string"}
 
 
@@ -30,7 +30,7 @@ def typescript() -> str:
         body = "\n".join(fields)
         parts.append(f"/** {kind.__doc__} */\nexport interface {kind.__name__} {{\n{body}\n}}\n")
     names = " | ".join(kind.__name__ for kind in MESSAGES.values())
-    lines = textwrap.indent(textwrap.fill(names, LINE), "  ")
+    lines = textwrap.indent(textwrap.fill(names, MAX_LINE_LENGTH), "  ")
     parts.append(f"/** Any message of a client. */\nexport type ClientMessage =\n{lines};\n")
     return "\n".join(parts)
 

@@ -23,7 +23,7 @@ from .web.document import assembled, json_text, still_image
 __all__ = ["MAX_SECONDS", "Recording"]
 
 Progress = Callable[[int, int], object]
-"""Called with the numbers of finished images and of all images."""
+"""Function that is called with the number of finished images and the number of all images."""
 
 MAX_SECONDS = 600.0
 """The longest recording."""
@@ -76,11 +76,13 @@ class Recording:
         """Stops the recording and writes an HTML page that plays an image of each change.
 
         The page needs no server and makes no requests. `size` (width, height) is the size of the images (default: that
-        of the view, at most 640 x 480), `samples` the number of samples per pixel. `progress(done, total)` counts
-        images; an exception that it raises stops the work, and nothing is written. Without `progress`, a terminal shows
-        a progress bar. Raises `FormatError` unless `path`
-        ends with .html, `SettingsError` for invalid arguments, the errors of `raycam.render`, and `OSError` if the file
-        cannot be written. Ending, arguments and folder are checked before the images are rendered.
+        of the view, at most 640 x 480), `samples` the number of samples per pixel. After each image, `progress` is
+        called with the number of finished images and the number of all images; if it raises an exception, nothing is
+        written. Without `progress`, a terminal shows a progress bar.
+
+        Raises `FormatError` unless `path` ends with .html, `SettingsError` for invalid arguments, the errors of
+        `raycam.render`, and `OSError` if the file cannot be written. Ending, arguments and folder are checked before
+        the images are rendered.
         """
         if Path(path).suffix.lower() != ".html":
             raise FormatError(
@@ -109,9 +111,9 @@ class Recording:
     def _images(
         self, size: tuple[int, int] | None, samples: int, progress: Progress
     ) -> tuple[str, list[str], list[Notice]]:
-        """Renders the image of each change.
+        """Renders an image for each change.
 
-        Returns the first image as HTML, the base64 texts of all JPEG files, and the notices.
+        Returns the first image as HTML, all images as base64 texts of JPEG files, and the notices.
         """
         still = ""
         images: list[str] = []
@@ -119,7 +121,7 @@ class Recording:
         for number, (_, view) in enumerate(self._views):
             with collected() as found:
                 frame = _render(view, size, samples, number)
-            notices += [each for each in found if str(each) not in map(str, notices)]
+            notices += found
             if not number:
                 still = still_image(frame, view.exposure, view.transform, self._title, view.channel)
             images.append(
