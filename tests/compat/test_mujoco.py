@@ -143,6 +143,21 @@ def test_images_before_the_first_scene_are_empty_with_a_notice(
     assert (ids.shape, ids.dtype, ids.max()) == ((30, 40, 2), np.int32, -1)
 
 
+def test_empty_image_has_the_size_of_the_replaced_camera(
+    state: tuple[mujoco.MjModel, mujoco.MjData],
+) -> None:
+    renderer = stand_in.Renderer(state[0], 30, 40)
+    renderer.camera = raycam.Camera.look_at([0, -3, 1], [0, 0, 0.5], size=(20, 10), fov=50)
+    with warns(raycam.Notice, code="missing_value"):
+        assert renderer.render().shape == (10, 20, 3)
+
+
+def test_state_that_is_no_mjdata_is_refused(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+    renderer = stand_in.Renderer(state[0], 30, 40)
+    with raises(raycam.WorldError, code="wrong_type"):
+        renderer.update_scene(5)
+
+
 def test_scene_contains_the_camera_of_update_scene(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
     model, data = state
     view = mujoco.MjvCamera()

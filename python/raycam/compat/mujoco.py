@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from raycam import Camera, Notice, SettingsError, from_mujoco, render
+from raycam import Camera, Notice, SettingsError, WorldError, from_mujoco, render
 
 __all__ = ["Renderer", "install", "uninstall"]
 
@@ -35,18 +35,18 @@ UNUSED_FLAGS = (
     "FLEXFACE",
     "FLEXSKIN",
 )
-"""Flags of `mjtVisFlag` that change how the model's own geoms are drawn, which is not supported."""
+"""Flags of `mjtVisFlag` that are not supported; they change the appearance of the model's own geoms."""
 LOOK_ARRAYS = (
     "geom_type", "geom_size", "geom_rgba", "geom_matid", "geom_group", "site_type", "site_size", "site_rgba",
     "site_matid", "site_group", "tendon_rgba", "tendon_matid", "tendon_group", "mat_rgba", "mat_emission",
     "mat_specular", "mat_shininess", "mat_reflectance", "mat_texid", "mat_texrepeat",
 )  # fmt: skip
-"""The model's arrays of shapes and colours that programs change between images."""
+"""The model's arrays of shapes and colours; if a program changes them, a new scene is built."""
 
 
 @dataclass(frozen=True)
-class Shown:
-    """What the scene is built from: if it changes, a new scene is built."""
+class ShownParts:
+    """The parts of the model that are visible; if they change, a new scene is built."""
 
     geoms: tuple[int, ...] = (0, 1, 2)
     """The visible groups of geoms."""
@@ -87,7 +87,7 @@ class Renderer:
         self._model, self._size = model, (int(width), int(height))
         self._scene: Any = None
         self._visual = mujoco.MjvScene(model, maxgeom=max_geom)
-        self._shown, self._looks = Shown(), b""
+        self._shown, self._looks = ShownParts(), b""
         self._mode = "color"
         self._view: Camera | None = None
         self.camera: Camera | None = None
@@ -104,14 +104,14 @@ class Renderer:
 
     @property
     def scene(self) -> Any:
-        """The `mujoco.MjvScene`: its `flags` are used, and geoms that are added, changed or removed in it.
+        """The `mujoco.MjvScene`, which `update_scene` fills with the model's geoms and decorations.
 
-        `update_scene` fills the scene with the model's geoms and decorations. Changes of meshes and height fields in
-        this scene have no effect.
+        `render` uses its `flags`, and shows geoms that a program adds, changes or removes in it. Changes of meshes and
+        height fields have no effect.
         """
         return self._visual
 
-    def _build(self, data: Any, shown: Shown) -> None:
+    def _build(self, data: Any, shown: ShownParts) -> None:
         """Creates a new scene."""
         self._scene = from_mujoco(
             self._model,
@@ -148,16 +148,19 @@ class Renderer:
         _warn_of_unused(option)
         shown = _shown_parts(option)
         looks = b"".join(getattr(self._model, name).tobytes() for name in LOOK_ARRAYS)
-        if self._model.ngeom and not np.any(data.geom_xmat):
+        try:
+            if self._scene is None or (shown, looks) != (self._shown, self._looks):
+                self._build(data, shown)
+                self._looks = looks
+            else:
+                self._scene.update(data)
+        except WorldError as error:
+            if error.code != "no_poses":
+                raise
             text = "update_scene: data has no poses, so images are empty; call mujoco.mj_forward(model, data) first"
             warnings.warn(Notice(text, "no_poses"), stacklevel=2)
             self._scene = None
             return
-        if self._scene is None or (shown, looks) != (self._shown, self._looks):
-            self._build(data, shown)
-            self._looks = looks
-        else:
-            self._scene.update(data)
         self._view = self._find_camera(data, camera)
         self._fill_visual(data, option, camera)
 
@@ -227,9 +230,9 @@ class Renderer:
         """
         camera = self.camera or self._view
         if self._scene is None or camera is None:
-            text = "render: no scene yet, so the image is empty; call update_scene first"
+            text = "render: no scene, so the image is empty; call mujoco.mj_forward and update_scene first"
             warnings.warn(Notice(text, "missing_value"), stacklevel=2)
-            found = self._empty_image()
+            found = self._empty_image(self._size if self.camera is None else self.camera.size)
         else:
             scene = self._scene.with_changes(self._visual, camera)
             scene.flags[:] = self._visual.flags
@@ -243,9 +246,9 @@ class Renderer:
         out[...] = found
         return out
 
-    def _empty_image(self) -> npt.NDArray[Any]:
-        """The image of nothing: black, the far plane's depth, or the background's ids."""
-        width, height = self._size
+    def _empty_image(self, size: tuple[int, int]) -> npt.NDArray[Any]:
+        """An image without objects: black, the far plane's depth, or the background's ids."""
+        width, height = size
         if self._mode == "color":
             return np.zeros((height, width, 3), np.uint8)
         if self._mode == "depth":
@@ -307,14 +310,14 @@ class Renderer:
         self.close()
 
 
-def _shown_parts(option: Any) -> Shown:
+def _shown_parts(option: Any) -> ShownParts:
     """The visible parts of the model according to an `mjvOption`."""
     geoms, sites, tendons = (
         tuple(number for number, shown in enumerate(groups) if shown)
         for groups in (option.geomgroup, option.sitegroup, option.tendongroup)
     )
     tendons = tendons if option.flags[TENDON_FLAG] else ()
-    return Shown(geoms, sites, tendons, bool(option.flags[TRANSPARENT_FLAG]))
+    return ShownParts(geoms, sites, tendons, bool(option.flags[TRANSPARENT_FLAG]))
 
 
 def _warn_of_unused(option: Any) -> None:

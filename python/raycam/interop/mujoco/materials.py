@@ -40,8 +40,8 @@ def element_look(model: Any, kind: int, number: int, dynamic_alpha: float = 1.0)
     rgba = np.array(getattr(model, f"{prefix}_rgba")[number], np.float64)
     if material >= 0 and (rgba == (0.5, 0.5, 0.5, 1)).all():
         rgba = np.array(model.mat_rgba[material], np.float64)
-    bodies = getattr(model, f"{prefix}_bodyid", None) if kind in (GEOM_OBJECT, SITE_OBJECT) else None
-    if bodies is None or model.body_weldid[bodies[number]] != 0:
+    is_rigid = kind in (GEOM_OBJECT, SITE_OBJECT)
+    if not is_rigid or model.body_weldid[getattr(model, f"{prefix}_bodyid")[number]] != 0:
         rgba[3] *= dynamic_alpha
     return rgba, material
 

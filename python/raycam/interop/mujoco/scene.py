@@ -133,6 +133,7 @@ class MujocoScene:
             range(len(numbers)) if before is None else np.flatnonzero((matrices != before).any(axis=(1, 2)))
         )
         for i in moved:
+            # `World.set_object` would check keys and notices, which takes longer than the change itself.
             _core.world_set_object(self.world._core, numbers[i], {"matrix": matrices[i]})
         self._matrices[kind] = matrices
 
@@ -168,13 +169,16 @@ class MujocoScene:
         self._snapshot = SceneSnapshot(visual.geoms[: visual.ngeom])
 
     def with_changes(self, visual: Any, camera: Camera) -> MujocoScene:
-        """Returns a copy with the decorations of an `mjvScene`, and with its changes since `remember_visual`.
+        """Returns a copy that shows an `mjvScene`: its decorations, and its changes since `remember_visual`.
 
-        Programs add geoms, such as markers and trajectories, and change or remove the model's geoms. The copy does not
-        follow later calls of `update`. Spheres, capsules, ellipsoids, cylinders, boxes, planes, arrows, lines and
-        triangles are shown with their `rgba`, `emission`, `specular` and `shininess`. The width of lines is in pixels
-        of `camera`. A notice names other types, labels, materials and textures, which are not shown. Changed geoms of
-        other types, such as meshes, are shown as in the model.
+        A change is a geom that a program has added, such as a marker, or a geom of the model that it has changed or
+        removed. The copy does not follow later calls of `update`. Without decorations and changes, the result is this
+        scene itself.
+
+        Spheres, capsules, ellipsoids, cylinders, boxes, planes, arrows, lines and triangles are shown with their
+        `rgba`, `emission`, `specular` and `shininess`. The width of lines is in pixels of `camera`. Other types,
+        labels, materials and textures are omitted, and changed geoms of other types, such as meshes, are shown as in
+        the model; a notice lists them.
         """
         changes = self._snapshot.changes(visual.geoms[: visual.ngeom])
         if not changes.geoms and not changes.removed:
@@ -188,8 +192,9 @@ class MujocoScene:
         for geom in geoms:
             new = scene_geom(geom, camera.C, pixel_angle(camera))
             if new is None:
-                omitted.add(f"geoms of type {int(geom.type)} (mjtGeom)")
-                hidden.discard((int(geom.objtype), int(geom.objid)))
+                element = int(geom.objtype), int(geom.objid)
+                omitted.add(f"{'changes of ' * (element in hidden)}geoms of type {int(geom.type)} (mjtGeom)")
+                hidden.discard(element)
             elif new.rgba[3] > 0:
                 shown.append(new)
                 keys = material_keys(self.model, new.rgba, -1) | new.shape.keys
@@ -200,7 +205,7 @@ class MujocoScene:
             omitted |= {"labels"} if geom.label else set()
             omitted |= {"materials and textures"} if geom.matid >= 0 or geom.texid >= 0 else set()
         if omitted:
-            text = f"unsupported in geoms that were added to the scene, and not shown: {', '.join(sorted(omitted))}"
+            text = f"mjvScene: parts that are not supported are omitted: {', '.join(sorted(omitted))}"
             warn_all([Notice(text, "ignored_element")])
         numbers = {number for number, element in enumerate(self.elements) if element in hidden}
         for number in numbers:

@@ -13,12 +13,12 @@ __all__ = ["SceneChanges", "SceneSnapshot"]
 
 @dataclass(frozen=True)
 class SceneChanges:
-    """What an `mjvScene` shows differently from its model."""
+    """The differences between the image of an `mjvScene` and the image of its model."""
 
     geoms: list[Any]
     """The `mjvGeom`s to show in addition to the model's elements."""
     removed: set[tuple[int, int]]
-    """The types (`mjtObj`) and ids of elements that are not shown."""
+    """The types (`mjtObj`) and ids of the model's elements that are removed, or replaced by one of `geoms`."""
 
 
 class SceneSnapshot:
@@ -47,7 +47,7 @@ class SceneSnapshot:
 def _values(geom: Any) -> tuple[Any, ...]:
     """Returns the values of an `mjvGeom` that an image depends on, beginning with the type and id of its element."""
     arrays = (geom.pos, geom.mat, geom.size, geom.rgba)
-    looks = (geom.emission, geom.specular, geom.shininess)
+    looks = (geom.emission, geom.specular, geom.shininess, geom.matid, geom.texid, geom.dataid)
     return (
         geom.objtype,
         geom.objid,

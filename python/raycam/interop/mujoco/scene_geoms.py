@@ -20,7 +20,7 @@ from .shapes import Shape, primitive_shape
 __all__ = ["SceneGeom", "scene_geom"]
 
 ARROW, ARROW_WITHOUT_HEAD, DOUBLE_ARROW, LINE, TRIANGLE = 100, 101, 102, 103, 108
-"""Types of geoms that only scenes contain, not models (`mjtGeom`)."""
+"""Types of geoms that occur in scenes, but not in models (`mjtGeom`)."""
 ARROWS = (ARROW, ARROW_WITHOUT_HEAD, DOUBLE_ARROW)
 """Types of geoms that are arrows along their z axis."""
 HEAD_RADIUS_RATIO = 1.75

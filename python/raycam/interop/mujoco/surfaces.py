@@ -57,7 +57,7 @@ class Surfaces:
         """The exponent of highlights."""
         self.unlit: npt.NDArray[np.bool_] | None = None
         """True for objects that have their plain colour; None if all objects are lit."""
-        self.shadowless: list[int] = []
+        self.shadowless: set[int] = set()
         """The objects that cast no shadows."""
         self.mirror: tuple[int, float] | None = None
         """The only object that reflects (the first opaque plane or box with a reflectance), and its reflectance."""
@@ -94,13 +94,13 @@ class Surfaces:
             setattr(found, name, np.concatenate([getattr(self, name), column]))
         found.unlit = np.concatenate([np.zeros(first, bool), [geom.unlit for geom in geoms]])
         numbers = range(first, first + len(geoms))
-        found.shadowless = [i for i in numbers if not geoms[i - first].casts_shadow]
+        found.shadowless = {i for i in numbers if not geoms[i - first].casts_shadow}
         found.opaque = [*self.opaque, *(i for i in numbers if is_opaque(geoms[i - first].rgba))]
         found.transparent = [*self.transparent, *(i for i in numbers if not is_opaque(geoms[i - first].rgba))]
         return found
 
     def without(self, numbers: set[int]) -> Surfaces:
-        """Returns a copy without the surfaces of some objects, whose numbers remain in use."""
+        """Returns a copy in which the objects `numbers` are not drawn; the other objects keep their numbers."""
         found = copy(self)
         found.opaque = [number for number in self.opaque if number not in numbers]
         found.transparent = [number for number in self.transparent if number not in numbers]
