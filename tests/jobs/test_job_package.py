@@ -46,7 +46,7 @@ def test_stored_package_is_compressed_and_checked(tmp_path: Path, monkeypatch: p
         assert not package.exists_in(path)
         with raises(FormatError, code="damaged_job"):
             JobPackage.check(damaged, "p", package.id)
-    monkeypatch.setattr(module, "MAX_COMPRESSED_BYTES", 1000)
+    monkeypatch.setattr(module, "COMPRESSION_LIMIT_BYTES", 1000)
     assert package.to_file() == package.to_bytes()
 
 

@@ -6,7 +6,7 @@ The bytes are a line of JSON, followed by the world from `World.to_bytes`:
 
 Frame n of a job is a pure function of (package, n): the same bytes give the same files on any machine.
 
-The job's folder contains the package compressed, unless it is large: the numbers of many cameras are a considerable
+In the job's folder, packages up to a limit are compressed by zlib, because the numbers of many cameras can be a large
 part of a small data set.
 """
 
@@ -26,8 +26,8 @@ from .kinds import FrameMakerFactory
 
 __all__ = ["JobPackage"]
 
-MAX_COMPRESSED_BYTES = 4 << 20
-"""Maximum size of a package that is stored compressed; larger packages consist mostly of images."""
+COMPRESSION_LIMIT_BYTES = 4 << 20
+"""Maximum size of a package that is compressed in the job's folder; larger packages consist mostly of images."""
 
 
 class JobPackage:
@@ -112,9 +112,9 @@ class JobPackage:
         return self._header + self.world_bytes
 
     def to_file(self) -> bytes:
-        """The package as it is stored in the job's folder."""
+        """The bytes of the package's file in the job's folder, compressed unless they are many."""
         data = self.to_bytes()
-        return zlib.compress(data) if len(data) <= MAX_COMPRESSED_BYTES else data
+        return zlib.compress(data) if len(data) <= COMPRESSION_LIMIT_BYTES else data
 
     def exists_in(self, path: Path) -> bool:
         """True if a file contains exactly this package."""
@@ -126,12 +126,7 @@ class JobPackage:
     @staticmethod
     def check(data: bytes, name: str, id: str) -> None:
         """Raises `FormatError` if the bytes of the file `name` are not the package with this `id`."""
-        found = hashlib.sha256(_unpack(data)).hexdigest()
-        if found != id:
-            raise FormatError(
-                f"{name}: the file is damaged or belongs to another job: its hash is {found[:12]}, expected {id[:12]}",
-                code="damaged_job",
-            )
+        _check_hash(_unpack(data), name, id)
 
     @classmethod
     def from_bytes(cls, data: bytes, name: str, id: str) -> JobPackage:
@@ -140,8 +135,9 @@ class JobPackage:
         Raises `FormatError` for an invalid package or another id, and `JobError` for a package of another raycam
         version.
         """
-        cls.check(data, name, id)
-        header, newline, world = _unpack(data).partition(b"\n")
+        unpacked = _unpack(data)
+        _check_hash(unpacked, name, id)
+        header, newline, world = unpacked.partition(b"\n")
         try:
             if not newline:
                 raise ValueError
@@ -160,13 +156,23 @@ class JobPackage:
         return cls(kind, frames, settings, world)
 
 
+def _check_hash(unpacked: bytes, name: str, id: str) -> None:
+    """Raises `FormatError` if the hash of an unpacked package is not `id`."""
+    found = hashlib.sha256(unpacked).hexdigest()
+    if found != id:
+        raise FormatError(
+            f"{name}: the file is damaged or belongs to another job: its hash is {found[:12]}, expected {id[:12]}",
+            code="damaged_job",
+        )
+
+
 def _unpack(data: bytes) -> bytes:
     """Returns the bytes of a stored package; damaged bytes are returned unchanged, so that their hash differs."""
     if data.startswith(b"{"):
         return data
     stream = zlib.decompressobj()
     try:
-        unpacked = stream.decompress(data, MAX_COMPRESSED_BYTES)
+        unpacked = stream.decompress(data, COMPRESSION_LIMIT_BYTES)
     except zlib.error:
         return data
     return unpacked if stream.eof and not stream.unused_data else data
