@@ -18,7 +18,7 @@ class Code(NamedTuple):
 
 _OWN_NOTICES = {
     "no_poses": Code(
-        "MuJoCo's data contains no poses of bodies yet, so its images are empty.",
+        "MuJoCo's data contains no poses of bodies yet, so the images are empty.",
         "Call mujoco.mj_forward(model, data) before update_scene.",
     ),
     "assumed_up_axis": Code(

@@ -652,7 +652,7 @@ class Lidar:
 
 
 def _are_steps(steps: object) -> TypeGuard[Sequence[tuple[float, Lidar]]]:
-    """True for a list of at least one pair, whose second entry is a lidar."""
+    """True for a list of pairs (seconds, lidar) with at least one entry; the seconds are not checked."""
     return (
         isinstance(steps, Sequence)
         and len(steps) > 0

@@ -314,8 +314,8 @@ class WorldBuilding(WorldContents):
         object changes. `visible=False` removes the object from images, shadows, light and queries; all ids are
         unchanged.
 
-        Keys of materials change the materials of all slots. `slots` changes single slots, by their number or by their
-        material's name, which `objects[i].materials` lists:
+        Keys of materials change the materials of all slots. The key `slots` changes the materials of single slots,
+        which are specified by their number, or by the name of their material as in `objects[i].materials`:
         `set_object("car", slots={"windows": {"type": "glass"}, 2: {"color": "red"}})`.
 
         A change is fast, because only the changed parts are rebuilt, and atomic: an image that another thread is

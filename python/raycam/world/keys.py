@@ -190,11 +190,26 @@ def object_keys(
         description = {"mesh": os.fspath(description)}
     given = merge_keys(description, keys)
     if isinstance(given.get("slots"), Mapping):
-        given["slots"] = {str(slot): changes for slot, changes in given["slots"].items()}
+        given["slots"] = _slot_tables(given["slots"])
     for shape, own in SHAPES.items():
         if shape in given:
             given[shape] = _shape_table(shape, own, given)
     return given
+
+
+def _slot_tables(slots: Mapping[Any, Any]) -> dict[str, Any]:
+    """Returns the changes of material slots with text as keys, as in world files.
+
+    Raises `WorldError` if a number is given both as an integer and as a string.
+    """
+    found: dict[str, Any] = {}
+    for slot, changes in slots.items():
+        if str(slot) in found:
+            raise WorldError(
+                f"slots: slot {slot} occurs twice, as an integer and as a string", code="conflicting_values"
+            )
+        found[str(slot)] = changes
+    return found
 
 
 def _shape_table(shape: str, own: tuple[str, ...], given: dict[str, Any]) -> dict[str, Any]:

@@ -96,7 +96,8 @@ def load(
     """
     if not isinstance(variant, str | None):
         raise SettingsError(
-            f"variant must be a string such as 'SET=NAME', not {type(variant).__name__}", code="wrong_type"
+            f"variant must be a string, got {type(variant).__name__}; pass a variant's name, or 'SET=NAME' for USD",
+            code="wrong_type",
         )
     options = _Options(variant, texture_memory, time, up, scale_factor(scale, units), xacro_args)
     if not isinstance(source, str | os.PathLike):

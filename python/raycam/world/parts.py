@@ -32,7 +32,7 @@ class Object:
     shadow_catcher: bool = False
     """True for a shadow catcher: images with a transparent background or a background photo show only its shadows."""
     materials: tuple[str, ...] = ()
-    """The names of the materials, one for each material slot of the mesh; the key `slots` changes single slots."""
+    """The name of the material in each material slot; `World.set_object` changes single slots with the key `slots`."""
 
     def __repr__(self) -> str:
         """Number, name, category, triangles and position as text."""

@@ -65,7 +65,7 @@ def settle(
     represent the mesh; 1 means its convex hull.
 
     Convex parts of the meshes (V-HACD) move in rapier's solver in steps of 1/240 s. From 1 s after the last throw, a
-    growing drag slows all motion, but not in the final check of motion. Then the real meshes are checked.
+    growing drag slows all motion; it is off during the final check of motion. Then the real meshes are checked.
     No mesh penetrates another by more than 0.2 mm (0.2 % of the size for objects below 0.1 m). Each object touches
     something if it is lowered by 0.5 mm (2 % of the size for objects of several parts). No object moves by more than
     0.1 mm in another second. Each object is within its target: completely for `into`, with its centre for `on`.
