@@ -103,6 +103,13 @@ def test_comments_that_state_both_orders_are_refused(tmp_path: Path) -> None:
         raycam.load_cameras(tmp_path / "poses.txt")
 
 
+def test_row_of_another_length_below_prose_is_compared_with_the_first_row(tmp_path: Path) -> None:
+    text = "# quaternion w x y z\n1 1 2 3 1 0 0 0\n2 1 2 3 1 0 0\n"
+    (tmp_path / "poses.txt").write_text(text)
+    with raises(FormatError, code="syntax", mentions=["poses.txt:3", "first row", "8"]):
+        raycam.load_cameras(tmp_path / "poses.txt")
+
+
 @pytest.mark.parametrize(("name", "is_reported"), [("{}_mm", True), ("{} [cm]", True), ("{} [m]", False)])
 def test_unit_of_positions_in_a_header_is_reported(tmp_path: Path, name: str, is_reported: bool) -> None:
     header = ",".join(["time", *(name.format(axis) for axis in "xyz"), "qw", "qx", "qy", "qz"])

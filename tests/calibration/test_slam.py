@@ -241,7 +241,9 @@ def test_mask_flag_of_vins_is_not_read_as_a_lens(tmp_path: Path, is_vins: bool) 
     keys = {"extrinsicRotation": pose(4)[0].T, "extrinsicTranslation": pose(4)[1][:, None]} if is_vins else {}
     settings = write(tmp_path / "b.yaml", {"fisheye": 1, **keys})
     file.write_text(file.read_text() + settings.read_text().split("\n", 2)[2])
-    check(raycam.load_cameras(file)["front"], K, *(pose(4) if is_vins else (np.eye(3), np.zeros(3))), mei)
+    cameras = raycam.load_cameras(file)
+    check(cameras["front"], K, *(pose(4) if is_vins else (np.eye(3), np.zeros(3))), mei)
+    assert has_notice(cameras.notices, "ignored_key")
 
 
 @pytest.mark.parametrize(

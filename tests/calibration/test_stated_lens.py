@@ -13,7 +13,7 @@ import pytest
 import raycam
 from raycam.errors import FormatError
 from scipy.spatial.transform import Rotation
-from support.raises import raises
+from support.raises import has_notice, raises
 
 K = [[400.0, 0.0, 320.0], [0.0, 401.0, 240.0], [0.0, 0.0, 1.0]]
 D = [0.05, -0.02, 0.004, -0.001]
@@ -317,6 +317,11 @@ def test_extrinsic_rotation_and_translation_require_a_direction(tmp_path: Path) 
     check_pose(read(tmp_path, content, model="opencv", direction="world_from_camera")["a"])
 
 
+def test_centre_of_extrinsics_is_not_read_as_a_rotation(tmp_path: Path) -> None:
+    cameras = read(tmp_path, {**CAMERA, "extrinsic_center": [0.1, 0.2, 0.3]}, model="opencv")
+    assert has_notice(cameras.notices, "ignored_key", "extrinsic_center")
+
+
 def test_quaternion_with_a_direction_but_without_an_order_is_refused(tmp_path: Path) -> None:
     with raises(FormatError, code="syntax", mentions=["q_wc"]):
         read(tmp_path, {**CAMERA, "q_wc": [0.5] * 4, "p_wc": [1, 2, 3]}, model="opencv")
@@ -329,6 +334,12 @@ def test_transform_under_a_short_key_requires_a_direction(tmp_path: Path, key: s
         read(tmp_path, {**CAMERA, key: pose.tolist()}, model="opencv")
     cameras = read(tmp_path, {**CAMERA, key: pose.tolist()}, model="opencv", direction="world_from_camera")
     check_pose(cameras["a"])
+
+
+def test_centre_that_is_no_point_gives_a_notice(tmp_path: Path) -> None:
+    pose = {"R": R.tolist(), "t": (-R @ C).tolist()}
+    cameras = read(tmp_path, {**CAMERA, **pose, "camera_center": [1.0, 2.0]}, model="opencv")
+    assert has_notice(cameras.notices, "ignored_key", "camera_center")
 
 
 def test_centre_next_to_a_pose_is_compared_with_the_pose(tmp_path: Path) -> None:

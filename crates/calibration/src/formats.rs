@@ -299,7 +299,7 @@ fn read_only_file(
     }
 }
 
-/// True for a file that contains exactly one camera, with K and with its own pose or mount.
+/// True for a file that contains exactly one camera, with K and with a pose.
 fn is_placed_camera(
     (source, format, inside): &mut (InputFile, &'static CalibrationFormat, AssetRoot),
     known: &ReadHints,

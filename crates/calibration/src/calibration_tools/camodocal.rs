@@ -27,7 +27,8 @@ pub(crate) const KEYS: [&str; 10] = [
     "affine_parameters",
 ];
 
-/// Key with which VINS masks the corners of the images; `model_type` specifies the lens model.
+/// Key of VINS that masks the corners of images, in spite of its name. It does not specify the lens model, as `model_type`
+/// does.
 pub(crate) const MASK_FLAG: &str = "fisheye";
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
@@ -39,7 +40,11 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Result<Calibration> {
     let node = yaml::parse(source.text()?, &source.path)?;
     let root = Cursor::root(&node, &source.path);
-    let notices = root.unread_keys(|key| KEYS.contains(&key) || key == MASK_FLAG)?;
+    let mut notices = root.unread_keys(|key| KEYS.contains(&key) || key == MASK_FLAG)?;
+    if let Some(at) = root.get(MASK_FLAG) {
+        let subject = format!("{MASK_FLAG} (line {})", at.node.line);
+        notices.push(Notice::about(NoticeCode::IgnoredKey, subject, "ignored"));
+    }
     let record = camera(&root, source.stem().unwrap_or_else(|| "camera".into()))?;
     Ok(Calibration { records: vec![record], notices, ..Calibration::default() })
 }

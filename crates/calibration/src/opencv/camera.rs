@@ -4,8 +4,9 @@ use glam::{DMat3, DVec3};
 use raycam_scene::{PixelCenter, counted};
 
 use crate::document::Cursor;
+use crate::opencv::directed_pose::DirectedPose;
 use crate::opencv::keys::{self, KeyView};
-use crate::opencv::{directed_pose, lens, pose};
+use crate::opencv::{lens, pose};
 use crate::rig::on_a_body;
 use crate::{Calibration, CameraRecord, ReadHints};
 use raycam_formats::{FormatError, Result};
@@ -126,8 +127,15 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
     }
 }
 
-/// Reads the camera of a map; several cameras if the map contains several poses of the board.
-pub(super) fn read(view: &KeyView<'_>, name: String, hints: &ReadHints, calibration: &mut Calibration) -> Result<()> {
+/// Reads the camera of a map; several cameras if the map contains several poses of the board. `directed` is the camera's
+/// pose if two keys with a direction specify it.
+pub(super) fn read(
+    view: &KeyView<'_>,
+    name: String,
+    directed: Option<DirectedPose<'_>>,
+    hints: &ReadHints,
+    calibration: &mut Calibration,
+) -> Result<()> {
     let at = &view.at;
     let mut record = CameraRecord::new(name, PixelCenter::Integer);
     record.k = Some(k(view)?.ok_or_else(|| at.fail("no camera matrix found; expected K or camera_matrix"))?);
@@ -148,16 +156,13 @@ pub(super) fn read(view: &KeyView<'_>, name: String, hints: &ReadHints, calibrat
             on_a_body(&mut record, "rig");
         }
     }
-    let mut used = Vec::new();
-    if record.pose.is_none()
-        && view.side.is_empty()
-        && let Some(found) = directed_pose::read(view, hints)?
-    {
-        calibration.used_convention |= found.is_assumed;
-        record.pose = Some(found.pose);
-        used = found.keys;
+    let mut used: &[&str] = &[];
+    if let Some(found) = &directed {
+        calibration.used_convention |= found.used_convention;
+        record.pose = Some(found.pose.clone());
+        used = &found.keys;
     }
-    if let Some(named) = pose::read_named(view, record.pose.as_ref(), &used, hints, calibration)? {
+    if let Some(named) = pose::read_named(view, record.pose.as_ref(), used, hints, calibration)? {
         if record.pose.as_ref().is_some_and(|pose| *pose != named) {
             return Err(at.fail("the camera has two different poses; expected one pose"));
         }

@@ -1,5 +1,5 @@
-//! Pose of a camera in an OpenCV file whose rotation and translation are two keys that state the direction, or that are
-//! named as extrinsics.
+//! Pose of a camera in an OpenCV file whose rotation and translation are two keys with a direction, such as `R_wc` and
+//! `t_wc`, or two keys named extrinsics, such as `camera_ext_R` and `camera_ext_t`.
 
 use glam::DVec3;
 
@@ -10,22 +10,22 @@ use crate::{Pose, ReadHints, Rotation};
 use raycam_formats::Result;
 use raycam_scene::ErrorCode;
 
-/// A pose in two values, such as `R_wc` and `t_wc`.
+/// A pose that is the value of two keys.
 pub(super) struct DirectedPose<'a> {
-    /// Keys of the two values.
-    pub(super) keys: Vec<&'a str>,
+    /// Keys of the rotation and the translation.
+    pub(super) keys: [&'a str; 2],
     pub(super) pose: Pose,
-    /// True if only the caller specifies the direction.
-    pub(super) is_assumed: bool,
+    /// True if the direction is specified by the caller, and not by the keys.
+    pub(super) used_convention: bool,
 }
 
-/// Finds a rotation and a translation whose keys have the same end that states a direction, such as `R_wc` and `t_wc`,
-/// or the same beginning that means extrinsics, such as `camera_ext_R` and `camera_ext_t`, whose direction only the caller
-/// can specify.
+/// Finds a rotation and a translation whose keys end with the same direction (`R_wc` and `t_wc`), or begin with the same
+/// word for extrinsics (`camera_ext_R` and `camera_ext_t`). The direction of extrinsics must be specified by the caller.
+/// Returns `None` if the camera has a pose under other keys.
 ///
 /// # Errors
-/// An error for a rotation without a translation, for an unknown direction, and for a quaternion, whose order is not
-/// specified.
+/// An error for a rotation without a translation, for an unknown direction, and for a quaternion, because the order of
+/// its numbers is unknown.
 pub(super) fn read<'a>(view: &KeyView<'a>, hints: &ReadHints) -> Result<Option<DirectedPose<'a>>> {
     let given = hints.poses.map(|given| given.world_from_camera);
     if pose::read_pose(view, given)?.is_some() || pose::read_mount(view)?.is_some() {
@@ -36,7 +36,7 @@ pub(super) fn read<'a>(view: &KeyView<'a>, hints: &ReadHints) -> Result<Option<D
         entries.iter().filter(|(key, _)| !view.knows(key)).find_map(|(key, at)| {
             let rest = words.iter().find_map(|word| rest_of_key(key, word))?;
             let is_value = at.numbers().is_ok_and(|numbers| counts.contains(&numbers.len()));
-            (is_value && end.is_none_or(|end| *end == rest)).then(|| (*key, at.clone(), rest))
+            (is_value && end.is_none_or(|end| end == rest)).then(|| (*key, at.clone(), rest))
         })
     };
     let Some((key, at, end)) = find(&["rotation", "rot", "r"], &[3, 9], None) else {
@@ -61,14 +61,17 @@ pub(super) fn read<'a>(view: &KeyView<'a>, hints: &ReadHints) -> Result<Option<D
         true => Pose::world_from_camera(Rotation::Matrix(r), t),
         false => Pose::camera_from_world(Rotation::Matrix(r), t),
     };
-    Ok(Some(DirectedPose { keys: vec![key, t_key], pose: found, is_assumed: stated.is_none() }))
+    Ok(Some(DirectedPose { keys: [key, t_key], pose: found, used_convention: stated.is_none() }))
 }
 
-/// The rest of a key that begins with `word` and ends with a direction, or that ends with `word` after a word for
-/// extrinsics.
+/// Words for extrinsics in keys.
+const EXTRINSICS: [&str; 5] = ["ext", "extr", "extrin", "extrinsic", "extrinsics"];
+
+/// The rest of a key that consists of `word` and a direction (`R_wc`), or that ends with a word for extrinsics and `word`
+/// (`camera_ext_R`).
 fn rest_of_key(key: &str, word: &str) -> Option<String> {
     let name = plain(key);
     let directed = name.strip_prefix(word).filter(|end| pose::world_from_camera(&format!("t{end}")).is_some());
-    let extrinsic = || name.strip_suffix(word).filter(|start| start.ends_with("ext") || start.contains("extrin"));
+    let extrinsic = || name.strip_suffix(word).filter(|start| EXTRINSICS.iter().any(|end| start.ends_with(end)));
     directed.or_else(extrinsic).map(str::to_owned)
 }

@@ -41,7 +41,8 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
     }
 }
 
-/// Value of the coefficients' key, or the map under a key of the lens model: `lens: {type: fisheye, coeffs: [...]}`.
+/// Value of the coefficients' key, or otherwise the map under a key of the lens model, such as
+/// `lens: {type: fisheye, coeffs: [...]}`.
 fn lens_value<'a>(view: &KeyView<'a>) -> Result<Option<Cursor<'a>>> {
     let map = || view.all(&keys::MODEL).into_iter().find(keys::is_keyed);
     Ok(view.find_value(&keys::LENS)?.or_else(map))
@@ -173,7 +174,7 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     Ok(None)
 }
 
-/// Keys of the lens model in a map whose values are words.
+/// Keys of a map that specify the lens model by a word, without case and separators.
 fn model_keys(view: &KeyView<'_>) -> Vec<String> {
     let words = view.all(&keys::MODEL).into_iter().filter(|at| at.word().is_ok());
     words.map(|at| last_part(&at.key)).collect()

@@ -36,7 +36,7 @@ const BODIES: [&str; 20] = [
 /// Keys of a camera's centre in the world; a rotation R next to them is camera_from_world.
 const CENTER: [&str; 8] =
     ["c", "center", "centre", "cameracenter", "cameracentre", "camcenter", "opticalcenter", "projectioncenter"];
-/// Keys of [`CENTER`] that can only mean the camera's centre.
+/// Keys of [`CENTER`] that cannot mean another point, such as the centre of the scene.
 const OWN_CENTER: [&str; 6] = ["c", "cameracenter", "cameracentre", "camcenter", "opticalcenter", "projectioncenter"];
 /// Keys of a position that do not specify the direction of a neighbouring rotation.
 const POSITION: [&str; 8] =
@@ -137,8 +137,8 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
     Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)))
 }
 
-/// Checks that a camera's centre next to R and t is -Rᵀ t. Keys such as `center` may also mean another point, so they
-/// are not checked.
+/// Checks that a camera's centre next to R and t is -Rᵀt. A key such as `center` is not checked, because it may mean
+/// another point.
 fn check_center(view: &KeyView<'_>, r: DMat3, t: DVec3) -> Result<()> {
     let Some(at) = view.find_value(&OWN_CENTER)?.filter(|at| at.numbers().is_ok_and(|numbers| numbers.len() == 3))
     else {
@@ -147,20 +147,20 @@ fn check_center(view: &KeyView<'_>, r: DMat3, t: DVec3) -> Result<()> {
     let (given, center) = (DVec3::from_array(at.array::<3>()?), -(r.transpose() * t));
     if (given - center).length() > 1e-3 * (1.0 + center.length()) {
         return Err(at.fail(format_args!(
-            "the camera's centre differs from R and t, whose centre -Rᵀt is ({}, {}, {}); remove one of them",
+            "differs from the camera's centre -Rᵀt = ({}, {}, {}) according to R and t; remove this key, or R and t",
             center.x, center.y, center.z
         )));
     }
     Ok(())
 }
 
-/// True for the key of a camera's centre or position that is part of its pose: next to a rotation without a
-/// translation, or a centre that [`check_center`] compares with R and t.
-pub(super) fn is_center(view: &KeyView<'_>, key: &str) -> bool {
+/// True for the key of a camera's centre or position that is used: next to a rotation without a translation as a part of
+/// the pose, or next to R and t by [`check_center`].
+pub(super) fn is_center(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool {
     let has = |names: &[&str]| names.iter().any(|name| !view.all(&[name]).is_empty());
     let (rotation, t) = (has(&keys::R) || has(&keys::RVEC), has(&keys::T) || has(&keys::TVEC));
-    rotation
-        && (view.has_name(key, &OWN_CENTER) || !t && (view.has_name(key, &CENTER) || view.has_name(key, &POSITION)))
+    let named = view.has_name(key, &OWN_CENTER) || !t && (view.has_name(key, &CENTER) || view.has_name(key, &POSITION));
+    rotation && named && at.numbers().is_ok_and(|numbers| numbers.len() == 3)
 }
 
 /// Reads the pose of a camera from its position and the rotation `r_at` next to it. The direction of the rotation must
@@ -284,8 +284,8 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
 }
 
 /// Reads the pose under a key that OpenCV does not use, if the key or the caller specifies the pose's direction.
-/// `known` is the camera's pose if OpenCV's keys or a mount specify the pose, and `used` are further keys of this pose.
-/// A transform without a direction, such as `T_color_depth`, is then a different transform.
+/// `known` is the camera's pose if other keys specify it; a transform without a direction, such as `T_color_depth`, is
+/// then a different transform. The keys `used` are omitted, because they belong to `known`.
 pub(super) fn read_named(
     view: &KeyView<'_>,
     known: Option<&Pose>,

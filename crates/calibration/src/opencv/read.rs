@@ -71,7 +71,7 @@ fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration { notices: root.at.unread_keys(known)?, ..Calibration::default() };
     for (mark, view) in marks.iter().zip(&views) {
         let number = mark.bytes().all(|c| c.is_ascii_digit());
-        camera::read(view, if number { format!("camera{mark}") } else { mark.clone() }, hints, &mut calibration)?;
+        camera::read(view, if number { format!("camera{mark}") } else { mark.clone() }, None, hints, &mut calibration)?;
     }
     let size = camera::size(root)?;
     for record in &mut calibration.records {
@@ -182,11 +182,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 
 /// Reads the camera of a map.
 fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration> {
-    let directed = directed_pose::read(view, hints)?.map_or(vec![], |found| found.keys);
+    let directed = directed_pose::read(view, hints)?;
     let is_pose = |key: &str| {
-        view.at.get(key).is_some_and(|at| pose::is_pose_key(view, key, &at))
-            || pose::is_center(view, key)
-            || directed.contains(&key)
+        view.at.get(key).is_some_and(|at| pose::is_pose_key(view, key, &at) || pose::is_center(view, key, &at))
+            || directed.as_ref().is_some_and(|found| found.keys.contains(&key))
     };
     let mut notices = view.at.unread_keys(|key| view.knows(key) || is_pose(key))?;
     if let Some(inner) = view.intrinsics() {
@@ -197,7 +196,7 @@ fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibratio
         Some(at) => at.word()?.to_owned(),
         None => name,
     };
-    camera::read(view, name, hints, &mut calibration)?;
+    camera::read(view, name, directed, hints, &mut calibration)?;
     if calibration.records.iter().all(|record| matches!(record.lens, raycam_scene::Lens::Pinhole)) {
         refuse_numbers_of_a_lens(view)?;
     }

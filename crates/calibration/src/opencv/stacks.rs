@@ -5,10 +5,10 @@ use crate::document::lens_keys::plain;
 use crate::document::{DocumentNode, Value};
 use crate::opencv::{keys, projection};
 
-/// Maximum number of nodes that are copied to the cameras because they are not stacked.
+/// Maximum number of copied nodes. Values that are not stacked are copied to each camera.
 const MAX_COPIED_NODES: usize = 1 << 20;
 
-/// Splits the stacked arrays of a document; other documents are returned unchanged.
+/// Splits a document with stacked arrays into a list with a map for each camera; returns other documents unchanged.
 pub(super) fn unstack(node: DocumentNode) -> DocumentNode {
     let Value::Map(entries) = &node.value else { return node };
     let Some(count) = stack_length(entries) else { return node };
@@ -47,7 +47,7 @@ fn part<'a>(key: &str, node: &'a DocumentNode, count: usize, i: usize) -> &'a Do
     }
 }
 
-/// True for a value with a part for each of `count` cameras. A matrix of as many rows is not stacked.
+/// True for a value with a part for each of `count` cameras. A single matrix K or R with `count` rows is not stacked.
 fn is_stacked(key: &str, node: &DocumentNode, count: usize) -> bool {
     let single = keys::is_camera_matrix(key) || keys::R.contains(&&plain(key)[..]);
     match shape(node)[..] {

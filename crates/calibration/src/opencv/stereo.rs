@@ -60,7 +60,7 @@ pub(super) fn read(
         );
     }
     for (name, view) in pair {
-        camera::read(&view, name, hints, &mut calibration)?;
+        camera::read(&view, name, None, hints, &mut calibration)?;
     }
     let size = camera::size(&both)?;
     for record in &mut calibration.records {

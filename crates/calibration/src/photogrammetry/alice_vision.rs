@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rotation, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
@@ -86,10 +86,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
             NoticeCode::MissingValue,
             "the file contains no poses; its intrinsics are returned as cameras at the origin",
         );
-    } else if !lost.is_empty() {
-        let message = "omitted: no pose or no intrinsics";
-        let views = lost.into_iter().map(|file| format!("view {file}"));
-        calibration.notices.push(Notice::about_all(NoticeCode::IgnoredElement, views, message));
+    } else {
+        for file in lost {
+            let message = "omitted, because its pose or intrinsics are missing";
+            calibration.note_about(NoticeCode::IgnoredElement, format!("view {file}"), message);
+        }
     }
     calibration.note(
         NoticeCode::AssumedConvention,

@@ -10,7 +10,6 @@ use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter, counted}
 use crate::document::check_rigid;
 use crate::document::rigid;
 use crate::document::xml_element::{XmlElement, XmlFile};
-use crate::files::about_cameras;
 use crate::intrinsics::{brown_lens, lens_of, refuse_terms, set_panorama};
 use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::Result;
@@ -93,7 +92,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
         list.all("camera").filter_map(|at| Some((at.attribute("id")?, at))).collect();
     let mut made: HashMap<&str, CameraRecord> = HashMap::new();
     let mut names = std::collections::HashSet::new();
-    let (mut unplaced, mut disabled, mut rolling, mut slaves) = (Vec::new(), 0, 0, 0);
+    let (mut disabled, mut rolling, mut slaves) = (0, 0, 0);
     let mut initial = std::collections::BTreeSet::new();
     for at in list.all("camera") {
         let label = at.attribute("label").or(at.attribute("id")).unwrap_or("camera");
@@ -103,7 +102,8 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
             Some(master) => place_by_master(&at, master, &sensors)?,
         };
         let Some((r, c)) = placement else {
-            unplaced.push(label);
+            let message = "omitted, because it has no transform: it is not aligned, or is a slave of a rig";
+            calibration.note_about(NoticeCode::IgnoredElement, format!("camera {label:?}"), message);
             continue;
         };
         slaves += usize::from(master.is_some());
@@ -129,11 +129,6 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
         let (r, c) = world.map_or((r, c), |world| (world.rotation * r, world.point(c)));
         record.pose = Some(Pose::world_from_camera(Rotation::Matrix(r), c));
         calibration.records.push(record);
-    }
-    if !unplaced.is_empty() {
-        let names = unplaced.iter().map(|name| &name[..]);
-        let message = "omitted: no transform (not aligned, or the slave of a rig)";
-        calibration.notices.push(about_cameras(NoticeCode::IgnoredElement, names, message));
     }
     let mut notice = |code, text: String| calibration.note(code, text);
     if slaves > 0 {

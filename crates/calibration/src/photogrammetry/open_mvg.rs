@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, Lens, LensModel, NoticeCode, PixelCenter};
 
 use crate::document::{Cursor, check_rotation, yaml};
 use crate::intrinsics::{brown_lens, lens_of, pinhole_matrix, set_panorama};
@@ -47,7 +47,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let c = DVec3::from_array(value.require("center")?.array()?);
         poses.insert(at.require("key")?.count()?, Pose::from_r_c(r, c));
     }
-    let (mut lost, mut names) = (Vec::new(), std::collections::HashSet::new());
+    let mut names = std::collections::HashSet::new();
     for at in list("views")? {
         let data = at.require("value")?.require("ptr_wrapper")?.require("data")?;
         let data = data.get("value0").filter(|_| data.get("filename").is_none()).unwrap_or(data);
@@ -55,7 +55,8 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let (intrinsic, pose) = (data.require("id_intrinsic")?.count()?, data.require("id_pose")?.count()?);
         let known = cameras.get(&intrinsic).filter(|_| intrinsic != NONE).zip(poses.get(&pose));
         let Some((camera, pose)) = known else {
-            lost.push(file);
+            let message = "omitted, because its pose or intrinsics are missing";
+            calibration.note_about(NoticeCode::IgnoredElement, format!("view {file}"), message);
             continue;
         };
         let mut record: CameraRecord = camera.clone();
@@ -66,11 +67,6 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         record.image = Some(format!("{folder}{joint}{file}"));
         record.pose = Some(pose.clone());
         calibration.records.push(record);
-    }
-    if !lost.is_empty() {
-        let message = "omitted: no pose or no intrinsics";
-        let views = lost.into_iter().map(|file| format!("view {file}"));
-        calibration.notices.push(Notice::about_all(NoticeCode::IgnoredElement, views, message));
     }
     calibration.note(
         NoticeCode::AssumedConvention,

@@ -2,7 +2,7 @@
 //! the centre. Sources: Epic's support article on XMP metadata; AliceVision's importer of known poses.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{ErrorCode, Notice, NoticeCode, PixelCenter};
+use raycam_scene::{ErrorCode, NoticeCode, PixelCenter};
 
 use crate::document::check_rotation;
 use crate::document::xml_element::{XmlElement, XmlFile};
@@ -26,33 +26,22 @@ pub(crate) fn detect_folder(folder: &Folder, _: &mut AssetRoot) -> bool {
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
-    let mut lost = Vec::new();
     let stem = source.stem().unwrap_or_default();
     let mut sizes = PictureSizes::new(assets, &source.path, pictures(&stem), hints.size);
-    add(source, assets, &mut sizes, &mut calibration, &mut lost)?;
+    add(source, assets, &mut sizes, &mut calibration)?;
     calibration.notices.extend(sizes.notices());
-    calibration.notices.extend(left_out(&lost));
     Ok(calibration)
 }
 
 pub(crate) fn read_folder(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let mut calibration = Calibration::default();
-    let mut lost = Vec::new();
     let stems = folder.ending(".xmp").filter_map(|name| name.strip_suffix(".xmp"));
     let mut sizes = PictureSizes::new(assets, &folder.file("any"), stems.flat_map(pictures), hints.size);
     for name in folder.ending(".xmp") {
-        add(&folder.read(name, assets)?, assets, &mut sizes, &mut calibration, &mut lost)?;
+        add(&folder.read(name, assets)?, assets, &mut sizes, &mut calibration)?;
     }
     calibration.notices.extend(sizes.notices());
-    calibration.notices.extend(left_out(&lost));
     Ok(calibration)
-}
-
-/// Returns a notice about files without a pose, if there are any.
-fn left_out(lost: &[String]) -> Option<Notice> {
-    let files = lost.iter().map(|name| format!("file {name}"));
-    (!lost.is_empty())
-        .then(|| Notice::about_all(NoticeCode::IgnoredElement, files, "omitted: no Rotation and Position"))
 }
 
 /// Names that the image of an XMP file may have.
@@ -60,19 +49,19 @@ fn pictures(stem: &str) -> [String; 6] {
     PICTURES.map(|ending| format!("{stem}.{ending}"))
 }
 
-/// Adds the camera of a file; if the file contains no pose, adds the camera's name to `lost` instead.
+/// Adds the camera of a file; if the file contains no pose, adds a notice instead.
 fn add(
     source: &InputFile,
     assets: &mut AssetRoot,
     sizes: &mut PictureSizes,
     calibration: &mut Calibration,
-    lost: &mut Vec<String>,
 ) -> Result<()> {
     let file = XmlFile::parse(source.text()?, &source.path)?;
     let root = file.root();
     let stem = source.stem().unwrap_or_else(|| "camera".into());
     if !root.all("Description").any(|at| value(&at, "Rotation").is_some() && value(&at, "Position").is_some()) {
-        lost.push(stem);
+        let message = "omitted, because Rotation or Position is missing";
+        calibration.note_about(NoticeCode::IgnoredElement, format!("file {stem}"), message);
         return Ok(());
     }
     let at = root.all("Description").find(|at| value(at, "FocalLength35mm").is_some());

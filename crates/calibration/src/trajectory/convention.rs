@@ -11,16 +11,20 @@ use crate::{Pose, ReadHints, Rotation};
 const CAMERA_FROM_WORLD: [&str; 7] =
     ["extrinsic", "w2c", "world_to_cam", "world2cam", "world_to_camera", "camera_from_world", "cam_from_world"];
 
-/// Returns the convention that the caller specifies. Otherwise, a convention is assumed with a notice: the direction
-/// that the file's name implies or world_from_camera, and OpenCV's axes.
-pub(crate) fn convention_of(name: &str, hints: &ReadHints, notices: &mut Vec<Notice>) -> PoseConvention {
+/// True for the name of a file, folder or key that means camera_from_world.
+pub(crate) fn means_camera_from_world(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    CAMERA_FROM_WORLD.iter().any(|word| lower.contains(word))
+}
+
+/// Returns the convention that the caller specifies. Otherwise, a convention is assumed with a notice: OpenCV's axes, and
+/// camera_from_world if `is_inverse` (because of a name), or else world_from_camera.
+pub(crate) fn convention_of(is_inverse: bool, hints: &ReadHints, notices: &mut Vec<Notice>) -> PoseConvention {
     if let Some(stated) = hints.poses {
         return stated;
     }
-    let lower = name.to_lowercase();
-    let inverse = CAMERA_FROM_WORLD.iter().any(|word| lower.contains(word));
     let direction =
-        if inverse { "camera_from_world (because of the name of the file or key)" } else { "world_from_camera" };
+        if is_inverse { "camera_from_world (because of the name of the file or key)" } else { "world_from_camera" };
     notices.push(Notice::new(
         NoticeCode::AssumedConvention,
         format!(
@@ -28,7 +32,7 @@ pub(crate) fn convention_of(name: &str, hints: &ReadHints, notices: &mut Vec<Not
              assumed (set them with direction= and axes=, --direction and --axes)"
         ),
     ));
-    PoseConvention { world_from_camera: !inverse, opengl: false }
+    PoseConvention { world_from_camera: !is_inverse, opengl: false }
 }
 
 impl PoseConvention {

@@ -18,7 +18,7 @@ use crate::document::{Cursor, check_rigid, check_rotation, focal_lengths_of, npy
 use crate::files::PoseConvention;
 use crate::intrinsics::{lens_of, pinhole_matrix};
 use crate::opencv::projection;
-use crate::trajectory::convention::convention_of;
+use crate::trajectory::convention::{convention_of, means_camera_from_world};
 use crate::trajectory::matrix_tree::{self, FoundMatrices, PosesOfTree, is_poses};
 use crate::trajectory::named_columns::columns_of;
 use crate::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
@@ -129,13 +129,10 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.records.push(record);
         return Ok(calibration);
     }
-    let PosesOfTree { key, matrices: poses, notices } = poses_of(source, assets)?;
-    calibration.notices.extend(notices);
-    // P = [R t], without K, maps from the world to the camera. A numbered name may be the name of an image.
-    let names_p = |name: &str| projection::is_key(name) && !name.ends_with(|c: char| c.is_ascii_digit());
-    let is_p = names_p(&key) || poses.iter().all(|(name, ..)| name.as_deref().is_some_and(names_p));
-    let direction = if is_p { " camera_from_world" } else { "" };
-    let content = content_of(&poses, &format!("{stem} {key}{direction}"), hints, &mut calibration.notices);
+    let mut found = poses_of(source, assets)?;
+    calibration.notices.append(&mut found.notices);
+    let content = content_of(&found, &stem, hints, &mut calibration.notices);
+    let poses = found.matrices;
     let alone = poses.len() == 1;
     let mut lost = 0;
     for (i, (index, line, rows)) in poses.into_iter().enumerate() {
@@ -189,18 +186,26 @@ pub(crate) enum MatrixContent {
     CameraMatrices,
 }
 
-/// Determines from the first matrix of a file whether the matrices are poses or camera matrices. `name` contains the
-/// name of the file and the key, which may specify the convention of the poses.
+/// Determines from the first matrix of a file whether the matrices are poses or camera matrices. The direction of poses
+/// may follow from `name` (of the file or folder) or from the key.
 pub(crate) fn content_of(
-    found: &FoundMatrices,
+    found: &PosesOfTree,
     name: &str,
     hints: &ReadHints,
     notices: &mut Vec<Notice>,
 ) -> MatrixContent {
-    if has_camera_matrices(found) && hints.poses.is_none() {
+    if has_camera_matrices(&found.matrices) && hints.poses.is_none() {
         return MatrixContent::CameraMatrices;
     }
-    MatrixContent::Poses(convention_of(name, hints, notices))
+    let is_inverse = [name, &found.key].into_iter().any(means_camera_from_world) || is_normalized_p(found);
+    MatrixContent::Poses(convention_of(is_inverse, hints, notices))
+}
+
+/// True for poses under the key of a camera matrix: P = [R t], without K, maps from the world to the camera. A numbered
+/// key may be the name of an image.
+fn is_normalized_p(found: &PosesOfTree) -> bool {
+    let names_p = |name: &str| projection::is_key(name) && !name.ends_with(|c: char| c.is_ascii_digit());
+    names_p(&found.key) || found.matrices.iter().all(|(name, ..)| name.as_deref().is_some_and(names_p))
 }
 
 impl MatrixContent {

@@ -3,7 +3,7 @@
 //! `.npz`), CSV, JSON; and folders of camera matrices P (DTU's `pos_001.txt`). Source: ScanNet's SensorData.py.
 
 use glam::DMat3;
-use raycam_scene::{Notice, NoticeCode, counted};
+use raycam_scene::{NoticeCode, counted};
 
 use crate::picture_size::size_of_picture;
 use crate::trajectory::matrices::{
@@ -68,11 +68,9 @@ pub(crate) fn detect(folder: &Folder, assets: &mut AssetRoot) -> bool {
 
 pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
     let fail = || FormatError::unsupported(&folder.path, "expected a folder of 4x4 poses, one file per image");
-    let (place, names, first) = find_poses(folder, assets).ok_or_else(fail)?;
-    let mut calibration = Calibration { notices: first.notices, ..Calibration::default() };
-    let name = format!("{} {}", place.name(), first.key);
-    let content = content_of(&first.matrices, &name, hints, &mut calibration.notices);
-    let mut lost = Vec::new();
+    let (place, names, mut first) = find_poses(folder, assets).ok_or_else(fail)?;
+    let mut calibration = Calibration { notices: std::mem::take(&mut first.notices), ..Calibration::default() };
+    let content = content_of(&first, &place.name(), hints, &mut calibration.notices);
     let mut size = None;
     let alone = place.path == folder.path && !PICTURES.iter().any(|name| folder.has(name));
     let scene = if alone { folder.inner("..", assets) } else { Folder::open(&folder.path, assets) };
@@ -98,7 +96,11 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
         let stem = name.rsplit_once('.').map_or(name.as_str(), |(stem, _)| stem).trim_end_matches(".pose");
         let record = content.record(stem.to_owned(), matrix);
         let Some(mut record) = record.map_err(|message| FormatError::line(&source.path, line, message))? else {
-            lost.push(stem);
+            calibration.note_about(
+                NoticeCode::IgnoredElement,
+                format!("frame {stem}"),
+                "omitted, because the numbers of its pose are not finite",
+            );
             continue;
         };
         for ending in ["jpg", "png"] {
@@ -120,10 +122,6 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     if size.is_none() {
         // Image names differ from pose names, so the first image determines the size.
         size = pictures.iter().find_map(|(_, folder)| size_of_picture(assets, &folder.file("any"), &folder.names));
-    }
-    if !lost.is_empty() {
-        let frames = lost.into_iter().map(|name| format!("frame {name}"));
-        calibration.notices.push(Notice::about_all(NoticeCode::IgnoredElement, frames, "omitted: no pose"));
     }
     if matches!(content, MatrixContent::CameraMatrices) {
         calibration.records.iter_mut().for_each(|record| record.size = size);

@@ -29,7 +29,7 @@ pub(crate) struct NamedColumns {
     pub(crate) north_east_down: bool,
     /// Character between columns; `None` for white space.
     separator: Option<char>,
-    /// Line number of the header, from 1.
+    /// Line number of the header, from 1; 0 without a header.
     line: usize,
 }
 
@@ -73,8 +73,9 @@ enum Role {
     None,
 }
 
-/// Returns the columns that the header of a text names; `None` if no header names a quaternion. If the comments above
-/// the rows only state the order of the quaternion in prose, the columns are a time, a position and the quaternion.
+/// Returns the columns that the header of a text names. If no header names a quaternion, but a comment above the rows
+/// states the quaternion's order in prose, the columns are an optional time, a position and the quaternion. Otherwise,
+/// returns `None`.
 ///
 /// # Errors
 /// The reason if the header names only a part of a pose, or if the comments state two orders.
@@ -100,8 +101,8 @@ pub(crate) fn columns_of(text: &str) -> Option<Result<NamedColumns, String>> {
     })
 }
 
-/// Returns the columns of rows with 7, 8 or 17 numbers (an optional time, a position, a quaternion, and EuRoC's further
-/// columns) whose order is stated in prose; `None` for rows of other lengths.
+/// Returns the columns of rows whose order is stated in prose. Rows have 7 numbers (position and quaternion), 8 (with a
+/// time) or 17 (EuRoC, with further columns); returns `None` for other rows.
 ///
 /// # Errors
 /// The reason if the prose states two orders.
@@ -288,15 +289,17 @@ const OTHER_QUANTITIES: [&str; 24] = [
     "scale",
 ];
 
-/// Units of length in the names of columns: `x_mm`, `x [mm]`.
-const LENGTH_UNITS: [&str; 12] =
-    ["m", "meter", "meters", "metres", "mm", "millimeters", "millimetres", "cm", "centimeters", "km", "feet", "ft"];
+/// Names of the metre in the names of columns: `x_m`, `x [m]`.
+const METRES: [&str; 4] = ["m", "meter", "meters", "metres"];
+/// Names of other units of length.
+const OTHER_LENGTHS: [&str; 9] =
+    ["mm", "millimeters", "millimetres", "cm", "centimeters", "centimetres", "km", "feet", "ft"];
 
 /// The unit of length at the end of a column's name.
 fn length_unit(name: &str) -> Option<&'static str> {
     let parts = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty());
     let last = parts.skip(1).last()?;
-    LENGTH_UNITS.into_iter().find(|unit| *unit == last)
+    METRES.into_iter().chain(OTHER_LENGTHS).find(|unit| *unit == last)
 }
 
 /// Returns the role of a column by its name in lower case.
@@ -451,7 +454,11 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         let may_lack_columns = (columns.end_of_pose()..named).contains(&words.len());
         let expected = *expected.get_or_insert(if may_lack_columns { words.len() } else { named });
         if words.len() != expected {
-            let what = if expected == named { "the header has" } else { "the rows above have" };
+            let what = match (columns.line, expected == named) {
+                (0, _) => "the first row has",
+                (_, true) => "the header has",
+                (_, false) => "the rows above have",
+            };
             return Err(fail(format!("the row has {}, but {what} {expected}", counted(words.len(), "column"))));
         }
         let number = |column: usize| {
@@ -466,8 +473,9 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
             true => Rotation::scaled_quaternion(quaternion),
             false => Rotation::unit_quaternion(quaternion).map(|rotation| (rotation, false)),
         };
-        let (rotation, is_scaled) =
-            rotation.map_err(|message| fail(format!("columns named by the header: {message}")))?;
+        let source =
+            if columns.line == 0 { "columns in the order of the comments" } else { "columns named by the header" };
+        let (rotation, is_scaled) = rotation.map_err(|message| fail(format!("{source}: {message}")))?;
         let [x, y, z] = columns.position;
         let center = DVec3::new(number(x)?, number(y)?, number(z)?);
         let name = match columns.time {
@@ -501,8 +509,8 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         calibration.note(NoticeCode::IgnoredKey, format!("ignored columns: {}", unread.join(", ")));
     }
     let mut units = columns.position.iter().filter_map(|column| length_unit(&columns.names[*column]));
-    if let Some(unit) = units.find(|unit| !["m", "meter", "meters", "metres"].contains(unit)) {
-        let message = format!("the header specifies positions in {unit}; the numbers are kept, without conversion");
+    if let Some(unit) = units.find(|unit| OTHER_LENGTHS.contains(unit)) {
+        let message = format!("the header specifies positions in {unit}; they are not converted to metres");
         calibration.note(NoticeCode::PlacedCameras, message);
     }
     if columns.north_east_down {

@@ -1,7 +1,7 @@
 //! Order of a quaternion's numbers, as stated in the prose of a trajectory's comments: "quaternion as (w, x, y, z)",
 //! "scalar last", "wxyz".
 
-/// Layout of a row that is described in prose: an optional time, a position and a quaternion.
+/// Order of the numbers in a row that contains a position and a quaternion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct StatedOrder {
     pub(crate) w_first: bool,
@@ -38,8 +38,8 @@ pub(crate) fn stated_order(prose: &str) -> Option<Result<StatedOrder, String>> {
     Some(Ok(StatedOrder { w_first, quaternion_first }))
 }
 
-/// The order stated by the first words: true for w first, false for w last. Single letters count only after a word for
-/// the rotation, because they may name the coordinates of a position.
+/// The order that the first of `words` state: true for w first, false for w last, `None` for no order. Single letters
+/// count only after a word for the rotation, because they may be the coordinates of a position.
 fn order_at(words: &[&str], after_rotation: bool) -> Option<bool> {
     match words {
         ["wxyz" | "qwxyz", ..] | ["qw", "qx", "qy", "qz", ..] => Some(true),
