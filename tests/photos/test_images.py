@@ -175,6 +175,7 @@ def test_last_channel_of_an_array_is_opacity(channels: int) -> None:
     [
         (np.zeros((8, 12, 5), np.uint8), "wrong_shape"),
         (np.zeros(8, np.uint8), "wrong_shape"),
+        ([[1.0, 2.0], [3.0]], "wrong_shape"),
         (np.zeros((0, 12, 3), np.uint8), "wrong_shape"),
         (np.zeros((8, 12, 3), np.int64), "wrong_type"),
         (np.full((8, 12, 3), np.nan), "invalid_value"),

@@ -1,11 +1,13 @@
-"""Colours of texels in a photograph: means over areas of pixels."""
+"""Colours of a photograph at fractional pixels: means over areas of pixels."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
 import pytest
+import raycam
 from raycam._core import PhotoPyramid
+from support.raises import raises
 
 
 def test_areas_of_one_and_two_pixels_have_the_means_of_their_pixels() -> None:
@@ -43,3 +45,14 @@ def test_area_that_is_not_finite_has_the_color_of_its_pixel() -> None:
     photo = np.random.default_rng(4).random((6, 5, 4)).astype(np.float32)
     found = PhotoPyramid(photo).mean_colors(np.array([[2.5, 3.5]]), np.full((1, 2, 2), np.nan), None)
     np.testing.assert_allclose(found[0], photo[3, 2], atol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [(4,), (4, 4), (4, 4, 3), (2, 2, 4, 4), (0, 4, 4)])
+def test_photograph_of_another_shape_is_refused(shape: tuple[int, ...]) -> None:
+    with raises(raycam.SettingsError):
+        PhotoPyramid(np.zeros(shape, np.float32))
+
+
+def test_areas_and_places_of_different_numbers_are_refused() -> None:
+    with raises(raycam.SettingsError):
+        PhotoPyramid(np.zeros((4, 4, 4), np.float32)).mean_colors(np.zeros((3, 2)), np.zeros((2, 2, 2)), None)

@@ -29,6 +29,14 @@ def test_names_of_the_materials_are_listed(tmp_path: Path) -> None:
     assert world.objects[0].materials == ("crate",)
 
 
+def test_triangle_has_the_slot_of_its_material(tmp_path: Path) -> None:
+    core = two_materials(tmp_path)._core
+    assert [core.slot(0, triangle) for triangle in range(3)] == [0, 1, None]
+    world = raycam.World()
+    world.add_object(box=1)
+    assert [world._core.slot(*place) for place in ((0, 11), (0, 12), (1, 0))] == [0, None, None]
+
+
 @pytest.mark.parametrize("slot", [1, "1", "blue", np.int64(1)])
 def test_changed_slot_keeps_the_other_slot_and_its_name(tmp_path: Path, slot: Any) -> None:
     world = two_materials(tmp_path)
@@ -69,6 +77,7 @@ def test_slots_of_world_files_and_instances_are_read(tmp_path: Path) -> None:
         ({"blue": {"yaw": 20}}, "conflicting_values", ["slots.blue.yaw"]),
         ({"blue": {"metallic": 1}}, "conflicting_values", ["slots.blue.metallic"]),
         ({"blue": {"opacity": 1}, 1: {"opacity": 0.5}}, "conflicting_values", ["slots.blue"]),
+        ({"1": {"opacity": 1}, 1: {"opacity": 0.5}}, "conflicting_values", ["slot 1"]),
     ],
 )
 def test_invalid_slots_are_refused_and_change_nothing(

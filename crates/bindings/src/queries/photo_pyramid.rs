@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use raycam_render::queries::photo_pyramid::PhotoPyramid as Inner;
 
 use crate::arrays::{ArrayResult, Floats, array, rows};
-use crate::error::OrRaise;
+use crate::error::{OrRaise, settings_error};
 use crate::interruptible::run_for_work;
 
 /// A linear photograph \[h, w, 4] with copies at half, quarter, ... size.
@@ -18,13 +18,15 @@ pub(crate) struct PhotoPyramid {
 impl PhotoPyramid {
     #[new]
     fn new(py: Python<'_>, photo: PyReadonlyArrayDyn<'_, f32>) -> PyResult<Self> {
-        let size = [photo.shape()[1], photo.shape()[0]];
+        let &[height, width, 4] = photo.shape() else {
+            return Err(settings_error(format!("photo: expected an array [h, w, 4], got shape {:?}", photo.shape())));
+        };
         let pixels: &[[f32; 4]] = rows(&photo, "photo")?;
-        Ok(Self { inner: py.detach(|| Inner::new(size, pixels.to_vec())).or_raise()? })
+        Ok(Self { inner: py.detach(|| Inner::new([width, height], pixels.to_vec())).or_raise()? })
     }
 
-    /// Returns the mean colours \[n, 4] of parallelograms `areas` \[n, 2, 2] around `places` \[n, 2], in pixels from
-    /// the top left corner.
+    /// Returns the mean colours \[n, 4] of parallelograms around `places` \[n, 2], which are in pixels from the top left
+    /// corner. The columns of `areas` \[n, 2, 2] are the parallelograms' sides in pixels.
     fn mean_colors<'py>(
         &self,
         py: Python<'py>,

@@ -342,7 +342,7 @@ impl World {
         serde_json::to_string(&material).map_err(|error| world_error(error.to_string()))
     }
 
-    /// Returns the materials of an object's slots as JSON; an empty list if the object does not exist.
+    /// Returns the materials of an object's slots as a JSON list; the list is empty if the object does not exist.
     fn materials(&self, object: usize) -> PyResult<String> {
         let world = self.snapshot();
         let slots = world.objects.get(object).map_or(&[][..], |placed| &placed.materials);
@@ -353,19 +353,18 @@ impl World {
     /// Returns a world that contains only a unit square with the material of an object's slot.
     fn material_square(&self, object: usize, slot: usize) -> PyResult<Self> {
         self.derive(|world| {
-            world.check_object(object)?;
             world.check_slot(object, slot)?;
-            let mut alone = Inner {
+            let material = world.objects[object].materials[slot];
+            let mut square = Inner {
                 up: world.up,
                 textures: world.textures.clone(),
                 texture_cache: world.texture_cache.clone(),
-                materials: world.materials.clone(),
+                materials: vec![world.materials[material].clone()],
                 ..Inner::default()
             };
-            let mesh = alone.add_shared_mesh(Arc::new(primitive::plane([1.0; 2])?));
-            let materials = vec![world.objects[object].materials[slot]];
-            alone.add_object(Object::new("square", mesh, materials, DAffine3::IDENTITY))?;
-            Ok(alone)
+            let mesh = square.add_shared_mesh(Arc::new(primitive::plane([1.0; 2])?));
+            square.add_object(Object::new("square", mesh, vec![0], DAffine3::IDENTITY))?;
+            Ok(square)
         })
     }
 
@@ -406,11 +405,11 @@ impl World {
     }
 }
 
-/// Material slot of a triangle; `None` if the object or the triangle does not exist. Meshes with one material have slot 0.
+/// Material slot of a triangle; `None` if the object or the triangle does not exist.
 fn slot_of(world: &Inner, object: usize, triangle: usize) -> Option<usize> {
     let mesh = world.meshes.get(world.objects.get(object)?.mesh)?;
     match &mesh.material_slots {
         Some(slots) => slots.get(triangle).map(|&slot| usize::from(slot)),
-        None => Some(0),
+        None => (triangle < mesh.triangles.len()).then_some(0),
     }
 }

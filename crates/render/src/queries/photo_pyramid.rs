@@ -26,8 +26,9 @@ struct Level {
 }
 
 impl Level {
-    /// Returns the means of 2 x 2 pixels; the last row and column are dropped if their number is odd.
-    fn halved(&self) -> Self {
+    /// Returns the level of half the size, whose pixels are means of 2 x 2 pixels. Of an odd number of rows or columns,
+    /// the last one is omitted.
+    fn halve(&self) -> Self {
         let [width, height] = self.size.map(|side| side / 2);
         let mean = |x: usize, y: usize| {
             let upper = 2 * y * self.size[0] + 2 * x;
@@ -61,11 +62,11 @@ impl PhotoPyramid {
     /// Creates the pyramid of a photograph of `size` (width, height), at least 1 x 1 pixel.
     ///
     /// # Errors
-    /// [`RenderError::Settings`] if the number of pixels does not fit the size.
+    /// [`RenderError::Settings`] if the number of pixels is not width x height, or 0.
     pub fn new(size: [usize; 2], pixels: Vec<[f32; 4]>) -> Result<Self, RenderError> {
         if pixels.is_empty() || pixels.len() != size[0] * size[1] {
             return Err(RenderError::settings(format!(
-                "photograph: expected {} x {} pixels, at least one, got {}",
+                "photograph of size {} x {}: expected at least one pixel, and as many as the size specifies, got {}",
                 size[0],
                 size[1],
                 pixels.len()
@@ -73,16 +74,17 @@ impl PhotoPyramid {
         }
         let mut levels = vec![Level { size, pixels }];
         while let Some(last) = levels.last().filter(|level| level.size[0].min(level.size[1]) > 1) {
-            levels.push(last.halved());
+            levels.push(last.halve());
         }
         Ok(Self { levels })
     }
 
-    /// Returns the mean colours of areas around `places`, in pixels from the top left corner. An area is the
-    /// parallelogram whose sides are the columns of a matrix \[a, b, c, d] = \[\[a, b], \[c, d]], in pixels; numbers
-    /// that are not finite count as 0.
+    /// Returns the mean colours of areas around `places`, which are in pixels from the top left corner. An area
+    /// \[a, b, c, d] is the parallelogram with the sides (a, c) and (b, d) in pixels; its numbers that are not finite
+    /// count as 0.
     ///
-    /// Up to four lookups are placed along an area's longer axis, each with the width of the shorter axis. Source:
+    /// Up to four lookups are placed along an area's longer axis. Each lookup averages over the width of the shorter
+    /// axis, or over a quarter of a longer axis that is more than four times as long. Source:
     /// McCormack, Perry, Farkas and Jouppi, Feline: fast elliptical lines for anisotropic texture mapping, 1999.
     ///
     /// # Errors
@@ -121,21 +123,21 @@ impl PhotoPyramid {
         let (longer, shorter) = ((middle + off).sqrt(), (middle - off).max(0.0).sqrt());
         let taps = (longer / shorter.max(1.0) - 0.5).ceil().clamp(1.0, MAX_TAPS);
         if taps == 1.0 {
-            return self.at(place, (longer * shorter).sqrt());
+            return self.color_at(place, (longer * shorter).sqrt());
         }
         let width = shorter.max(longer / taps);
         let cosine = half / off;
         let along = DVec2::new(f64::midpoint(1.0, cosine).sqrt(), ((1.0 - cosine) / 2.0).sqrt().copysign(r)) * longer;
         let mut total = [0.0f32; 4];
         for tap in 0..taps as usize {
-            let color = self.at(place + ((tap as f64 + 0.5) / taps - 0.5) * along, width);
+            let color = self.color_at(place + ((tap as f64 + 0.5) / taps - 0.5) * along, width);
             total = std::array::from_fn(|i| total[i] + color[i]);
         }
         total.map(|sum| sum / taps as f32)
     }
 
-    /// Interpolates between the two levels whose pixels are next to `width` in size.
-    fn at(&self, place: DVec2, width: f64) -> [f32; 4] {
+    /// Mean colour over about `width` pixels, interpolated between the two levels whose pixel sizes enclose `width`.
+    fn color_at(&self, place: DVec2, width: f64) -> [f32; 4] {
         let top = self.levels.len() - 1;
         let level = libm::log2(width.max(1.0)).min(top as f64);
         let low = level as usize;

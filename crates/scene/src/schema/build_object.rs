@@ -127,7 +127,7 @@ impl ObjectSpec {
         let (textures, notices) = self.change_materials(&mut changed, &world.meshes[mesh], next, keys, files)?;
         world.notices.extend(notices);
         if let [material] = &mut changed[..] {
-            material.name.clear();
+            material.name.clear(); // a single material is named after its object
         }
         Ok(add_materials(changed, textures, name, world)?)
     }

@@ -1,5 +1,6 @@
 //! Changes of an object by the keys of its description; other properties stay unchanged.
 
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
@@ -344,8 +345,19 @@ fn put_mesh(world: &mut World, id: usize, mesh: usize) {
     }
 }
 
-/// Assigns materials to an object. New materials replace the previous materials, or are added if other objects use the
-/// previous materials.
+/// Indices of an object's materials that are also used outside of this object: by other objects, variants or animations.
+fn shared_materials(world: &World, id: usize) -> HashSet<usize> {
+    let mut own = world.objects[id].materials.clone();
+    own.sort_unstable();
+    let others = world.objects.iter().enumerate().filter(|(i, _)| *i != id).flat_map(|(_, object)| &object.materials);
+    let variants = world.variants.iter().flat_map(|variant| &variant.materials).map(|(_, _, material)| material);
+    let moving = world.node_tree.iter().flat_map(|tree| &tree.materials).map(|moving| &moving.material);
+    let used = others.chain(variants).chain(moving).copied();
+    used.filter(|material| own.binary_search(material).is_ok()).collect()
+}
+
+/// Assigns materials to an object. New materials replace the previous materials, or are added if the previous materials
+/// are also used outside of the object. Slots that have the same material before and after the change keep sharing it.
 fn put_materials(world: &mut World, id: usize, changed: ChangedMaterials) {
     let ChangedMaterials { materials, textures, notices, is_of_new_mesh } = changed;
     world.notices.extend(notices);
@@ -355,41 +367,36 @@ fn put_materials(world: &mut World, id: usize, changed: ChangedMaterials) {
     let object = &world.objects[id];
     let name = object.name.clone();
     let slots = object.materials.clone();
-    let is_shared = |world: &World, material: usize| {
-        let others = world.objects.iter().enumerate().filter(|(i, _)| *i != id);
-        let variants = world.variants.iter().flat_map(|variant| &variant.materials);
-        let moving = world.node_tree.iter().flat_map(|tree| &tree.materials);
-        others.flat_map(|(_, object)| &object.materials).any(|&other| other == material)
-            || variants.map(|(_, _, other)| *other).any(|other| other == material)
-            || moving.map(|moving| moving.material).any(|other| other == material)
-    };
-    let mut put: Vec<(usize, usize)> = Vec::new(); // the previous and the new index of each slot's material
+    // Materials that must stay: those used outside of the object, and those that have already been replaced.
+    let mut kept = shared_materials(world, id);
+    // Indices of new materials by the slot's previous material and by the new values. The values are compared as `Debug`
+    // text, because floats cannot be hashed.
+    let mut known: HashMap<(usize, String), usize> = HashMap::new();
     let is_only = materials.len() == 1;
     let mut numbers = Vec::with_capacity(materials.len());
     for (slot, mut material) in materials.into_iter().enumerate() {
         world.note_reflectance(&material);
         let before = slots.get(slot).copied();
-        let same =
-            |number: usize| Material { name: material.name.clone(), ..world.materials[number].clone() } == material;
-        let mut known = put.iter().filter(|(old, new)| !is_of_new_mesh && Some(*old) == before && same(*new));
-        let known = known.next().map(|(_, new)| *new);
-        let is_first = put.iter().all(|(old, _)| Some(*old) != before);
-        let number = match (known, before) {
-            (Some(known), _) => known,
-            (None, Some(before)) if is_first && !is_shared(world, before) => {
+        let change = before.filter(|_| !is_of_new_mesh).map(|before| (before, format!("{material:?}")));
+        if let Some(&number) = change.as_ref().and_then(|change| known.get(change)) {
+            numbers.push(number);
+            continue;
+        }
+        let number = match before.filter(|&before| kept.insert(before)) {
+            Some(before) => {
                 world.materials[before] = material.named(&name);
                 before
             }
-            _ => {
+            None => {
                 if !is_of_new_mesh && is_only {
-                    material.name.clear();
+                    material.name.clear(); // a single material is named after its object
                 }
                 world.materials.push(material.named(&name));
                 world.materials.len() - 1
             }
         };
-        if let Some(before) = before {
-            put.push((before, number));
+        if let Some(change) = change {
+            known.insert(change, number);
         }
         numbers.push(number);
     }

@@ -1,5 +1,7 @@
 //! Changes of the materials of an object's slots.
 
+use std::collections::HashMap;
+
 use crate::counted::counted;
 use crate::error::{Result, SceneError, suggestion};
 use crate::error_code::ErrorCode;
@@ -21,8 +23,8 @@ type AddedTextures = (Vec<Texture>, Vec<Notice>);
 
 impl ObjectSpec {
     /// Changes the materials of an object's slots as described: all materials by the object's own keys, then the
-    /// materials of single slots by `slots`. The result is the images of the description, whose indices in the world
-    /// start at `next`.
+    /// materials of single slots by `slots`. The result contains the images of the description, whose indices in the
+    /// world start at `next`, and notices.
     ///
     /// # Errors
     /// Errors of files, of keys, and of slots that do not exist.
@@ -36,13 +38,18 @@ impl ObjectSpec {
     ) -> Result<AddedTextures, BuildFailure<F::Error>> {
         let (mut textures, bindings, mut notices) = self.read_textures(mesh, next, files)?;
         self.apply_material_all(materials, &bindings, keys)?;
-        let mut changed: Vec<(usize, &str)> = Vec::new();
-        for (slot, spec) in self.slots.iter().flatten() {
-            let in_slot = |failure: BuildFailure<F::Error>| failure.in_context(&format!("slots.{slot}"));
-            let numbers = find_slots(slot, materials).map_err(|error| in_slot(error.into()))?;
-            if let Some((number, other)) = changed.iter().find(|(number, _)| numbers.contains(number)) {
-                let message = format!("slot {number} is also changed by {other:?}; merge both tables");
-                return Err(in_slot(SceneError::schema(ErrorCode::ConflictingValues, "", message).into()));
+        let Some(slots) = &self.slots else { return Ok((textures, notices)) };
+        let names: Vec<String> = materials.iter().map(|material| material.name.clone()).collect();
+        let by_name = slots_by_name(&names);
+        let mut changed_by: Vec<Option<&str>> = vec![None; materials.len()];
+        for (key, spec) in slots {
+            let in_slot = |failure: BuildFailure<F::Error>| failure.in_context(&format!("slots.{key}"));
+            let numbers = find_slots(key, &names, &by_name).map_err(|error| in_slot(error.into()))?;
+            for &number in &numbers {
+                if let Some(other) = changed_by[number].replace(key) {
+                    let message = format!("slot {number} is also changed by slots.{other}; merge both tables");
+                    return Err(in_slot(SceneError::schema(ErrorCode::ConflictingValues, "", message).into()));
+                }
             }
             let mut chosen: Vec<Material> = numbers.iter().map(|&number| materials[number].clone()).collect();
             let first = next + textures.len();
@@ -51,7 +58,6 @@ impl ObjectSpec {
             notices.extend(noted);
             for (number, material) in numbers.into_iter().zip(chosen) {
                 materials[number] = material;
-                changed.push((number, slot));
             }
         }
         Ok((textures, notices))
@@ -77,24 +83,29 @@ impl ObjectSpec {
     }
 }
 
-/// The slot with this number, or the numbers of the slots with this material name.
-fn find_slots(slot: &str, materials: &[Material]) -> Result<Vec<usize>> {
-    let named: Vec<usize> = (0..materials.len()).filter(|&i| !slot.is_empty() && materials[i].name == slot).collect();
-    match slot.parse::<usize>() {
-        Ok(number) if number < materials.len() => Ok(vec![number]),
-        _ if !named.is_empty() => Ok(named),
-        _ => {
-            let names = materials.iter().map(|material| material.name.as_str());
-            let listed: Vec<String> =
-                names.clone().take(MAX_LISTED).enumerate().map(|(i, name)| format!("{i} {name:?}")).collect();
-            let message = format!(
-                "no material slot has this name or number{}; the object has {}: {}{}",
-                suggestion(slot, names),
-                counted(materials.len(), "slot"),
-                listed.join(", "),
-                if materials.len() > MAX_LISTED { ", ..." } else { "" },
-            );
-            Err(SceneError::schema(ErrorCode::UnknownName, "", message))
-        }
+/// The numbers of the slots with each material name.
+fn slots_by_name(names: &[String]) -> HashMap<&str, Vec<usize>> {
+    let mut found: HashMap<&str, Vec<usize>> = HashMap::new();
+    for (number, name) in names.iter().enumerate().filter(|(_, name)| !name.is_empty()) {
+        found.entry(name).or_default().push(number);
     }
+    found
+}
+
+/// The slot with the number `key`; if no slot has this number, all slots whose material has the name `key`.
+fn find_slots(key: &str, names: &[String], by_name: &HashMap<&str, Vec<usize>>) -> Result<Vec<usize>> {
+    let number = key.parse::<usize>().ok().filter(|&number| number < names.len());
+    if let Some(found) = number.map(|number| vec![number]).or_else(|| by_name.get(key).cloned()) {
+        return Ok(found);
+    }
+    let listed: Vec<String> =
+        names.iter().take(MAX_LISTED).enumerate().map(|(i, name)| format!("{i} {name:?}")).collect();
+    let message = format!(
+        "no material slot has this number or name{}; the object has {}: {}{}",
+        suggestion(key, names.iter().map(String::as_str)),
+        counted(names.len(), "slot"),
+        listed.join(", "),
+        if names.len() > MAX_LISTED { ", ..." } else { "" },
+    );
+    Err(SceneError::schema(ErrorCode::UnknownName, "", message))
 }

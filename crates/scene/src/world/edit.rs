@@ -207,11 +207,12 @@ impl World {
         check_number("object", "the world", id, self.objects.len())
     }
 
-    /// Checks that an object has a material slot with this index. The object must exist.
+    /// Checks that an object with this index exists, and that it has a material slot with the index `slot`.
     ///
     /// # Errors
-    /// [`SceneError::World`] if the slot does not exist.
+    /// [`SceneError::World`] if the object or the slot does not exist.
     pub fn check_slot(&self, id: usize, slot: usize) -> Result<()> {
+        self.check_object(id)?;
         check_number("material slot", "the object", slot, self.objects[id].materials.len())
     }
 

@@ -171,9 +171,9 @@ pub struct ObjectSpec {
     /// With type = "principled": colour of diffusely transmitted light; default white.
     pub diffuse_transmission_color: Option<Color>,
 
-    /// Changes of single material slots of a mesh, after the keys above, which change all slots: the keys of a material
-    /// for each slot, such as { windows = { type = "glass" } }. A slot is given by its number, from 0, or by its
-    /// material's name.
+    /// Changes of single material slots, which are applied after the keys above: a table of material keys for each slot,
+    /// such as { windows = { type = "glass" } }. A slot is specified by its number (from 0) or by the name of its
+    /// material. A name changes all slots with this material name; if both match, the number takes precedence.
     pub slots: Option<BTreeMap<String, ObjectSpec>>,
 }
 
