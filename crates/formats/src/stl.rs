@@ -27,8 +27,8 @@ const HEADER_BYTES: usize = 84;
 const FACET_BYTES: usize = 50;
 /// Limit on the work to divide a facet with more than three vertices into triangles.
 const MAX_POLYGON_STEPS: u64 = 1 << 24;
-/// Bytes of the longest keyword, `endsolid`, and one more.
-const LONGEST_KEYWORD: usize = 9;
+/// Number of a word's first bytes that are compared with keywords: one more than the longest keyword, `endsolid`, has.
+const KEYWORD_BYTES: usize = 9;
 /// Number of facets that are read at a time.
 const BLOCK_FACETS: usize = 1 << 14;
 
@@ -299,9 +299,10 @@ impl Statement {
     /// `endsolid NAME`.
     fn parse(line: &[u8]) -> (Self, &[u8]) {
         let (word, rest) = lexer::split_word(line);
-        // No keyword is longer; only names directly after `solid` or `endsolid` are, and they are not used.
-        let mut lower = [0; LONGEST_KEYWORD];
-        let key = &mut lower[..word.len().min(LONGEST_KEYWORD)];
+        // The rest of a longer word is not used: it belongs to a comment, an unknown word, or a name without a space after
+        // `solid` or `endsolid`.
+        let mut lower = [0; KEYWORD_BYTES];
+        let key = &mut lower[..word.len().min(KEYWORD_BYTES)];
         key.copy_from_slice(&word[..key.len()]);
         key.make_ascii_lowercase();
         let statement = match &*key {

@@ -13,7 +13,7 @@ pub enum SettleError {
         name: String,
     },
     /// No attempt passed the checks.
-    #[error("{message}{}", remedy(*attempts))]
+    #[error("{message}{}", attempts_and_remedy(*attempts))]
     NotSettled {
         /// The first check that failed, with object and value.
         message: String,
@@ -25,10 +25,10 @@ pub enum SettleError {
     Cancelled,
 }
 
-/// What to do after a number of attempts; without a target, there is only one.
-fn remedy(attempts: usize) -> String {
+/// Number of attempts, if several, and the remedy. Without a target, there is only one attempt.
+fn attempts_and_remedy(attempts: usize) -> String {
     match attempts {
-        1 => "; use more time, or place the objects where they are closer to rest".into(),
+        1 => "; use more time, or place the objects closer to where they come to rest".into(),
         _ => format!(" (last of {attempts} attempts); use fewer objects, a larger region, more time or another seed"),
     }
 }

@@ -1,8 +1,8 @@
-//! Convex shapes whose support queries take logarithmic time or less.
+//! Convex shapes with fast support queries, which visit only vertices near the extreme vertex.
 //!
-//! parry's `ConvexPolyhedron` visits every vertex and every face in each query, which takes most of the time for round
-//! meshes. It also represents a face of more than four corners, such as a cylinder's base, by four neighbouring
-//! corners, so that a cylinder tilts on its base.
+//! parry's `ConvexPolyhedron` visits every vertex and every face in each query; without this module, these queries take
+//! most of the time for round meshes. It also represents a face of more than four corners, such as a cylinder's base, by
+//! four neighbouring corners, so that a cylinder tilts on its base.
 
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::details::support_map_aabb;
@@ -14,18 +14,18 @@ use rapier3d_f64::parry::shape::{
     SupportMap, TypedShape,
 };
 
-/// Number of cells of the table of start vertices along an edge of the cube of directions.
+/// Number of cells along an edge of the cube of directions; each cell has an entry in `Hull::start_vertices`.
 const CELLS: usize = 8;
 
 /// Convex hull of points.
 #[derive(Clone)]
 pub(crate) struct Hull {
     polyhedron: ConvexPolyhedron,
-    /// For each vertex, the first of its neighbours in `neighbors`, and the end of the last one's.
+    /// Index in `neighbors` of each vertex's first neighbour; the last entry is the length of `neighbors`.
     first_neighbors: Vec<u32>,
-    /// The vertices that are connected with each vertex by an edge.
+    /// For each vertex, the vertices that are connected with it by an edge.
     neighbors: Vec<u32>,
-    /// A vertex that is extreme in the direction of the middle of each cell; cells divide the faces of a cube.
+    /// For each cell of the cube of directions, the vertex that is extreme in the direction of the cell's centre.
     start_vertices: Vec<u32>,
     /// Corners that represent each face in contacts.
     faces: Vec<FaceCorners>,
@@ -67,8 +67,8 @@ impl Hull {
         self.climb(self.start_vertices[cell_of(direction)], direction)
     }
 
-    /// Moves from a vertex to neighbours that are farther in a direction, until none is. On a convex polyhedron, this
-    /// vertex is extreme.
+    /// Moves from a vertex to neighbours that are farther in a direction, until no neighbour is farther. On a convex
+    /// polyhedron, the last vertex is extreme.
     fn climb(&self, start: u32, direction: Vector) -> u32 {
         let height = |vertex: u32| self.polyhedron.points()[vertex as usize].dot(direction);
         let (mut best, mut best_height) = (start, height(start));
@@ -135,12 +135,12 @@ fn cell_of(direction: Vector) -> usize {
     } else {
         (2, z, x, y)
     };
-    // The conversion of NaN, for a direction of zero, is 0.
+    // A direction of zero gives NaN, which is converted to 0.
     let cell = |value: f64| ((0.5 * (value / main.abs() + 1.0) * CELLS as f64) as usize).min(CELLS - 1);
     ((2 * axis + usize::from(main > 0.0)) * CELLS + cell(u)) * CELLS + cell(v)
 }
 
-/// The direction of the middle of each cell.
+/// The direction of each cell's centre.
 fn cell_directions() -> impl Iterator<Item = Vector> {
     let middle = |cell: usize| (2 * cell + 1) as f64 / CELLS as f64 - 1.0;
     (0..6 * CELLS * CELLS).map(move |index| {

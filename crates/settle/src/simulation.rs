@@ -29,10 +29,11 @@ const LINEAR_DAMPING: f64 = 0.02;
 /// Coefficient of rolling resistance: the ratio of the force that stops a rolling ball to its weight. rapier has no
 /// rolling friction. Without it, balls roll for a long time, and small errors of the contacts turn cylinders forever.
 const ROLLING_RESISTANCE: f64 = 0.01;
-/// Drag slows all motion, so that a ball in a smooth bowl does not roll to and fro for a minute. It begins at this time in
-/// seconds after the last start, and its damping rate grows by this much per second, in 1/s². It does not act during the
-/// final check, and it cannot hold an object on a slope.
-const DRAG_DELAY: f64 = 1.0;
+/// Time in seconds between the last start and the beginning of the drag. The drag slows all motion, so that a ball in a
+/// smooth bowl does not roll to and fro for a minute. It is off during the final check, and cannot hold an object on a
+/// slope.
+const DRAG_DELAY_S: f64 = 1.0;
+/// Growth of the drag's damping rate per second, in 1/s².
 const DRAG_GROWTH: f64 = 2.0;
 
 /// Falling bodies among obstacles.
@@ -83,7 +84,7 @@ impl<'a> Simulation<'a> {
                     before = self.poses();
                 }
             }
-            self.drag = DRAG_GROWTH * (time - last - DRAG_DELAY).max(0.0);
+            self.drag = DRAG_GROWTH * (time - last - DRAG_DELAY_S).max(0.0);
             self.step();
             step += 1;
             if step % WINDOW_STEPS == 0 {

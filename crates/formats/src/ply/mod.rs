@@ -332,7 +332,7 @@ impl<'a> Ply<'a> {
         }
         assets.budget.take_elements(path, 3 * triangles.len() as u64)?;
         triangles.reserve_exact(polygons.len());
-        // Colours of faces that were read as triangles are already those of the triangles.
+        // Without polygons, all faces were read as triangles, and each triangle has the colour of its face.
         let mut colors =
             if polygons.len() == 0 { face_colors.take() } else { face_colors.as_ref().map(|_| Vec::new()) };
         let mut numbers = images.is_some().then(Vec::new);

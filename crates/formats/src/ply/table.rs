@@ -18,7 +18,7 @@ pub(crate) struct FixedTable<'a> {
 }
 
 impl<'a> FixedTable<'a> {
-    /// Rows of this length with these columns: role, type and byte offset.
+    /// Rows of `stride` bytes; `places` contains the role, type and byte offset of each column.
     pub(crate) fn new(
         bytes: ByteSource<'a>,
         stride: usize,

@@ -23,8 +23,8 @@ pub(crate) struct PlyTriangles {
 
 /// Reads an element whose rows are triangles.
 ///
-/// A triangle is a list of three 32-bit vertex indices below `vertices`; other columns must be unused, or colours whose
-/// type determines their range. Returns `None`, without reading anything, if the element has another layout or any row
+/// A triangle is a list of three 32-bit vertex indices below `vertices`. Other columns must be unused, or be colours of a
+/// type that determines their range. Returns `None`, without reading anything, if the element has another layout or any row
 /// is not such a triangle. The caller must then read row by row, which reports a fault if there is one.
 pub(crate) fn read(
     element: &Element,
@@ -71,7 +71,7 @@ struct TriangleLayout {
     length: ScalarType,
     /// Bytes per row of one triangle.
     stride: usize,
-    /// Type and byte offset of each colour channel.
+    /// Role, type and byte offset of each colour channel.
     places: Vec<(PropertyRole, ScalarType, usize)>,
 }
 
@@ -79,10 +79,11 @@ fn layout(element: &Element, columns: &Columns<'_>) -> Option<TriangleLayout> {
     let (mut before, mut list, mut stride, mut places) = (0, None, 0, Vec::new());
     for (property, role) in element.properties.iter().zip(columns.roles()) {
         match (property.list, role) {
-            (None, Red | Green | Blue | Alpha | PropertyRole::Unused) => {
+            (None, Red | Green | Blue | Alpha) => {
                 places.push((role, property.kind, stride));
                 stride += property.kind.bytes();
             }
+            (None, PropertyRole::Unused) => stride += property.kind.bytes(),
             (Some(length), PropertyRole::Corners) if list.is_none() => {
                 if !matches!(property.kind, ScalarType::I32 | ScalarType::U32) {
                     return None;

@@ -106,10 +106,10 @@ impl BitReader<'_> {
     fn fill(&mut self) {
         if let Some(word) = self.bytes.get(self.at..).and_then(<[u8]>::first_chunk) {
             let word = u64::from_be_bytes(*word);
-            // True if no byte is 0xff: in the complement, no byte is 0.
+            // True if no byte is 0xff, which means that no byte of the complement is 0.
             let is_plain = (!word).wrapping_sub(u64::MAX / 255) & word & (u64::MAX / 255 * 128) == 0;
             if is_plain && self.count <= 56 {
-                // The lowest bits of the last byte may be lost; this byte is read again.
+                // If only a part of the last byte fits, the next call reads this byte again.
                 self.ahead |= word >> self.count;
                 let bytes = (64 - self.count) / 8;
                 self.at += bytes as usize;
@@ -158,7 +158,8 @@ impl BitReader<'_> {
         self.read_code_and_skip(table, |_| 0)
     }
 
-    /// Reads a code, and skips the bits after it; `extra` returns their number, at most 16, for the code's value.
+    /// Reads a code and skips further bits after it. `extra` returns the number of these bits, at most 16, for the code's
+    /// value.
     #[inline(always)]
     fn read_code_and_skip(&mut self, table: &HuffmanTable, extra: impl Fn(u8) -> u8) -> Option<u8> {
         if self.count < 32 {

@@ -15,15 +15,15 @@ pub(super) fn check_stream(bytes: &[u8]) -> Option<()> {
     LosslessValidator::new(&bytes[5..]).check_picture(size)
 }
 
-/// Number of bits by which codes are looked up.
+/// Maximum length of the codes that are looked up in a table, in bits.
 const FAST_BITS: usize = 8;
 
 /// Prefix code: the number of codes of each length, and their symbols in order. A single symbol takes no bits.
 struct HuffmanCode {
     counts: [u16; 16],
     symbols: Vec<u16>,
-    /// For the next bits (as many as the longest code has, at most [`FAST_BITS`]): the length of the code and its
-    /// symbol; length 0 for a longer code.
+    /// Length and symbol of the code that begins with the given bits; length 0 if the code is longer. The index consists
+    /// of as many bits as the longest code has, but at most [`FAST_BITS`].
     lookup: Vec<(u8, u16)>,
 }
 
@@ -63,7 +63,7 @@ impl<'a> LosslessValidator<'a> {
     /// Reads ahead to at least 56 bits if the stream contains that many.
     fn fill(&mut self) {
         if let Some(word) = self.bytes.get(self.at..).and_then(<[u8]>::first_chunk) {
-            // The highest bits of the last byte may be lost; this byte is read again.
+            // If only a part of the last byte fits, the next call reads this byte again.
             self.ahead |= u64::from_le_bytes(*word) << self.count;
             let bytes = (63 - self.count) / 8;
             self.at += bytes as usize;
