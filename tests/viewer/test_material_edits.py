@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam.viewer.probe import values_at
+from raycam.viewer.scene.contents import materials_of_object
 from raycam.viewer.scene.edits import Edits
 from raycam.viewer.scene.material_edits import describe_material, edit_material, list_slots
 from raycam.viewer.session import Session
@@ -73,22 +73,16 @@ def test_metallic_keeps_the_shown_roughness() -> None:
 
 
 def test_roughness_keeps_color_and_texture_of_each_material(tmp_path: Path) -> None:
-    (tmp_path / "m.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.9\n")
-    faces = "usemtl red\nf 1 2 3\nusemtl blue\nf 2 4 3\n"
-    (tmp_path / "m.obj").write_text(f"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n{faces}")
-    world = raycam.load(tmp_path / "m.obj")
-    colors = [
-        json.loads(edit_material(world, 0, None, "roughness", 0.5)._core.material(0, i)) for i in range(2)
-    ]
-    assert [each["color"] for each in colors] == [[0.8, 0.1, 0.1], [0.1, 0.1, 0.9]]
-    assert [each["model"]["Principled"]["roughness"]["value"] for each in colors] == [0.5, 0.5]
+    found = materials_of_object(edit_material(two_materials(tmp_path), 0, None, "roughness", 0.5), 0)
+    assert [each["color"] for each in found] == [[0.8, 0.1, 0.1], [0.1, 0.1, 0.9]]
+    assert [each["model"]["Principled"]["roughness"]["value"] for each in found] == [0.5, 0.5]
     textured = raycam.World()
     textured.add_object(box={"size": 1}, texture=np.full((2, 2, 3), 128, np.uint8))
     assert describe_material(edit_material(textured, 0, None, "roughness", 0.5), 0)["textured"]
 
 
 def colors(world: raycam.World) -> list[list[float]]:
-    return [each["color"] for each in json.loads(world._core.materials(0))]
+    return [each["color"] for each in materials_of_object(world, 0)]
 
 
 def test_edit_of_a_slot_keeps_the_other_slots_and_can_be_undone(tmp_path: Path) -> None:
@@ -102,7 +96,7 @@ def test_edit_of_a_slot_keeps_the_other_slots_and_can_be_undone(tmp_path: Path) 
     assert np.allclose(colors(session.view.base), [[0.8, 0.1, 0.1], [0, 1, 0]])
     assert session.selection.about()["slots"][1]["color"] == "#00ff00"
     receive(session, {**edit, "key": "metallic", "value": 0.7})
-    models = [each["model"] for each in json.loads(session.view.base._core.materials(0))]
+    models = [each["model"] for each in materials_of_object(session.view.base, 0)]
     assert ["Principled" in each for each in models] == [False, True]
     receive(session, {"type": "undo"})
     receive(session, {"type": "undo"})

@@ -123,14 +123,16 @@ def linear_photo(name: str, given: Any) -> npt.NDArray[np.float32]:
     Arrays are [h, w] or [h, w, 1] (grey), [h, w, 2] (grey and opacity), [h, w, 3] or [h, w, 4]; uint8 and uint16 are
     sRGB, floats are linear, bool is black and white. Raises `SettingsError` for other arrays.
     """
-    pixels = np.asarray(given)
+    expected = f"photograph {name!r} must be an array [h, w], or [h, w, 1 to 4]"
+    try:
+        pixels = np.asarray(given)
+    except ValueError:
+        raise SettingsError(f"{expected}, got rows of different lengths", code="wrong_shape") from None
+    shape = list(pixels.shape)
     if pixels.ndim == 2:
         pixels = pixels[..., None]
-    if pixels.ndim != 3 or pixels.shape[2] not in (1, 2, 3, 4) or 0 in pixels.shape:
-        raise SettingsError(
-            f"photograph {name!r} must be an array [h, w], or [h, w, 1 to 4], got {list(np.shape(given))}",
-            code="wrong_shape",
-        )
+    if pixels.ndim != 3 or pixels.shape[2] not in (1, 2, 3, 4) or 0 in shape:
+        raise SettingsError(f"{expected}, got {shape}", code="wrong_shape")
     if pixels.dtype == np.bool_:
         values = pixels.astype(np.float32)
     elif pixels.dtype in (np.uint8, np.uint16):

@@ -49,9 +49,9 @@ export class MaterialFields {
       if (document.activeElement !== input) input.value = String(values[i]);
     });
     this.showValues();
-    const kind = `Material: ${material.model}${material.textured ? ", with a texture" : ""}`;
+    const one = `Material: ${material.model}${material.textured ? ", with a texture" : ""}`;
     const all = "The values are those of the first material. A change applies to all materials of the object.";
-    byId("object-model", HTMLElement).textContent = slot === ALL_SLOTS ? all : kind;
+    byId("object-model", HTMLElement).textContent = slot === ALL_SLOTS ? all : one;
   }
 
   /**
@@ -65,7 +65,7 @@ export class MaterialFields {
     byId("slots", HTMLElement).replaceChildren(this.row(ALL_SLOTS, "all materials", "", false), ...rows);
     const unlisted = byId("slots-unlisted", HTMLElement);
     unlisted.hidden = slots.length >= count;
-    unlisted.textContent = `${grouped(slots.length)} of ${grouped(count)} materials are listed. Click any other material in the image.`;
+    unlisted.textContent = `${grouped(slots.length)} of ${grouped(count)} materials are listed. To select another material, click it in the image.`;
   }
 
   /**

@@ -4,9 +4,13 @@ import { byId, numbersOf } from "../dom.js";
 
 const PLACE_FIELDS = ["place-x", "place-y", "place-z", "place-roll", "place-pitch", "place-yaw", "scale-x", "scale-y", "scale-z"];
 
-/** The text of a value: angles with 4 decimals, lengths and scales with 6 digits. @param {number} value @param {number} place */
-function shortNumber(value, place) {
-  const isAngle = PLACE_FIELDS[place].match(/roll|pitch|yaw/);
+/**
+ * Returns the text of a value: angles with up to 4 decimals, lengths and scales with up to 6 digits and 9 decimals.
+ * @param {number} value
+ * @param {number} field the index in `PLACE_FIELDS`
+ */
+function shortNumber(value, field) {
+  const isAngle = /roll|pitch|yaw/.test(PLACE_FIELDS[field]);
   return String(isAngle ? Number(value.toFixed(4)) : Number(Number(value.toFixed(9)).toPrecision(6)));
 }
 

@@ -11,7 +11,7 @@ import { SceneTree } from "./tree.js";
 
 const TURN = 15; // degrees by which the turn buttons rotate the selected object
 const GROWTH = 1.1;
-const REVEALED = 260; // CSS pixels of the object's group that a click on the image makes visible
+const REVEALED_HEIGHT = 260; // CSS pixels of the group Selection that are visible after a click on the image
 const THIRD_STOP = 2 ** (1 / 3);
 
 export class WorldControls {
@@ -152,11 +152,11 @@ export class WorldControls {
     return true;
   }
 
-  /** Scrolls the panel until the top of the object's group is visible. The focus does not move. */
+  /** Scrolls the panel until the top of the group Selection is visible. The focus does not move. */
   reveal() {
     const panel = byId("panel", HTMLElement);
     const [seen, group] = [panel, byId("edit", HTMLElement)].map((each) => each.getBoundingClientRect());
-    const below = group.top + Math.min(group.height, REVEALED) - seen.bottom;
+    const below = group.top + Math.min(group.height, REVEALED_HEIGHT) - seen.bottom;
     if (below > 0) panel.scrollTop += below;
     else if (group.top < seen.top) panel.scrollTop -= seen.top - group.top;
   }
@@ -170,7 +170,7 @@ export class WorldControls {
     this.object.value = String(number);
     if (this.objects[number]) this.shown.checked = this.objects[number].visible;
     if (this.selected !== number) {
-      if (this.selected >= 0) this.slot = 0;
+      if (this.selected >= 0) this.slot = 0; // the slot belonged to another object
       this.select();
     }
     if (this.tree.selectedLight < 0) this.tree.show({ selected: this.isChosen ? number : -1 });
