@@ -152,7 +152,7 @@ def test_empty_image_has_the_size_of_the_replaced_camera(
         assert renderer.render().shape == (10, 20, 3)
 
 
-def test_state_that_is_no_mjdata_is_refused(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+def test_update_scene_refuses_data_of_another_type(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
     renderer = stand_in.Renderer(state[0], 30, 40)
     with raises(raycam.WorldError, code="wrong_type"):
         renderer.update_scene(5)

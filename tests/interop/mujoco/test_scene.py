@@ -154,6 +154,22 @@ def test_sites_are_added_on_request() -> None:
     np.testing.assert_allclose(scene.world.triangles(1).reshape(-1, 3).max(axis=0), [1.1, 0.2, 0.3])
 
 
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        ({"groups": 1}, "wrong_type"),
+        ({"sites": [6]}, "out_of_range"),
+        ({"tendons": ["a"]}, "wrong_type"),
+        ({"dynamic_alpha": "half"}, "wrong_type"),
+        ({"dynamic_alpha": 1.5}, "out_of_range"),
+    ],
+)
+def test_invalid_groups_and_opacities_are_refused(arguments: dict[str, Any], code: str) -> None:
+    model = mujoco.MjModel.from_xml_string(FLAT)
+    with raises(raycam.WorldError, code=code, mentions=arguments):
+        raycam.from_mujoco(model, **arguments)
+
+
 class OldModel:
     """The arrays of a model of MuJoCo 3.3.2.
 

@@ -165,3 +165,21 @@ def test_unsupported_geom_types_and_labels_give_a_notice(renderer: Renderer) -> 
 def test_geoms_without_size_are_invisible(renderer: Renderer, kind: str) -> None:
     add_geom(renderer.scene, kind, [0, 0, 0], [0, 0, 0])
     assert mask(renderer).sum() <= 1
+
+
+def test_changed_mesh_is_shown_as_in_the_model_with_a_notice() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody>
+        <geom name="part" type="mesh" mesh="m"/><camera name="front" pos="0 -4 0" xyaxes="1 0 0 0 0 1"/>
+        </worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    renderer = Renderer(model, SIZE, SIZE)
+    renderer.update_scene(data, "front")
+    before = mask(renderer)
+    assert before.any()
+    renderer.scene.geoms[0].pos = [0, 0, 50]
+    with warns(raycam.Notice, code="ignored_element", mentions=["changes of geoms of type 7"]):
+        after = mask(renderer)
+    np.testing.assert_array_equal(after, before)

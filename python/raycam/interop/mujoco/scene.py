@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _core
-from ...arguments import Floats
+from ...arguments import Floats, real, wholes
 from ...camera import Camera
 from ...errors import Notice, WorldError
 from ...notices import warn_all
@@ -33,6 +33,8 @@ __all__ = ["MujocoScene", "from_mujoco"]
 
 SHOWN_GROUPS = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows by default."""
+MAX_GROUP = 5
+"""The last group of a MuJoCo model."""
 NO_ELEMENT = (-1, -1)
 """Type and id of objects that are not part of the model."""
 
@@ -315,9 +317,9 @@ def from_mujoco(
     notices that do not apply to this method are omitted. `dynamic_alpha` multiplies the opacity of everything that is
     not fixed to the world, as MuJoCo's flag `mjVIS_TRANSPARENT` does.
 
-    Raises `WorldError` if `model` is not a MuJoCo model or `data` has no poses. Also raises `WorldError`, with both
-    versions, if the model's MuJoCo version lacks arrays that are read here. Raises `ImportError` if `data` is not given
-    and MuJoCo is not installed.
+    Raises `WorldError` if `model` is not a MuJoCo model, `data` has no poses, or another argument is invalid. Also
+    raises `WorldError`, with both versions, if the model's MuJoCo version lacks arrays that are read here. Raises
+    `ImportError` if `data` is not given and MuJoCo is not installed.
     """
     check_model(model)
     if data is None:
@@ -325,6 +327,11 @@ def from_mujoco(
 
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
-    scene = MujocoScene(model, data, tuple(groups), tuple(sites), tuple(tendons), dynamic_alpha)
+    geom_groups, site_groups, tendon_groups = (
+        tuple(wholes(name, given, 0, MAX_GROUP, error=WorldError))
+        for name, given in (("groups", groups), ("sites", sites), ("tendons", tendons))
+    )
+    alpha = real("dynamic_alpha", dynamic_alpha, 0.0, 1.0, error=WorldError)
+    scene = MujocoScene(model, data, geom_groups, site_groups, tendon_groups, alpha)
     warn_all(scene._notices if own_light else scene.notices)
     return scene
