@@ -38,20 +38,23 @@ STEPS: dict[str, list[int]] = {
     "pixels": [64**2, 256**2, 1024**2, 4096**2, 16384**2],
     "threads": [1, 2, 4, 8, 16, 32, 64],
 }
-OTHERWISE = {"threads": {"pixels": 1024**2}, "lights": {"pixels": 128**2}}  # differences from the base
+AXIS_BASES = {
+    "threads": {"pixels": 1024**2},
+    "lights": {"pixels": 128**2},
+}  # differences from BASE, by quantity
 # The largest steps of the other programs; more takes too long or does not fit into 20 GB.
-LARGEST = {
+LARGEST_STEPS = {
     "mitsuba": {"triangles": 10**7, "instances": 10**5, "lights": 10**5, "pixels": 4096**2, "threads": 0},
     "embree": {"triangles": 10**8, "instances": 0, "lights": 1, "pixels": 4096**2, "threads": 0},
 }
-LARGEST_MESH = 10**8  # more triangles are instances of a mesh of 10^7
+MAX_MESH_TRIANGLES = 10**8  # more triangles are instances of a mesh of 10^7
 INSTANCE_TRIANGLES = 200
 EYE, TARGET, FOV = [-1.0, -1.2, 0.9], [0.0, 0.1, 0.0], 55
 LIMIT_S = 550
 Figures = dict[str, float]
 
 
-def status(key: str) -> float:
+def memory_mib(key: str) -> float:
     """Returns a memory figure of this process in MiB."""
     return int(Path("/proc/self/status").read_text().split(key + ":")[1].split()[0]) / 1024
 
@@ -74,13 +77,13 @@ def lamps(count: int) -> tuple[np.ndarray, float]:
     return np.column_stack([places(count), random.uniform(0.3, 0.6, count)]), 1.0 / count
 
 
-def split(values: dict[str, int]) -> tuple[int, int]:
+def mesh_and_instances(values: dict[str, int]) -> tuple[int, int]:
     """Returns the triangles of the mesh and the number of its instances."""
     if values["instances"] > 1:
         return INSTANCE_TRIANGLES, values["instances"]
     return (
         (values["triangles"], 1)
-        if values["triangles"] <= LARGEST_MESH
+        if values["triangles"] <= MAX_MESH_TRIANGLES
         else (10**7, values["triangles"] // 10**7)
     )
 
@@ -132,9 +135,9 @@ def raycam_image(values: dict[str, int]) -> Figures:
     """Returns the figures of an image in raycam."""
     import raycam
 
-    vertices, faces = mesh_of(split(values)[0])
-    count = split(values)[1]
-    held, start = status("VmRSS"), time.process_time()
+    vertices, faces = mesh_of(mesh_and_instances(values)[0])
+    count = mesh_and_instances(values)[1]
+    held, start = memory_mib("VmRSS"), time.process_time()
     world = raycam.World(up="z")
     scale = 1 / math.ceil(count**0.5)
     spots = places(count).tolist()
@@ -162,7 +165,7 @@ def raycam_image(values: dict[str, int]) -> Figures:
         "prepare": prepared - scene,
         "image": min(times),
         "critical": min(critical),
-        "memory": status("VmHWM") - held,
+        "memory": memory_mib("VmHWM") - held,
     }
 
 
@@ -172,9 +175,9 @@ def mitsuba_image(values: dict[str, int]) -> Figures:
 
     mi.set_variant("llvm_ad_rgb")
     transform = mi.ScalarTransform4f
-    vertices, faces = mesh_of(split(values)[0])
-    count = split(values)[1]
-    held, start = status("VmRSS"), time.process_time()
+    vertices, faces = mesh_of(mesh_and_instances(values)[0])
+    count = mesh_and_instances(values)[1]
+    held, start = memory_mib("VmRSS"), time.process_time()
     mesh = mi.Mesh("field", len(vertices), len(faces))
     parameters = mi.traverse(mesh)
     parameters["vertex_positions"] = vertices.astype(np.float32).ravel()
@@ -209,7 +212,7 @@ def mitsuba_image(values: dict[str, int]) -> Figures:
         before = time.process_time()
         np.asarray(mi.render(scene, integrator=integrator, spp=1, seed=len(times)))
         times.append(time.process_time() - before)
-    return {"scene": built - start, "prepare": 0.0, "image": min(times), "memory": status("VmHWM") - held}
+    return {"scene": built - start, "prepare": 0.0, "image": min(times), "memory": memory_mib("VmHWM") - held}
 
 
 def embree_image(values: dict[str, int]) -> Figures:
@@ -219,12 +222,12 @@ def embree_image(values: dict[str, int]) -> Figures:
 
     vertices, faces = mesh_of(values["triangles"])
     vertices, faces = vertices.astype(np.float32), faces.astype(np.int32)
-    held, start = status("VmRSS"), time.process_time()
+    held, start = memory_mib("VmRSS"), time.process_time()
     scene = EmbreeScene()
     TriangleMesh(scene, vertices, faces)
     scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
     built = time.process_time()
-    memory = status("VmHWM") - held
+    memory = memory_mib("VmHWM") - held
     side = round(values["pixels"] ** 0.5)
     ahead = np.subtract(TARGET, EYE) / np.linalg.norm(np.subtract(TARGET, EYE))
     right = np.cross(ahead, [0, 0, 1]) / np.linalg.norm(np.cross(ahead, [0, 0, 1]))
@@ -359,10 +362,10 @@ def main() -> None:
     for axis in options.only:
         for count in STEPS[axis]:
             for program, python in pythons.items():
-                top = LARGEST.get(program, {}).get(axis, math.inf)
+                top = LARGEST_STEPS.get(program, {}).get(axis, math.inf)
                 if not python or count > top or not options.smallest <= count <= options.largest:
                     continue
-                figures = measure(program, python, {**BASE, **OTHERWISE.get(axis, {}), axis: count})
+                figures = measure(program, python, {**BASE, **AXIS_BASES.get(axis, {}), axis: count})
                 print(axis, count, program, figures, flush=True)
                 if figures:
                     found.append({"axis": axis, "count": count, "program": program, **figures})

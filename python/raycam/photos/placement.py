@@ -100,10 +100,10 @@ def are_cameras_inside(world: World, cameras: Sequence[Camera]) -> bool:
 
 
 def find_best_turn(world: World, bounds: Floats, cameras: Sequence[Camera]) -> tuple[str, int]:
-    """Returns the rotation of `TURNS` with which the most cameras show fronts, and the number of these cameras.
+    """Returns the rotation of `TURNS` after which the most cameras show fronts, and the number of these cameras.
 
-    The number is 0 for rotations with which most cameras are near the centre of the world's `bounds` [2, 3], which
-    indicates another unit instead of other axes.
+    A rotation counts as 0 cameras if most cameras are then near the centre of the world's `bounds` [2, 3], because this
+    indicates another unit instead of another up axis.
     """
     places = np.array([camera.location for camera in cameras])
     near = NEAR_SHARE * float(np.linalg.norm(bounds[1] - bounds[0])) / 2
