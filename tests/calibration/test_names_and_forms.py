@@ -492,6 +492,18 @@ def test_stacked_arrays_of_cameras_are_read(tmp_path: Path, ending: str) -> None
             check(camera, k if k.ndim == 2 else k[i], r, c)
 
 
+@pytest.mark.parametrize("ending", ["npz", "json"])
+def test_stacks_of_different_lengths_are_refused(tmp_path: Path, ending: str) -> None:
+    arrays = {"K": np.stack([K] * 3), "w2c": np.stack([matrix4(*pose(i)) for i in range(4)])}
+    path = tmp_path / f"a.{ending}"
+    if ending == "npz":
+        np.savez(path, **arrays)
+    else:
+        path.write_text(json.dumps({key: value.tolist() for key, value in arrays.items()}))
+    with raises(FormatError, mentions=["w2c", 4, 3]):
+        raycam.load_cameras(path, size=SIZE)
+
+
 def test_stacked_rotations_and_coefficients_are_read(tmp_path: Path) -> None:
     poses = [pose(i) for i in range(4)]
     np.savez(

@@ -336,7 +336,7 @@ def test_transform_under_a_short_key_requires_a_direction(tmp_path: Path, key: s
     check_pose(cameras["a"])
 
 
-def test_centre_that_is_no_point_gives_a_notice(tmp_path: Path) -> None:
+def test_centre_of_two_numbers_gives_a_notice(tmp_path: Path) -> None:
     pose = {"R": R.tolist(), "t": (-R @ C).tolist()}
     cameras = read(tmp_path, {**CAMERA, **pose, "camera_center": [1.0, 2.0]}, model="opencv")
     assert has_notice(cameras.notices, "ignored_key", "camera_center")

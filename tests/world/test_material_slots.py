@@ -72,7 +72,7 @@ def test_slots_of_world_files_and_instances_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("slots", "code", "mentions"),
     [
-        ({2: {"color": "red"}}, "unknown_name", ["slots.2", "2 slots", '0 "red"', '1 "blue"']),
+        ({2: {"color": "red"}}, "unknown_name", ["slots.2", "2 material slots", '"red"', '"blue"']),
         ({"bleu": {"color": "red"}}, "unknown_name", ["slots.bleu", "blue"]),
         ({"blue": {"yaw": 20}}, "conflicting_values", ["slots.blue.yaw"]),
         ({"blue": {"metallic": 1}}, "conflicting_values", ["slots.blue.metallic"]),

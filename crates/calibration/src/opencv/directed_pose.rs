@@ -50,7 +50,10 @@ pub(super) fn read<'a>(view: &KeyView<'a>, hints: &ReadHints) -> Result<Option<D
     };
     let places = ["translation", "trans", "position", "pos", "t", "p"];
     let Some((t_key, t_at, _)) = find(&places, &[3], Some(&end)) else {
-        return Err(at.fail("a rotation without a translation; add the translation under the same name"));
+        return Err(at.fail(
+            "a rotation without a translation; add the translation under a similar key, such as t_wc for R_wc, or \
+             camera_ext_t for camera_ext_R",
+        ));
     };
     let stated = pose::world_from_camera(&format!("t{end}"));
     let Some(world_from_camera) = stated.or(hints.poses.map(|given| given.world_from_camera)) else {

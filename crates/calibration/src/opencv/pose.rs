@@ -26,6 +26,7 @@ const CAMERA_FROM_WORLD: [&str; 10] = [
 /// Words in keys that mean world_from_camera.
 const WORLD_FROM_CAMERA: [&str; 8] =
     ["c2w", "cam2world", "camera2world", "camtoworld", "cameratoworld", "worldfromcam", "tworldcam", "worldtcam"];
+/// Message for a pose whose direction is specified neither by its key nor by the caller.
 pub(super) const UNKNOWN_DIRECTION: &str = "a pose of unknown direction; specify it (direction=\"camera_from_world\" or \
                                  \"world_from_camera\", --direction), or rename the key to w2c or c2w";
 /// Names of other sensors and bodies in keys of poses.
@@ -147,7 +148,7 @@ fn check_center(view: &KeyView<'_>, r: DMat3, t: DVec3) -> Result<()> {
     let (given, center) = (DVec3::from_array(at.array::<3>()?), -(r.transpose() * t));
     if (given - center).length() > 1e-3 * (1.0 + center.length()) {
         return Err(at.fail(format_args!(
-            "differs from the camera's centre -Rᵀt = ({}, {}, {}) according to R and t; remove this key, or R and t",
+            "differs from -Rᵀt = ({}, {}, {}), the camera's centre according to R and t; correct or remove this key",
             center.x, center.y, center.z
         )));
     }

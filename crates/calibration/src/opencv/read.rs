@@ -11,8 +11,8 @@ use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::parse;
 use crate::opencv::{camera, directed_pose, partner, pose, projection, stacks, stereo};
 use crate::{Calibration, ReadHints};
-use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
+use raycam_formats::{FormatError, Result};
 use raycam_scene::{NoticeCode, counted};
 
 /// Keys of a map with the parameters of one camera; the camera's name is the key of the enclosing map.
@@ -40,7 +40,8 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     if text.len() > MAX_DETECTED_BYTES || !has(":") {
         return false;
     }
-    let Ok(node) = yaml::parse(text, path).map(stacks::unstack) else { return false };
+    let Ok(node) = yaml::parse(text, path) else { return false };
+    let Ok(node) = stacks::unstack(node) else { return true };
     let root = Cursor::root(&node, path);
     let cameras = list_of_cameras(&root).unwrap_or_default();
     has_camera(&root)
@@ -154,7 +155,7 @@ fn append_cameras<'a>(
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let node = stacks::unstack(parse(source, assets)?);
+    let node = stacks::unstack(parse(source, assets)?).map_err(|message| FormatError::whole(&source.path, message))?;
     let root = Cursor::root(&node, &source.path);
     let view = KeyView::new(root.clone());
     if has_camera(&root) {

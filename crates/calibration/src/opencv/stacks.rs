@@ -9,18 +9,28 @@ use crate::opencv::{keys, projection};
 const MAX_COPIED_NODES: usize = 1 << 20;
 
 /// Splits a document with stacked arrays into a list with a map for each camera; returns other documents unchanged.
-pub(super) fn unstack(node: DocumentNode) -> DocumentNode {
-    let Value::Map(entries) = &node.value else { return node };
-    let Some(count) = stack_length(entries) else { return node };
+///
+/// # Errors
+/// The reason if the document contains stacks of matrices of different lengths.
+pub(super) fn unstack(node: DocumentNode) -> Result<DocumentNode, String> {
+    let Value::Map(entries) = &node.value else { return Ok(node) };
+    let Some(count) = stack_length(entries) else { return Ok(node) };
+    for (key, value) in entries {
+        if let [other, 3 | 4, 3 | 4] = shape(value)[..]
+            && other != count
+        {
+            return Err(format!("{key} contains {other} matrices, but the file has {count} cameras; expected {count}"));
+        }
+    }
     let shared = entries.iter().filter(|(key, value)| !is_stacked(key, value, count));
     if shared.map(|(_, value)| node_count(value)).sum::<usize>().saturating_mul(count) > MAX_COPIED_NODES {
-        return node;
+        return Ok(node);
     }
     let camera = |i: usize| {
         let own = |(key, value): &(String, DocumentNode)| (key.clone(), part(key, value, count, i).clone());
         DocumentNode { value: Value::Map(entries.iter().map(own).collect()), line: node.line }
     };
-    DocumentNode { value: Value::List((0..count).map(camera).collect()), line: node.line }
+    Ok(DocumentNode { value: Value::List((0..count).map(camera).collect()), line: node.line })
 }
 
 /// Number of cameras in the stack of K or P or, next to a single K, in the stack of poses; `None` without a stack.

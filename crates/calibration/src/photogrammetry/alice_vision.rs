@@ -88,7 +88,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         );
     } else {
         for file in lost {
-            let message = "omitted, because its pose or intrinsics are missing";
+            let message = "omitted, because the pose or the intrinsics are missing";
             calibration.note_about(NoticeCode::IgnoredElement, format!("view {file}"), message);
         }
     }

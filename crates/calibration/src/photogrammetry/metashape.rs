@@ -102,7 +102,7 @@ fn cameras(chunk: &XmlElement<'_>, calibration: &mut Calibration) -> Result<()> 
             Some(master) => place_by_master(&at, master, &sensors)?,
         };
         let Some((r, c)) = placement else {
-            let message = "omitted, because it has no transform: it is not aligned, or is a slave of a rig";
+            let message = "omitted, because the transform is missing (not aligned, or slave of a rig)";
             calibration.note_about(NoticeCode::IgnoredElement, format!("camera {label:?}"), message);
             continue;
         };

@@ -55,7 +55,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
         let (intrinsic, pose) = (data.require("id_intrinsic")?.count()?, data.require("id_pose")?.count()?);
         let known = cameras.get(&intrinsic).filter(|_| intrinsic != NONE).zip(poses.get(&pose));
         let Some((camera, pose)) = known else {
-            let message = "omitted, because its pose or intrinsics are missing";
+            let message = "omitted, because the pose or the intrinsics are missing";
             calibration.note_about(NoticeCode::IgnoredElement, format!("view {file}"), message);
             continue;
         };

@@ -99,7 +99,7 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
             calibration.note_about(
                 NoticeCode::IgnoredElement,
                 format!("frame {stem}"),
-                "omitted, because the numbers of its pose are not finite",
+                "omitted, because the pose contains numbers that are not finite",
             );
             continue;
         };

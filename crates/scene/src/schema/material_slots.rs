@@ -15,9 +15,6 @@ use crate::schema::keys::{Keys, by_key};
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
 
-/// Maximum number of slots that an error lists.
-const MAX_LISTED: usize = 20;
-
 /// Images that a description adds to a world, and the notices about these images.
 type AddedTextures = (Vec<Texture>, Vec<Notice>);
 
@@ -98,14 +95,10 @@ fn find_slots(key: &str, names: &[String], by_name: &HashMap<&str, Vec<usize>>) 
     if let Some(found) = number.map(|number| vec![number]).or_else(|| by_name.get(key).cloned()) {
         return Ok(found);
     }
-    let listed: Vec<String> =
-        names.iter().take(MAX_LISTED).enumerate().map(|(i, name)| format!("{i} {name:?}")).collect();
     let message = format!(
-        "no material slot has this number or name{}; the object has {}: {}{}",
+        "the object has {} (numbered from 0), but none with this number or material name{}",
+        counted(names.len(), "material slot"),
         suggestion(key, names.iter().map(String::as_str)),
-        counted(names.len(), "slot"),
-        listed.join(", "),
-        if names.len() > MAX_LISTED { ", ..." } else { "" },
     );
     Err(SceneError::schema(ErrorCode::UnknownName, "", message))
 }
