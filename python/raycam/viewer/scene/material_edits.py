@@ -51,7 +51,9 @@ def edit_material(world: World, number: int, slot: int | None, key: str, value: 
             code="index_out_of_range",
         )
     changed = world.copy()
-    tables = {each: _keys_of_change(_fields(materials[each]), key, value) for each in slots}
+    tables: dict[str | int, dict[str, Any]] = {
+        each: _keys_of_change(_fields(materials[each]), key, value) for each in slots
+    }
     changed.set_object(number, slots=tables)
     return changed
 

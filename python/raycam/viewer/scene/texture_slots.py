@@ -81,7 +81,9 @@ def set_texture(
         texture = np.full((1, 1, 3), NEUTRAL.get(slot, (255, 255, 255)), np.uint8)
     changed = world.copy()
     keys: dict[str, Any] = {"texture": texture} if slot == "color" else {"textures": {slot: texture}}
-    factors = {i: _factor(each, slot) for i, each in enumerate(materials_of_object(world, number))}
+    factors: dict[str | int, dict[str, Any]] = {
+        i: _factor(each, slot) for i, each in enumerate(materials_of_object(world, number))
+    }
     if material is None:
         changed.set_object(number, **keys, slots=factors)
     else:
