@@ -13,6 +13,7 @@ use crate::error::{FormatError, Result};
 use crate::gltf::json::Root;
 use crate::gltf::json::lenient::json_words;
 use crate::gltf::json::objects_only::ObjectsOnly;
+use crate::gltf::json::omissions::{Omission, omit_invalid_values};
 use crate::io::{Diagnostics, InputFile};
 
 const MAGIC: &[u8; 4] = b"glTF";
@@ -111,8 +112,9 @@ impl Container {
         }
     }
 
-    /// Parses the document: JSON text of a supported glTF version.
-    pub(crate) fn document(&self, bytes: &[u8], path: &Path) -> Result<Root> {
+    /// Parses the document: JSON text of a supported glTF version. Invalid optional values are omitted, with a notice for
+    /// each.
+    pub(crate) fn document(&self, bytes: &[u8], path: &Path, diagnostics: &mut Diagnostics) -> Result<Root> {
         let text = std::str::from_utf8(&bytes[self.json.clone()]).map_err(|error| {
             let at = self.json.start + error.valid_up_to();
             FormatError::byte(path, at, ErrorCode::NotText.message("invalid UTF-8 (INVALID_JSON)"))
@@ -131,7 +133,7 @@ impl Container {
                     let text = version.as_str().map_or(version.to_string(), str::to_owned);
                     check_version(&text, path)
                 })?;
-                return Err(json_error(text, path, &error));
+                without_invalid_values(text, diagnostics).ok_or_else(|| json_error(text, path, &error))?
             }
         };
         let Some(asset) = &root.asset else {
@@ -212,6 +214,17 @@ fn parse_objects<T: DeserializeOwned>(text: &str) -> serde_json::Result<T> {
     let root = T::deserialize(ObjectsOnly(&mut reader))?;
     reader.end()?;
     Ok(root)
+}
+
+/// Parses a document without its invalid optional values; `None` if other values are invalid as well.
+fn without_invalid_values(text: &str, diagnostics: &mut Diagnostics) -> Option<Root> {
+    let mut json = serde_json::from_str(text).ok()?;
+    let omitted = omit_invalid_values(&mut json);
+    let root = Root::deserialize(ObjectsOnly(&json)).ok()?;
+    for Omission { place, fault } in omitted {
+        diagnostics.note(NoticeCode::IgnoredElement, place, format!("omitted: {fault} (TYPE_MISMATCH)"));
+    }
+    Some(root)
 }
 
 /// Error with its position in the document.

@@ -29,6 +29,7 @@ pub(crate) fn json_words(text: &str) -> String {
     let found = found
         .replace("invalid type: sequence", "a list")
         .replace("invalid type: map", "an object")
+        .replace("invalid length", "a list of length")
         .replace("invalid type: ", "");
     let (expected, place) = match expected.find(" at line ") {
         Some(at) => expected.split_at(at),
@@ -40,6 +41,7 @@ pub(crate) fn json_words(text: &str) -> String {
         "a map" => "an object",
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of at least 0",
         "f32" | "f64" => "a number",
+        "fewer elements in array" => "a shorter list",
         kind if kind.starts_with("struct ") => "an object",
         kind => &kind.replace("an array of length", "a list of length"),
     };

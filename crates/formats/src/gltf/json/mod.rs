@@ -20,6 +20,7 @@ pub(crate) mod extensions;
 pub(crate) mod lenient;
 pub(crate) mod material;
 pub(crate) mod objects_only;
+pub(crate) mod omissions;
 pub(crate) mod texture_info;
 use serde::Deserialize;
 

@@ -2,7 +2,6 @@
 
 use raycam_scene::{Mesh, NoticeCode};
 
-use crate::error::Result;
 use crate::gltf::document::Document;
 use crate::gltf::json::Primitive;
 use crate::gltf::json::material::Material;
@@ -18,20 +17,20 @@ pub(crate) struct MaterialRequirements {
 }
 
 impl MaterialRequirements {
-    pub(crate) fn of_primitive(document: &Document<'_>, place: &str, primitive: &Primitive) -> Result<Self> {
+    /// The requirements of a primitive's materials; materials that do not exist have none.
+    pub(crate) fn of_primitive(document: &Document<'_>, primitive: &Primitive) -> Self {
         let mappings = primitive.extensions.variants.iter();
         let mappings = mappings.flat_map(|variants| &variants.mappings);
         let materials = primitive.material.into_iter();
         let (mut sets, mut tangent_uvs) = (Vec::new(), None);
-        for index in materials.chain(mappings.map(|mapping| mapping.material)) {
-            let place = &format!("{place}.material");
-            let material = document.get(&document.root.materials, index, place, "materials")?;
+        let indices = materials.chain(mappings.map(|mapping| mapping.material));
+        for material in indices.filter_map(|index| document.root.materials.get(index)) {
             sets.extend(material.textures().map(TextureInfo::uv_set));
             tangent_uvs = tangent_uvs.or(material.tangent_uvs());
         }
         sets.sort_unstable();
         sets.dedup();
-        Ok(Self { sets, tangent_uvs })
+        Self { sets, tangent_uvs }
     }
 
     /// Adds a notice for each set of texture coordinates that the mesh lacks.

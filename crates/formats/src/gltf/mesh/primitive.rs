@@ -81,7 +81,7 @@ impl PrimitiveReader<'_> {
         self.shading_attributes(&window, &mut mesh)?;
         self.colors(&window, &mut mesh)?;
         let mut skin_morph = window.skin_morph(self.place, self.primitive, self.diagnostics)?;
-        let needed = MaterialRequirements::of_primitive(self.document, self.place, self.primitive)?;
+        let needed = MaterialRequirements::of_primitive(self.document, self.primitive);
         needed.check_uvs(self.place, &mesh, self.diagnostics);
         if mesh.tangents.is_none()
             && let Some(set) = needed.tangent_uvs

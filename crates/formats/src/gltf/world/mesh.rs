@@ -35,7 +35,9 @@ impl Builder<'_, '_> {
             }
             .read()?;
             if let Some(part) = part {
-                let material = self.material_index(&place, part.material)?;
+                let material = self.material_index(&place, part.material);
+                let material = self.or_omitted(&format!("{place}.material"), "the material", material)?;
+                let material = material.map_or_else(|| self.material_index(&place, None), Ok)?;
                 bends.push((part.mesh.vertices.len(), part.skin_morph));
                 primitives.push(i);
                 parts.push((part.mesh, material));

@@ -41,7 +41,7 @@ impl Builder<'_, '_> {
             }
             rig.nodes.push(rig::Node {
                 parent: tree.parents[i],
-                transform: document.local_transform(i, node)?,
+                transform: self.rest_transform(i, node)?,
                 visible: node.extensions.visibility.as_ref().is_none_or(|v| v.visible),
                 weights: document.weights(node),
             });
@@ -81,6 +81,32 @@ impl Builder<'_, '_> {
             self.world.node_tree = self.world.node_tree.take().filter(|_| moving);
         }
         Ok(())
+    }
+
+    /// Transform of a node in its rest state; invalid values are omitted, with a notice.
+    fn rest_transform(&mut self, i: usize, node: &Node) -> Result<Transform> {
+        if let Some(matrix) = node.matrix {
+            let matrix = DMat4::from_cols_array(&matrix);
+            let place = format!("nodes[{i}].matrix");
+            let affine = if matrix.row(3) == DVec4::W && matrix.is_finite() {
+                Ok(DAffine3::from_mat4(matrix))
+            } else {
+                let message = format!("its last row is {}; expected 0 0 0 1 (NODE_MATRIX_NON_TRS)", matrix.row(3));
+                Err(self.document.fault(ErrorCode::InvalidMatrix, message))
+            };
+            let affine = self.or_omitted(&place, "the matrix", affine)?;
+            return Ok(Transform::Matrix(affine.unwrap_or(DAffine3::IDENTITY)));
+        }
+        let xyzw = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+        let rotation = normalize_quaternion(xyzw).ok_or_else(|| {
+            self.document.fault(ErrorCode::NotARotation, format!("{xyzw:?} has no direction (ROTATION_NON_UNIT)"))
+        });
+        let rotation = self.or_omitted(&format!("nodes[{i}].rotation"), "the rotation", rotation)?;
+        Ok(Transform::Trs {
+            translation: DVec3::from(node.translation.unwrap_or_default()),
+            rotation: rotation.unwrap_or(DQuat::IDENTITY),
+            scale: DVec3::from(node.scale.unwrap_or([1.0; 3])),
+        })
     }
 
     /// Adds the camera, the light and the objects of node `i`.
@@ -256,12 +282,16 @@ impl Builder<'_, '_> {
             let mappings = json.and_then(|json| json.extensions.variants.as_ref());
             for mapping in mappings.iter().flat_map(|ext| &ext.mappings) {
                 let place = "meshes.primitives.extensions.KHR_materials_variants";
-                let material = self.material_index(place, Some(mapping.material))?;
+                let material = self.material_index(place, Some(mapping.material));
+                let Some(material) = self.or_omitted(place, "the variant's material", material)? else { continue };
                 for &variant in &mapping.variants {
                     let count = self.world.variants.len();
                     match self.world.variants.get_mut(variant) {
                         Some(variant) => variant.materials.push((object, slot, material)),
-                        None => return Err(document.unresolved(place, VARIANTS, variant, count)),
+                        None => {
+                            let fault = Err::<(), _>(document.unresolved(place, VARIANTS, variant, count));
+                            self.or_omitted(place, "the variant", fault)?;
+                        }
                     }
                 }
             }
@@ -352,33 +382,6 @@ impl Document<'_> {
             return Err(self.fault(ErrorCode::CyclicReference, message));
         }
         Ok(NodeOrder { order, parents })
-    }
-
-    fn local_transform(&self, i: usize, node: &Node) -> Result<Transform> {
-        let fault = |code, message: String| Err(self.fault(code, format!("nodes[{i}].{message}")));
-        if let Some(matrix) = node.matrix {
-            let matrix = DMat4::from_cols_array(&matrix);
-            if matrix.row(3) != DVec4::W || !matrix.is_finite() {
-                return fault(
-                    ErrorCode::InvalidMatrix,
-                    format!("matrix: its last row is {}; expected 0 0 0 1 (NODE_MATRIX_NON_TRS)", matrix.row(3)),
-                );
-            }
-            return Ok(Transform::Matrix(DAffine3::from_mat4(matrix)));
-        }
-        let translation = DVec3::from(node.translation.unwrap_or_default());
-        let scale = DVec3::from(node.scale.unwrap_or([1.0; 3]));
-        let rotation = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-        let Some(rotation) = normalize_quaternion(rotation) else {
-            return fault(
-                ErrorCode::NotARotation,
-                format!("rotation: {rotation:?} has no direction (ROTATION_NON_UNIT)"),
-            );
-        };
-        if !(translation.is_finite() && scale.is_finite()) {
-            return fault(ErrorCode::OutOfRange, "translation or scale is not finite".into());
-        }
-        Ok(Transform::Trs { translation, rotation, scale })
     }
 
     /// Weights of a node's morph targets: the node's own weights, otherwise the mesh's weights, otherwise 0.
