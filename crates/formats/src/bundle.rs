@@ -27,7 +27,8 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// because the bytes contain all of them.
 pub fn write(world: &World) -> Result<Vec<u8>> {
     world.check_textures_in_memory()?;
-    let world = World { notices: Vec::new(), ..world.clone() };
+    let textures = share_equal_files(&world.textures);
+    let world = World { notices: Vec::new(), textures, ..world.clone() };
     let mut count = ByteCount(0);
     serialize(&world, &mut count)?;
     let mut bytes = Vec::new();
@@ -37,6 +38,21 @@ pub fn write(world: &World) -> Result<Vec<u8>> {
     })?;
     serialize(&world, &mut bytes)?;
     Ok(bytes)
+}
+
+/// Returns the textures with one image for all images that were decoded from equal files with the same name.
+fn share_equal_files(textures: &[Arc<Texture>]) -> Vec<Arc<Texture>> {
+    let mut known: HashMap<(&[u8], &str, bool), &Arc<Image>> = HashMap::new();
+    let shared = textures.iter().map(|texture| {
+        let Some(encoded) = &texture.image.encoded else { return texture.clone() };
+        let name = texture.image.name.rsplit(['/', '\\']).next().unwrap_or_default();
+        let first = *known.entry((&encoded.bytes.0, name, encoded.is_data)).or_insert(&texture.image);
+        match Arc::ptr_eq(first, &texture.image) {
+            true => texture.clone(),
+            false => Arc::new(Texture { image: first.clone(), sampler: texture.sampler }),
+        }
+    });
+    shared.collect()
 }
 
 fn serialize(world: &World, mut to: impl Write) -> Result<()> {

@@ -145,6 +145,19 @@ fn bundle_stores_image_files_instead_of_texels() {
     assert_eq!(back.textures[0].image.texels, texture.image.texels);
     assert!(Arc::ptr_eq(&back.textures[0].image, &back.textures[1].image));
     assert_eq!(bundle::write(&back).unwrap(), bytes);
+    // A second image of the same file in another folder is not stored again; the same file as data is stored again.
+    let decode = |bytes: Vec<u8>, name: &str| {
+        raycam_formats::decode_texture(bytes, Path::new(name), &Budget::default()).unwrap().0.image
+    };
+    for (again, name) in [(file.clone(), "c/b.png"), (png([256, 256]), "b.png")] {
+        let mut twice = world.clone();
+        twice.add_texture(Texture { image: decode(again, name), sampler: TextureSampler::default() });
+        let more = bundle::write(&twice).unwrap().len() - bytes.len();
+        assert!(more < 200, "{more} bytes for the same file");
+    }
+    let mut other = world.clone();
+    other.add_texture(Texture { image: decode(png([256, 128]), "b.png"), sampler: TextureSampler::default() });
+    assert!(bundle::write(&other).unwrap().len() > bytes.len() + 200);
     // Pixels in the bytes of a world are charged to the budget like pixels of a file.
     let small = Budget { pixels: 1000, ..Budget::default() };
     assert!(matches!(bundle::read(&bytes, Path::new("w"), small), Err(raycam_formats::FormatError::Budget { .. })));
