@@ -64,6 +64,8 @@ def check_center(center: Callable[[Floats], Any]) -> Verdict:
         hints = [
             (np.asarray(_matrices()[0][0].C), SAME_CAMERA),
             (-expected, "The sign is wrong: P (C, 1) = 0 means M C = -p4."),
+            (_null_vector(P)[:3], HOMOGENEOUS_CENTER),
+            (-_null_vector(P)[:3], HOMOGENEOUS_CENTER),
             (np.linalg.solve(M.T, -p4), "M is transposed: solve M C = -p4, not Mᵀ C = -p4."),
             (
                 camera.R @ expected,
@@ -89,9 +91,15 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
         for u, v in ((0, 0), (24, 18), (40.25, 7.5)):
             given, problem = _numbers(ray, (3,), P, u, v)
             if given is None:
+                if np.shape(_call(ray, P, u, v)[0]) == (4,):
+                    problem = (
+                        "The result has 4 numbers: the ray is X' - C, after X' is divided by its fourth."
+                    )
                 return Verdict(False, problem)
             if not given.any():
-                return Verdict(False, "The ray has length zero.")
+                other, _ = _numbers(ray, (3,), P, 24, 18)
+                has_direction = other is not None and other.any()
+                return Verdict(False, THIRD_COORDINATE if has_direction else "The ray has length zero.")
             expected = _direction(P, u, v)
             given = _unit(given)
             if _close(given, expected):
@@ -124,6 +132,8 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
                 (_direction(P, u + 0.5, v + 0.5), HALF_PIXEL),
                 (_direction(P, u - 0.5, v - 0.5), HALF_PIXEL),
                 (_direction(P, v, u), "u and v are swapped: u is the column, v the row, x = (u, v, 1)."),
+                (_direction(P, int(u), int(v)), "u and v are rounded: a pixel may lie between two centres."),
+                (_direction(P, u + 1, v + 1), "The pixels are counted from 1: the first pixel is (0, 0)."),
             ]
             return Verdict(
                 False, _hint(given, hints, f"Pixel ({u}, {v}): {_difference('r', given, expected)}")
@@ -223,6 +233,10 @@ def check_closest(closest: Callable[[Triangles, Floats, Floats], Any]) -> Verdic
         if isinstance(given, bool) or not isinstance(given, int | np.integer):
             return Verdict(False, f"Return the index of the triangle (an int), not {_kind(given)}.")
         if given != expected:
+            if expected >= 0 and given == expected + 1 == len(triangles):
+                hint = "Triangle indices start at 0."
+            if expected == -1 and given == len(triangles):
+                hint = NO_TRIANGLE
             return Verdict(False, hint)
     return Verdict(True, "The function returns the triangle with the smallest positive t.")
 
@@ -252,9 +266,9 @@ def check_image(numbers: Any, world: World, camera: Camera) -> Verdict:
         > 0.99
     ):
         return Verdict(False, "The image is mirrored: row 0 is at the top, column 0 on the left.")
-    if (given == expected + 1).mean() > 0.99:
-        return Verdict(False, "Triangle indices start at 0; the background is -1.")
     is_hit = expected >= 0
+    if (given == expected + 1)[is_hit].mean() > 0.99:
+        return Verdict(False, "Triangle indices start at 0; the background is -1.")
     if (given == expected)[is_hit].mean() > 0.99 and (given == expected)[~is_hit].mean() < 0.01:
         return Verdict(False, "The triangles are correct, but the background must be -1.")
     return Verdict(
@@ -264,6 +278,8 @@ def check_image(numbers: Any, world: World, camera: Camera) -> Verdict:
 
 NO_TRIANGLE = "Return -1 if the ray meets nothing in front of the camera."
 UNANSWERED = "The function returns nothing yet."
+HOMOGENEOUS_CENTER = "The null vector of P is homogeneous: divide its first three numbers by the fourth."
+THIRD_COORDINATE = "The ray of pixel (0, 0) has length zero: the third coordinate of x is 1, x = (u, v, 1)."
 SAME_CAMERA = "The result belongs to another camera: use the argument P, not the notebook's camera."
 HALF_PIXEL = (
     "The ray is half a pixel off: integer coordinates are pixel centres, so do not add or subtract 0.5."
@@ -278,6 +294,10 @@ def _matrices() -> list[tuple[Camera, Floats]]:
     camera = Camera.look_at([1.5, -4, 1.6], [0.4, 0, 0], size=(48, 36), fov=30)
     turned = Camera.from_pose(size=(48, 36), fov=50, location=[-3, 2, 5], yaw=130, pitch=-25, roll=40)
     return [(camera, camera.P), (turned, turned.P), (turned, -2 * turned.P)]
+
+
+def _null_vector(P: Floats) -> Floats:
+    return np.asarray(np.linalg.svd(P)[2][-1])
 
 
 def _direction(P: Floats, u: float, v: float) -> Floats:
