@@ -301,7 +301,7 @@ def test_check_writable_detects_a_disk_with_errors(tmp_path: Path, monkeypatch: 
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.parametrize("reason", [errno.EPERM, errno.ENOSYS, errno.ENOTSUP, errno.EINVAL])
+@pytest.mark.parametrize("reason", [errno.EPERM, errno.ENOSYS, errno.ENOTSUP, errno.EINVAL, errno.ESTALE])
 def test_write_on_a_file_system_without_rename_copies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reason: int
 ) -> None:
@@ -313,6 +313,30 @@ def test_write_on_a_file_system_without_rename_copies(
     write(tmp_path / "a", b"new")
     assert (tmp_path / "a").read_bytes() == b"new"
     assert os.listdir(tmp_path) == ["a"]
+
+
+def test_write_on_a_file_system_that_cannot_remove_files_succeeds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+
+    monkeypatch.setattr(os, "unlink", refuse)
+    check_writable(tmp_path / "a")
+    write(tmp_path / "a", b"new")
+    assert (tmp_path / "a").read_bytes() == b"new"
+
+
+def test_write_that_can_neither_rename_nor_copy_raises_the_error_of_renaming(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        (tmp_path / "a").mkdir()
+        raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
+
+    monkeypatch.setattr(os, "replace", refuse)
+    with raises(OSError, mentions=[os.strerror(errno.EINVAL)]):
+        write(tmp_path / "a", b"new")
 
 
 def test_write_on_a_file_system_without_modes_succeeds(

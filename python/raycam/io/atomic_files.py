@@ -29,16 +29,8 @@ MAX_ENDING_BYTES = 40
 MAX_LOCK_ATTEMPTS = 8
 """Number of temporary files that are created until one can be locked; the last one is used without a lock."""
 
-NO_REPLACEMENT = (
-    errno.EBUSY,  # a file that is mounted into a container
-    errno.EXDEV,
-    errno.EPERM,
-    errno.EINVAL,
-    errno.ENOSYS,
-    errno.ENOTSUP,
-    errno.EOPNOTSUPP,
-)
-"""The errors of file systems that cannot rename a file to its destination, such as shares of object stores."""
+DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS)
+"""Errors after which an existing file is kept: the disk is full, failing or write-protected."""
 
 MAX_LINKS = 40
 """Maximum number of symbolic links followed one after another, as in Linux."""
@@ -223,23 +215,36 @@ def _keep_mode(target: str, temporary: str) -> None:
 def _move(temporary: str, found: _Destination) -> None:
     """Renames a temporary file to its destination.
 
-    If the destination cannot be replaced, the contents are copied into the destination.
+    If the destination cannot be replaced, the contents are copied into the destination: a file that is mounted into a
+    container (EBUSY), shares of object stores that cannot rename files (EPERM, ENOSYS, ...), and shares that lost the
+    file's handle (ESTALE). If this fails, too, raises the first error.
     """
+    failed: OSError | None = None
     if found.is_replaceable:
         try:
             os.replace(temporary, found.path)
             return
         except OSError as fault:
-            if fault.errno not in NO_REPLACEMENT:
+            if fault.errno in DISK_ERRORS:
                 raise
+            failed = fault
     from shutil import copyfileobj  # imported here, so that `import raycam` is fast
 
-    with open(temporary, "rb") as source, open(found.path, "wb") as into:
-        copyfileobj(source, into, 1 << 20)
-        into.flush()
-        if not found.is_stream:
-            sync(found.path)
-    os.unlink(temporary)
+    try:
+        with open(temporary, "rb") as source, open(found.path, "wb") as into:
+            copyfileobj(source, into, 1 << 20)
+            into.flush()
+            if not found.is_stream:
+                sync(found.path)
+    except OSError as fault:
+        raise failed or fault from None
+    _remove_temporary(temporary)
+
+
+def _remove_temporary(path: str) -> None:
+    """Removes a temporary file. On file systems that cannot remove files, the file remains."""
+    with contextlib.suppress(OSError):
+        os.unlink(path)
 
 
 @contextlib.contextmanager
@@ -293,7 +298,7 @@ def check_writable(path: str | os.PathLike[str], size: int = 0) -> None:
                 sync_file(file)
         finally:
             os.close(file)
-            os.unlink(temporary)
+            _remove_temporary(temporary)
 
 
 def _check_destination(target: str, size: int = 0) -> _Destination:
