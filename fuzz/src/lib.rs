@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use raycam_calibration::{CameraRecord, ReadHints};
+use raycam_calibration::{CameraRecord, PoseHints, ReadHints};
 use raycam_formats::codec::{draco, meshopt};
 use raycam_formats::{Budget, ColorUse, AssetRoot, decode_image, decode_model, world_file};
 use raycam_scene::{AssetLoader, PixelCenter, World};
@@ -194,7 +194,7 @@ pub fn cameras(format: &str, bytes: &[u8]) {
         size: Some([64, 48]),
         intrinsics: Some(intrinsics),
         lens: None,
-        poses: None,
+        poses: PoseHints::default(),
     };
     let path = match format {
         "colmap" => {

@@ -237,19 +237,17 @@ def load_cameras(
             f"intrinsics must be a Camera, not {type(intrinsics).__name__}", code="wrong_type"
         )
     core = None if intrinsics is None else intrinsics._core
-    convention = _pose_convention(direction, axes)
-    records, notices = _core.read_cameras(os.fspath(path), format, pair, core, model, convention)
+    poses = _pose_hints(direction, axes)
+    records, notices = _core.read_cameras(os.fspath(path), format, pair, core, model, poses)
     warn_all(notices)
     return Cameras(records, notices, up, os.fspath(path), pair)
 
 
-def _pose_convention(direction: str | None, axes: str | None) -> tuple[bool, bool] | None:
-    """Returns the pose convention, or None if the arguments specify neither value.
+def _pose_hints(direction: str | None, axes: str | None) -> tuple[bool | None, bool | None]:
+    """Returns the arguments as booleans; None for a missing argument.
 
     The first value is True for world_from_camera poses, and the second for OpenGL's axes.
     """
-    if direction is None and axes is None:
-        return None
     if direction not in (None, "world_from_camera", "camera_from_world"):
         raise CameraError(
             f'direction is {direction!r}; expected "world_from_camera" or "camera_from_world"',
@@ -257,7 +255,10 @@ def _pose_convention(direction: str | None, axes: str | None) -> tuple[bool, boo
         )
     if axes not in (None, "opencv", "opengl"):
         raise CameraError(f'axes is {axes!r}; expected "opencv" or "opengl"', code="invalid_value")
-    return direction != "camera_from_world", axes == "opengl"
+    return (
+        None if direction is None else direction == "world_from_camera",
+        None if axes is None else axes == "opengl",
+    )
 
 
 def save_cameras(

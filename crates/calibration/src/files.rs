@@ -47,13 +47,34 @@ impl Calibration {
     }
 }
 
-/// Direction and camera axes of the poses, for files that do not specify them.
+/// Direction and camera axes of a file's poses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PoseConvention {
+pub(crate) struct PoseConvention {
     /// True for world_from_camera, false for camera_from_world.
-    pub world_from_camera: bool,
+    pub(crate) world_from_camera: bool,
     /// True for OpenGL's axes (x right, y up, z backward), false for OpenCV's.
-    pub opengl: bool,
+    pub(crate) opengl: bool,
+}
+
+/// Direction and camera axes of the poses, as far as the caller specifies them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PoseHints {
+    /// True for world_from_camera, false for camera_from_world.
+    pub world_from_camera: Option<bool>,
+    /// True for OpenGL's axes (x right, y up, z backward), false for OpenCV's.
+    pub opengl: Option<bool>,
+}
+
+impl PoseHints {
+    /// True if the caller specifies neither direction nor axes.
+    pub(crate) fn is_empty(self) -> bool {
+        self == Self::default()
+    }
+
+    /// Returns the convention of poses with this direction; OpenCV's axes unless the caller specifies the axes.
+    pub(crate) fn directed(self, world_from_camera: bool) -> PoseConvention {
+        PoseConvention { world_from_camera, opengl: self.opengl.unwrap_or(false) }
+    }
 }
 
 /// Data that a file may lack: trajectories have no intrinsics, some files no image size.
@@ -66,7 +87,7 @@ pub struct ReadHints {
     /// Lens model of the coefficients, if the file does not specify it.
     pub lens: Option<LensModel>,
     /// Direction and axes of poses, if the file does not specify them.
-    pub poses: Option<PoseConvention>,
+    pub poses: PoseHints,
 }
 
 /// Files of a calibration that are to be written.

@@ -19,6 +19,7 @@ use crate::files::{about_cameras, notice_of_repairs};
 use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::radiance_fields::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
 use crate::slam_settings::{ncamera, orb_slam, ov2slam, vins};
+use crate::trajectory::named_columns::remedy_for_other_rotations;
 use crate::trajectory::{arkit, euroc, kitti360, matrices, matrix_folder, open3d, redwood, tum};
 use crate::view_synthesis::{llff, middlebury, mvsnet, neus, pmvs, real_estate};
 use crate::{
@@ -179,7 +180,7 @@ pub fn read(path: &Path, format: Option<&str>, known: &ReadHints, budget: &Budge
     if path.is_dir() {
         return read_folder(path, format, known, budget);
     }
-    let mut assets = AssetRoot::containing(path, budget);
+    let mut assets = AssetRoot::containing(path, budget).fixed();
     let source = assets.read(path)?;
     decode_in(source, format, known, &mut assets)
 }
@@ -433,7 +434,7 @@ pub fn decode(
     known: &ReadHints,
     budget: &Budget,
 ) -> Result<Calibration> {
-    let mut assets = AssetRoot::containing(path, budget);
+    let mut assets = AssetRoot::containing(path, budget).fixed();
     assets.budget.take_bytes(path, bytes.len() as u64)?;
     let source = InputFile::new(path, bytes);
     decode_in(source, format.map(format_named).transpose()?, known, &mut assets)
@@ -472,6 +473,9 @@ fn refuse_decimal_commas(source: &InputFile) -> Result<()> {
     ))
 }
 
+/// Maximum length of a text of an unknown format in which words are searched for.
+const MAX_EXAMINED_BYTES: usize = 1 << 20;
+
 /// Error for a file that no reader recognises.
 fn unknown_file(source: &InputFile) -> FormatError {
     let known = format_list();
@@ -482,11 +486,22 @@ fn unknown_file(source: &InputFile) -> FormatError {
             format!("unsupported calibration format: {name}; {way} (supported formats: {known})"),
         );
     }
+    if let Some(remedy) = remedy_for_other_rotations(text) {
+        return FormatError::unsupported(&source.path, remedy);
+    }
+    if text.len() < MAX_EXAMINED_BYTES && ["hfov", "fov", "field_of_view"].iter().any(|word| text.contains(word)) {
+        return FormatError::unsupported(
+            &source.path,
+            "no focal length or camera matrix found, only a field of view; write fx, fy, cx \
+             and cy, where fx is (width / 2) / tan(horizontal angle / 2), or create a camera with \
+             raycam.Camera.from_pose(location, fov=VERTICAL_DEGREES, size=(width, height))",
+        );
+    }
     if looks_like(text, 7) {
         return FormatError::unsupported(
             &source.path,
             "each line has 7 numbers, a pose without a time. If the numbers are tx ty tz qx qy qz qw with north, \
-             east, down axes, as in TartanAir, pass format=\"tartanair\" (--format tartanair). Otherwise, write a \
+             east, down axes, as in TartanAir, pass format=\"tartanair\" (--camera-format tartanair). Otherwise, write a \
              time at the beginning of each line, and load the file as a TUM trajectory",
         );
     }
@@ -503,8 +518,8 @@ fn unknown_file(source: &InputFile) -> FormatError {
     FormatError::unsupported(
         &source.path,
         format!(
-            "unknown calibration format; supported: {known}. If you specify the format (--format NAME, \
-             format=\"NAME\"), the error message contains the line that cannot be read{broken}"
+            "unknown calibration format; supported: {known}. If you specify the format (format=\"NAME\", \
+             --camera-format NAME), the error message contains the line that cannot be read{broken}"
         ),
     )
 }
@@ -524,7 +539,7 @@ fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> 
     }
     (lent > 0).then(|| {
         let message = format!(
-            "the file has no size for {}; the other cameras' size is used, {} x {} (use size= for another)",
+            "the file has no size for {}; the other cameras' size is used, {} x {} (set another with size= or --size)",
             counted(lent, "camera"),
             size[0],
             size[1]
@@ -566,7 +581,7 @@ fn finish(
             format!("the file contains no camera; it was read as {}{said}", format.name),
         ));
     }
-    if known.poses.is_some() && !format.open_poses && !calibration.used_convention {
+    if !known.poses.is_empty() && !format.open_poses && !calibration.used_convention {
         return Err(FormatError::whole(
             path,
             format!("{} specifies the direction and the axes of its poses; omit direction and axes", format.name),
@@ -580,8 +595,8 @@ fn finish(
         calibration.note(
             NoticeCode::IgnoredKey,
             "the poses are interpreted as those of the camera itself; the pose in the intrinsics (a mount, such as \
-             T_BS or T_cam_imu) is ignored. For the poses of a body, use the rig: --rig FILE --poses, rig.at_pose(R, \
-             C)",
+             T_BS or T_cam_imu) is ignored. For the poses of a body, use the rig: rig.at_pose(R, C), or raycam \
+             dataset --rig FILE --poses FILE",
         );
     }
     calibration.notices.extend(name_repeated_times(&mut calibration.records));

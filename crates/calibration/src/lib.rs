@@ -42,6 +42,7 @@ mod picture_size;
 mod plausibility;
 mod pose;
 mod pose_map;
+mod quaternion_key;
 mod radiance_fields;
 mod record;
 mod rig;
@@ -51,7 +52,7 @@ mod slam_settings;
 mod trajectory;
 mod view_synthesis;
 
-pub use self::files::{Calibration, OutputFiles, PoseConvention, ReadHints};
+pub use self::files::{Calibration, OutputFiles, PoseHints, ReadHints};
 pub(crate) use self::folder::Folder;
 pub use self::formats::{decode, formats, read, write, written_formats};
 pub use self::pose::{Pose, Rotation};

@@ -73,7 +73,7 @@ pub(crate) fn open(path: &Path, budget: &Budget) -> (Folder, AssetRoot) {
         Some(Component::Normal(_)) => path.parent().unwrap_or(path),
         _ => path,
     };
-    let assets = AssetRoot::new(root, budget);
+    let assets = AssetRoot::new(root, budget).fixed();
     (Folder::open(path, &assets), assets)
 }
 
@@ -114,7 +114,7 @@ pub(crate) fn read_file(folder: &Path, file: &Path, budget: &Budget) -> Result<(
         Some(Component::Normal(_)) => folder.parent().unwrap_or(folder),
         _ => folder,
     };
-    let mut assets = AssetRoot::of_file(file, Some(root), budget);
+    let mut assets = AssetRoot::of_file(file, Some(root), budget).fixed();
     let packed = assets.read(file)?;
     let source = zip_members::unpacked(packed, &mut assets.budget)?;
     Ok((source, assets))

@@ -66,7 +66,8 @@ impl PictureSizes {
             counted(self.measured, "camera")
         );
         let lent = format!(
-            "cameras without an image file get the size of the first existing image ({}; use size= for another size)",
+            "cameras without an image file get the size of the first existing image ({}; set another with size= or \
+             --size)",
             counted(self.lent, "camera")
         );
         let sources =

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import SettingsError
-from .options.cameras import WORLD_ENDINGS, add_lens, add_size, load_calibration
+from .options.cameras import WORLD_ENDINGS, add_calibration, add_size, load_calibration
 from .options.command import Command
 from .options.jobs import add_job, job_options, parse_shard
 from .options.lidars import mount_lidars
@@ -63,18 +63,8 @@ def _add(command: argparse.ArgumentParser) -> None:
         help="trajectory file (tum, kitti-poses, ...) of the body that carries --rig or --lidar (default: the motion "
         "in the world's video, or a fixed pose)",
     )
-    command.add_argument(
-        "--camera-format",
-        metavar="NAME",
-        help="format of the calibration of --cameras or --rig (default: detected from its contents)",
-    )
     add_size(command, "image size in pixels; cameras in --cameras FILE that have another size are resized")
-    command.add_argument(
-        "--intrinsics",
-        metavar="FILE",
-        help="calibration file whose first camera provides the intrinsics, if --cameras contains only poses",
-    )
-    add_lens(command)
+    add_calibration(command)
     command.add_argument(
         "--time-offset",
         metavar="SECONDS",

@@ -24,7 +24,7 @@ ORDER = {
         asset_loader lib
     """,
     "calibration": """
-        document pose pose_map rig_mount record rig files folder picture_size intrinsics plausibility
+        document quaternion_key pose pose_map rig_mount record rig files folder picture_size intrinsics plausibility
         colmap ros opencv kitti calibration_tools slam_settings trajectory devices bop photogrammetry view_synthesis
         radiance_fields datasets open_folder formats lib
     """,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use raycam_calibration::{CameraRecord, Pose, PoseConvention, ReadHints, RigMount};
+use raycam_calibration::{CameraRecord, Pose, PoseHints, ReadHints, RigMount};
 use raycam_formats::{Budget, FormatError};
 use raycam_scene::LensModel;
 
@@ -96,9 +96,10 @@ impl PyCameraRecord {
     }
 }
 
-/// Reads a calibration file; returns its camera records, and notices.
+/// Reads a calibration file; returns its camera records, and notices. `poses` contains the direction of poses (true for
+/// world_from_camera) and their axes (true for OpenGL's), each `None` if the caller does not specify it.
 #[pyfunction]
-#[pyo3(signature = (path, format, size, intrinsics, lens=None, convention=None))]
+#[pyo3(signature = (path, format, size, intrinsics, lens=None, poses=(None, None)))]
 pub(crate) fn read_cameras(
     py: Python<'_>,
     path: PathBuf,
@@ -106,13 +107,13 @@ pub(crate) fn read_cameras(
     size: Option<[u32; 2]>,
     intrinsics: Option<&Camera>,
     lens: Option<&str>,
-    convention: Option<(bool, bool)>,
+    poses: (Option<bool>, Option<bool>),
 ) -> PyResult<(Vec<PyCameraRecord>, Notices)> {
     let known = ReadHints {
         size,
         intrinsics: intrinsics.map(|camera| CameraRecord::from_camera("", &camera.inner)),
         lens: lens.map(LensModel::from_name).transpose().map_err(|error| camera_error(error.to_string()))?,
-        poses: convention.map(|(world_from_camera, opengl)| PoseConvention { world_from_camera, opengl }),
+        poses: PoseHints { world_from_camera: poses.0, opengl: poses.1 },
     };
     let found = detached(py, || raycam_calibration::read(&path, format.as_deref(), &known, &Budget::default()))?;
     let records = found.records.into_iter().map(|inner| PyCameraRecord { inner });

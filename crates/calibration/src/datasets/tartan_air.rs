@@ -43,7 +43,10 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     if hints.intrinsics.is_none() {
         calibration.note(
             NoticeCode::AssumedConvention,
-            format!("K and size are TartanAir's: f = 320, {} x {} (use intrinsics= for others)", size[0], size[1]),
+            format!(
+                "K and size are TartanAir's: f = 320, {} x {} (set others with intrinsics= or --intrinsics)",
+                size[0], size[1]
+            ),
         );
     }
     calibration.note(NoticeCode::PlacedCameras, "the world's axes are TartanAir's: x forward, y right, z down");

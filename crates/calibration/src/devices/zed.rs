@@ -73,7 +73,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
     calibration.note(
         NoticeCode::FirstOnly,
         format!(
-            "the sections of {name} ({} x {}) are used (use size= to select others); Baseline ({base} mm) is converted \
+            "the sections of {name} ({} x {}) are used (select others with size= or --size); Baseline ({base} mm) is converted \
              to metres and places the right camera to the right of the left camera",
             size[0], size[1]
         ),

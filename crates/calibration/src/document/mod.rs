@@ -1,5 +1,6 @@
 //! YAML, JSON and XML documents as a tree of maps, lists and scalars, each with its line number.
 
+pub(crate) mod csv_tree;
 pub(crate) mod ini;
 pub(crate) mod lens_keys;
 pub(crate) mod npy;
@@ -96,6 +97,11 @@ impl<'a> Cursor<'a> {
     /// The name of the file.
     pub(crate) fn file_name(&self) -> Option<String> {
         Some(self.path.file_name()?.to_string_lossy().into_owned())
+    }
+
+    /// The node's own key, without the keys of the enclosing maps.
+    pub(crate) fn name(&self) -> &str {
+        self.key.rsplit('.').next().unwrap_or_default()
     }
 
     pub(crate) fn child(&self, key: &str, node: &'a DocumentNode) -> Self {
@@ -299,7 +305,8 @@ impl<'a> Cursor<'a> {
 /// matrix has another form.
 pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
     let last = [m[12], m[13], m[14], m[15]];
-    if last != [0.0, 0.0, 0.0, 1.0] {
+    // Programs that multiply or invert matrices leave rounding errors in the last row.
+    if last.iter().zip([0.0, 0.0, 0.0, 1.0]).any(|(value, exact)| (value - exact).abs() > LAST_ROW_TOLERANCE) {
         let reason = match last {
             _ if [m[3], m[7], m[11], m[15]] == [0.0, 0.0, 0.0, 1.0] => {
                 "the matrix is transposed (stored by columns); write it by rows"
@@ -320,6 +327,9 @@ pub(crate) fn check_rigid(m: &[f64; 16]) -> Result<[f64; 12], String> {
     check_rotation(rigid(&rows).0)?;
     Ok(rows)
 }
+
+/// Maximum difference between the last row of a pose's 4x4 matrix and 0 0 0 1.
+const LAST_ROW_TOLERANCE: f64 = 1e-6;
 
 /// Rejects a matrix that differs too much from a rotation.
 pub(crate) fn check_rotation(r: DMat3) -> Result<(), String> {

@@ -106,12 +106,12 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
         "Kubric",
         |text| has_all(text, &["\"sensor_width\"", "\"quaternions\"", "\"positions\""]),
         "fx is focal_length / sensor_width times the image width; positions and quaternions (w first) are \
-         world_from_camera with OpenGL axes: save 4x4 matrices, then load them with axes=\"opengl\"",
+         world_from_camera with OpenGL axes: save 4x4 matrices, then load them with axes=\"opengl\" (--axes opengl)",
     ),
     unread_format(
         "SceneFlow (FlyingThings3D, Driving, Monkaa)",
         is_scene_flow,
-        "each L and R line is world_from_camera with OpenGL axes: save one as a 4x4 matrix, then load it with axes=\"opengl\"; K is in the data set's page (fx 1050, cx 479.5, cy 269.5)",
+        "each L and R line is world_from_camera with OpenGL axes: save one as a 4x4 matrix, then load it with axes=\"opengl\" (--axes opengl); K is in the data set's page (fx 1050, cx 479.5, cy 269.5)",
     ),
     unread_format(
         "EasyMocap",
@@ -146,7 +146,7 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
     unread_format(
         "Virtual KITTI 1",
         |text| text.starts_with("frame r1,1 r1,2 r1,3 t1"),
-        "remove the first line, then load the rest as poses (format=\"poses\", direction=\"camera_from_world\"); for 1242 x 375 pixels, fx = fy = 725, cx = 620.5, cy = 187",
+        "remove the first line, then load the rest as poses (format=\"poses\", direction=\"camera_from_world\"; --camera-format poses --direction camera_from_world); for 1242 x 375 pixels, fx = fy = 725, cx = 620.5, cy = 187",
     ),
     unread_format(
         "KITTI's GPS and IMU (oxts)",
@@ -209,7 +209,7 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
         "DexYCB's extrinsics",
         |text| text.contains("extrinsics:") && text.contains("apriltag:"),
         "each list contains the 3x4 numbers of world_from_camera; save them as 4x4 matrices \
-         (direction=\"world_from_camera\")",
+         (direction=\"world_from_camera\", --direction world_from_camera)",
     ),
     unread_format(
         "Kubric's scene",

@@ -48,8 +48,15 @@ fn without_node_name(node: DocumentNode) -> DocumentNode {
 
 fn parse_any(text: &str, path: &Path) -> Result<DocumentNode> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    if text.trim_start().starts_with(['{', '[']) && (text.contains('\t') || text.contains("//")) {
+    let start = text.trim_start();
+    if start.starts_with(['{', '[']) && ["\t", "//", "/*"].iter().any(|mark| text.contains(mark)) {
         return parse_strict(&without_comments(&text.replace('\t', " ")), path);
+    }
+    if start.starts_with("//") || start.starts_with("/*") {
+        let plain = without_comments(text);
+        if plain.trim_start().starts_with(['{', '[']) {
+            return parse_strict(&plain.replace('\t', " "), path);
+        }
     }
     let old = text.strip_prefix("%YAML:1.0").or_else(|| text.strip_prefix("%YAML 1.0"));
     let spaced = with_spaces(old.unwrap_or(text));
@@ -118,19 +125,32 @@ fn with_spaces(text: &str) -> String {
     spaced
 }
 
-/// Removes comments from JSON; they start with `//` outside quotes and end with the line.
+/// Removes comments from JSON: from `//` to the end of the line, and from `/*` to `*/`, outside quotes. Line breaks are
+/// kept, so that line numbers do not change.
 fn without_comments(text: &str) -> String {
     let mut kept = String::with_capacity(text.len());
-    let (mut quoted, mut escaped) = (false, false);
-    for line in text.split_inclusive('\n') {
-        let comment = line.char_indices().find(|&(i, c)| {
-            (quoted, escaped) = (quoted != (c == '"' && !escaped), quoted && c == '\\' && !escaped);
-            !quoted && line[i..].starts_with("//")
-        });
-        kept.push_str(comment.map_or(line, |(i, _)| &line[..i]));
-        if comment.is_some() {
-            kept.push('\n');
+    let mut rest = text;
+    let mut is_quoted = false;
+    while let Some(c) = rest.chars().next() {
+        let mut length = c.len_utf8();
+        let mut is_comment = false;
+        match c {
+            '"' => is_quoted = !is_quoted,
+            '\\' if is_quoted => length += rest[1..].chars().next().map_or(0, char::len_utf8),
+            '/' if !is_quoted && rest.starts_with("//") => {
+                (length, is_comment) = (rest.find('\n').unwrap_or(rest.len()), true);
+            }
+            '/' if !is_quoted && rest.starts_with("/*") => {
+                (length, is_comment) = (rest.find("*/").map_or(rest.len(), |end| end + 2), true);
+            }
+            _ => {}
         }
+        let (part, after) = rest.split_at(length);
+        match is_comment {
+            true => kept.extend(part.chars().filter(|c| *c == '\n')),
+            false => kept.push_str(part),
+        }
+        rest = after;
     }
     kept
 }
@@ -154,6 +174,35 @@ fn refused_empty(event: &Event<'_>, open: &[(Open, usize, usize)]) -> Option<Str
         }
         _ => None,
     }
+}
+
+/// Key whose value contains entries of the enclosing map, as in `<<: *defaults`.
+const MERGE_KEY: &str = "<<";
+
+/// Returns the entries of a map with the entries of its merge key. The map's own entries take precedence, then the
+/// entries of earlier maps in a list.
+fn with_merged_entries(mut entries: Vec<(String, DocumentNode)>) -> Vec<(String, DocumentNode)> {
+    let is_map = |node: &DocumentNode| matches!(node.value, Value::Map(_));
+    let is_mergeable = |node: &DocumentNode| match &node.value {
+        Value::List(items) => items.iter().all(is_map),
+        _ => is_map(node),
+    };
+    let Some(at) = entries.iter().position(|(key, node)| key == MERGE_KEY && is_mergeable(node)) else {
+        return entries;
+    };
+    let merged = match entries.remove(at).1 {
+        DocumentNode { value: Value::List(items), .. } => items,
+        node => vec![node],
+    };
+    for node in merged {
+        let Value::Map(inherited) = node.value else { continue };
+        for (key, value) in inherited {
+            if entries.iter().all(|(own, _)| *own != key) {
+                entries.push((key, value));
+            }
+        }
+    }
+    entries
 }
 
 fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode> {
@@ -186,7 +235,7 @@ fn parse_strict(body: &str, path: &Path) -> Result<DocumentNode> {
             Event::SequenceEnd | Event::MappingEnd => match open.pop() {
                 Some((Open::List(items), line, anchor)) => (anchor, DocumentNode { value: Value::List(items), line }),
                 Some((Open::Map(entries, None, _), line, anchor)) => {
-                    (anchor, DocumentNode { value: Value::Map(entries), line })
+                    (anchor, DocumentNode { value: Value::Map(with_merged_entries(entries)), line })
                 }
                 _ => return fail("a key without a value"),
             },

@@ -1,9 +1,9 @@
 //! One camera of an OpenCV file: its size, K and pose.
 
 use glam::{DMat3, DVec3};
-use raycam_scene::{PixelCenter, counted};
+use raycam_scene::{NoticeCode, PixelCenter, counted};
 
-use crate::document::Cursor;
+use crate::document::{Cursor, Value};
 use crate::opencv::directed_pose::DirectedPose;
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::{lens, pose};
@@ -23,11 +23,59 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
             _ => Ok(Some(k)),
         };
     }
-    let focals = keys::FOCALS.map(|key| view.find_value(&[key]));
-    let [Some(fx), Some(fy), Some(cx), Some(cy)] = focals.map(|at| at.ok().flatten()) else { return Ok(None) };
-    let mut k = upper([fx.number()?, fy.number()?, cx.number()?, cy.number()?]);
+    let [fx, fy, cx, cy] = keys::FOCALS.map(|names| view.find_value(names).ok().flatten());
+    let [fx, fy] = match (fx, fy) {
+        (Some(fx), Some(fy)) => [fx.number()?, fy.number()?],
+        _ => match view.find_value(&keys::FOCAL_PAIR)? {
+            Some(at) => focal_pair(&at)?,
+            None => return Ok(None),
+        },
+    };
+    let [cx, cy] = match (cx, cy) {
+        (Some(cx), Some(cy)) => [cx.number()?, cy.number()?],
+        _ => match view.find_value(&keys::PRINCIPAL_POINT)? {
+            Some(at) => at.array()?,
+            None => return Ok(None),
+        },
+    };
+    let mut k = upper([fx, fy, cx, cy]);
+    if let Some(at) = view.find_value(&keys::FOCAL_PAIR)?.filter(|_| MAX_FOCALS_PER_CENTER * fx < cx.max(cy)) {
+        return Err(at.fail(format_args!(
+            "{fx} is very short next to the principal point ({cx}, {cy}) and may be in millimetres; expected pixels: \
+             divide by the sensor's width in millimetres and multiply by the image's width in pixels"
+        )));
+    }
     k.y_axis.x = skew.map_or(0.0, |(skew, _)| skew);
     Ok(Some(k))
+}
+
+/// If the principal point's coordinates are more focal lengths than this, a value under `focal_length` is refused.
+const MAX_FOCALS_PER_CENTER: f64 = 4.0;
+
+/// True if a map contains a focal length and a principal point under keys of [`keys::FOCAL_PAIR`] or
+/// [`keys::PRINCIPAL_POINT`].
+pub(super) fn has_focal_pair(view: &KeyView<'_>) -> bool {
+    let [fx, fy, cx, cy] = keys::FOCALS.map(|names| !view.all(names).is_empty());
+    let numbers = |names: &[&str]| {
+        let few = |at: &Cursor<'_>| at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 1 | 2));
+        view.all(names).iter().any(|at| at.number().is_ok() || few(at))
+    };
+    (fx && fy || numbers(&keys::FOCAL_PAIR)) && (cx && cy || numbers(&keys::PRINCIPAL_POINT))
+}
+
+/// True for a key from which K is read because the map contains no camera matrix.
+pub(super) fn is_focal_key(view: &KeyView<'_>, key: &str) -> bool {
+    view.all(&keys::K).is_empty()
+        && (view.has_name(key, &keys::FOCAL_PAIR) || view.has_name(key, &keys::PRINCIPAL_POINT))
+}
+
+/// Reads fx and fy from two numbers, or from one number for both.
+fn focal_pair(at: &Cursor<'_>) -> Result<[f64; 2]> {
+    match at.node.value {
+        Value::Scalar(_) if at.numbers().is_err() => at.number().map(|focal| [focal; 2]),
+        _ if at.numbers()?.len() == 1 => at.array::<1>().map(|[focal]| [focal; 2]),
+        _ => at.array(),
+    }
 }
 
 fn upper([fx, fy, cx, cy]: [f64; 4]) -> DMat3 {
@@ -72,13 +120,17 @@ fn sides(at: &Cursor<'_>) -> Result<Vec<f64>> {
 /// Reads the image size (columns, rows); `None` if the map contains no size.
 pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
     let (pair, shape) = (view.find_value(&keys::SIZE)?, view.find_value(&keys::SHAPE)?);
+    // The size may be in a map of the image's properties: `image: {width: 640, height: 480}`.
+    let of_image = || view.all(&["image"]).into_iter().find(|at| keys::is_keyed(at) && sides(at).is_ok());
+    let pair = pair.or_else(of_image);
     if let Some(at) = pair.as_ref().or(shape.as_ref()) {
         let mut numbers = match keys::is_keyed(at) {
             true => sides(at)?,
             false => match at.word() {
                 // The size is one word, such as 640x480.
                 Ok(word) => {
-                    let parts = word.split(['x', 'X', '*', ',', ' ']).filter(|part| !part.is_empty());
+                    let parts =
+                        word.split(['x', 'X', '*', ',', ' ', '\u{d7}', '(', ')']).filter(|part| !part.is_empty());
                     let numbers: Option<Vec<f64>> = parts.map(|part| part.parse().ok()).collect();
                     numbers
                         .ok_or_else(|| at.fail(format_args!("{word:?}; expected width and height, as in 640x480")))?
@@ -128,7 +180,7 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
 }
 
 /// Reads the camera of a map; several cameras if the map contains several poses of the board. `directed` is the camera's
-/// pose if two keys with a direction specify it.
+/// pose if it is a quaternion next to a position, or if two keys with a direction specify it.
 pub(super) fn read(
     view: &KeyView<'_>,
     name: String,
@@ -147,26 +199,33 @@ pub(super) fn read(
     }
     record.time = view.find_value(&["time"])?.map(|at| at.number()).transpose()?;
     record.lens = lens::read(view, hints)?;
-    let given = hints.poses.map(|given| given.world_from_camera);
-    record.pose = pose::read_pose(view, given)?;
-    calibration.used_convention |= given.is_some() && record.pose.is_some() && pose::needs_direction(view)?;
+    let mut used: &[&str] = &[];
+    if let Some(found) = &directed {
+        calibration.used_convention |= found.uses_hints;
+        record.pose = Some(found.pose.clone());
+        used = &found.keys;
+    } else {
+        record.pose = pose::read_pose(view, hints.poses)?;
+        calibration.used_convention |= !hints.poses.is_empty() && record.pose.is_some() && pose::needs_direction(view)?;
+    }
+    pose::note_units(view, record.pose.as_ref(), calibration)?;
     if record.pose.is_none() {
         record.pose = pose::read_mount(view)?;
         if record.pose.is_some() {
             on_a_body(&mut record, "rig");
         }
     }
-    let mut used: &[&str] = &[];
-    if let Some(found) = &directed {
-        calibration.used_convention |= found.used_convention;
-        record.pose = Some(found.pose.clone());
-        used = &found.keys;
-    }
     if let Some(named) = pose::read_named(view, record.pose.as_ref(), used, hints, calibration)? {
         if record.pose.as_ref().is_some_and(|pose| *pose != named) {
             return Err(at.fail("the camera has two different poses; expected one pose"));
         }
         record.pose = Some(named);
+    }
+    if record.pose.is_none()
+        && let Some((key, found)) = record.k.and_then(|k| pose::in_camera_matrix(view, k))
+    {
+        calibration.note(NoticeCode::AssumedConvention, format!("the pose was read from {key} = K [R | t]"));
+        record.pose = Some(found);
     }
     if record.pose.is_none()
         && let Some(poses) = pose::read_views(view)?

@@ -6,17 +6,17 @@ use glam::DVec3;
 use crate::document::lens_keys::plain;
 use crate::opencv::keys::KeyView;
 use crate::opencv::pose;
-use crate::{Pose, ReadHints, Rotation};
+use crate::quaternion_key::unknown_order_error;
+use crate::{Pose, ReadHints};
 use raycam_formats::Result;
-use raycam_scene::ErrorCode;
 
 /// A pose that is the value of two keys.
 pub(super) struct DirectedPose<'a> {
     /// Keys of the rotation and the translation.
-    pub(super) keys: [&'a str; 2],
+    pub(super) keys: Vec<&'a str>,
     pub(super) pose: Pose,
-    /// True if the direction is specified by the caller, and not by the keys.
-    pub(super) used_convention: bool,
+    /// True if the pose has a direction or axes that the caller specifies.
+    pub(super) uses_hints: bool,
 }
 
 /// Finds a rotation and a translation whose keys end with the same direction (`R_wc` and `t_wc`), or begin with the same
@@ -27,8 +27,7 @@ pub(super) struct DirectedPose<'a> {
 /// An error for a rotation without a translation, for an unknown direction, and for a quaternion, because the order of
 /// its numbers is unknown.
 pub(super) fn read<'a>(view: &KeyView<'a>, hints: &ReadHints) -> Result<Option<DirectedPose<'a>>> {
-    let given = hints.poses.map(|given| given.world_from_camera);
-    if pose::read_pose(view, given)?.is_some() || pose::read_mount(view)?.is_some() {
+    if pose::read_pose(view, hints.poses)?.is_some() || pose::read_mount(view)?.is_some() {
         return Ok(None);
     }
     let entries = view.at.entries()?;
@@ -41,10 +40,7 @@ pub(super) fn read<'a>(view: &KeyView<'a>, hints: &ReadHints) -> Result<Option<D
     };
     let Some((key, at, end)) = find(&["rotation", "rot", "r"], &[3, 9], None) else {
         return match find(&["quaternion", "quat", "q"], &[4], None) {
-            Some((_, at, _)) => Err(at.fail(
-                "a quaternion whose order is not specified; write the pose as a 4x4 matrix under c2w or w2c, or as R \
-                 and T (camera_from_world)",
-            )),
+            Some((key, at, _)) => Err(unknown_order_error(key, &at)),
             None => Ok(None),
         };
     };
@@ -56,15 +52,10 @@ pub(super) fn read<'a>(view: &KeyView<'a>, hints: &ReadHints) -> Result<Option<D
         ));
     };
     let stated = pose::world_from_camera(&format!("t{end}"));
-    let Some(world_from_camera) = stated.or(hints.poses.map(|given| given.world_from_camera)) else {
-        return Err(at.fail_as(ErrorCode::MissingArgument, pose::UNKNOWN_DIRECTION));
-    };
+    let convention = pose::convention_of_key(&at, stated, hints.poses, || pose::UNKNOWN_DIRECTION.into())?;
     let (r, t) = (pose::rotation(&at)?, DVec3::from_array(t_at.array::<3>()?));
-    let found = match world_from_camera {
-        true => Pose::world_from_camera(Rotation::Matrix(r), t),
-        false => Pose::camera_from_world(Rotation::Matrix(r), t),
-    };
-    Ok(Some(DirectedPose { keys: [key, t_key], pose: found, used_convention: stated.is_none() }))
+    let found = convention.pose_of(r, t);
+    Ok(Some(DirectedPose { keys: vec![key, t_key], pose: found, uses_hints: !hints.poses.is_empty() }))
 }
 
 /// Words for extrinsics in keys.

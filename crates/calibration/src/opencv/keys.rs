@@ -76,13 +76,29 @@ pub(super) const LENS: [&str; 37] = [
 /// Keys of a map that contains coefficients and the lens model.
 pub(super) const PARAMETERS: [&str; 6] = ["params", "parameters", "values", "coeff", "coefs", "vector"];
 /// Keys of coefficients in two lists, k1 k2 (k3 ...) and p1 p2.
-pub(super) const RADIAL: [&str; 4] =
-    ["radialdistortion", "radialdistortioncoefficients", "radialcoefficients", "radialcoeffs"];
-pub(super) const TANGENTIAL: [&str; 4] =
-    ["tangentialdistortion", "tangentialdistortioncoefficients", "tangentialcoefficients", "tangentialcoeffs"];
+pub(super) const RADIAL: [&str; 5] =
+    ["radialdistortion", "radialdistortioncoefficients", "radialcoefficients", "radialcoeffs", "radial"];
+pub(super) const TANGENTIAL: [&str; 5] = [
+    "tangentialdistortion",
+    "tangentialdistortioncoefficients",
+    "tangentialcoefficients",
+    "tangentialcoeffs",
+    "tangential",
+];
 /// Names of individual coefficients, in OpenCV's order.
 pub(super) const COEFFICIENTS: [&str; 12] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"];
-pub(super) const FOCALS: [&str; 4] = ["fx", "fy", "cx", "cy"];
+/// Keys of the focal lengths and of the principal point's coordinates, in pixels: fx, fy, cx, cy.
+pub(super) const FOCALS: [&[&str]; 4] = [
+    &["fx", "flx", "focalx", "focallengthx", "xfocal", "fu"],
+    &["fy", "fly", "focaly", "focallengthy", "yfocal", "fv"],
+    &["cx", "u0", "ppx", "principalpointx", "principalx", "opticalcenterx", "cu"],
+    &["cy", "v0", "ppy", "principalpointy", "principaly", "opticalcentery", "cv"],
+];
+/// Keys of one focal length for both axes, or of a list fx, fy.
+pub(super) const FOCAL_PAIR: [&str; 5] = ["f", "focal", "focals", "focallength", "focallengths"];
+/// Keys of a list cx, cy.
+pub(super) const PRINCIPAL_POINT: [&str; 5] =
+    ["principalpoint", "principalpoints", "pp", "opticalcenter", "principalpointoffset"];
 pub(super) const SKEW: [&str; 1] = ["skew"];
 /// Keys of the image size as columns and rows.
 pub(super) const SIZE: [&str; 17] = [
@@ -172,6 +188,12 @@ pub(super) const R: [&str; 7] = ["r", "rot", "rotation", "rotationmatrix", "rotm
 pub(super) const T: [&str; 7] = ["t", "trans", "trns", "translation", "translationvector", "transmat", "tstereo"];
 pub(super) const RVEC: [&str; 2] = ["rvec", "rotationvector"];
 pub(super) const TVEC: [&str; 2] = ["tvec", "tvector"];
+/// Keys of a camera's centre in the world; a rotation R next to them is camera_from_world.
+pub(super) const CENTER: [&str; 8] =
+    ["c", "center", "centre", "cameracenter", "cameracentre", "camcenter", "opticalcenter", "projectioncenter"];
+/// Keys of a position that do not specify the direction of a neighbouring rotation.
+pub(super) const POSITION: [&str; 9] =
+    ["eye", "position", "pos", "campos", "camposition", "camerapos", "cameraposition", "location", "cameralocation"];
 /// Keys of a mount whose names mean body_from_camera.
 pub(super) const BODY_FROM_CAMERA: [&str; 10] =
     ["tbs", "tbc", "tsc", "tbodycam", "tbodycamera", "bodytcam", "imutcam", "timucam", "tic", "timucamera"];
@@ -252,11 +274,14 @@ pub(super) fn is_camera_matrix(key: &str) -> bool {
 
 /// True if the reader recognises a key without a marker.
 fn is_base(base: &str) -> bool {
-    let groups: [&[&str]; 24] = [
+    let groups: [&[&str]; 27] = [
         &K,
         &LENS,
         &COEFFICIENTS,
-        &FOCALS,
+        FOCALS[0],
+        FOCALS[1],
+        FOCALS[2],
+        FOCALS[3],
         &SKEW,
         &RADIAL,
         &TANGENTIAL,
@@ -397,6 +422,51 @@ fn looks_like_k(at: &Cursor<'_>) -> bool {
     zeros && m[2 * width + 2] == 1.0 && m[0] > 0.0 && m[width + 1] > 0.0
 }
 
+/// Units at the end of keys, and the quantities to which they apply.
+const UNITS: [(&[&str], &[&[&str]]); 3] = [
+    (
+        &["m", "meter", "meters", "metre", "metres", "mm", "millimeter", "millimeters", "millimetres", "cm"],
+        &[&T, &TVEC, &CENTER, &POSITION],
+    ),
+    (&["rad", "radian", "radians", "deg", "degree", "degrees"], &[&RVEC]),
+    (
+        &["px", "pix", "pixel", "pixels"],
+        &[FOCALS[0], FOCALS[1], FOCALS[2], FOCALS[3], &FOCAL_PAIR, &PRINCIPAL_POINT, &SIZE, &WIDTH, &HEIGHT],
+    ),
+];
+
+/// The last word of a key, if it is a unit: `mm` in `t_mm`.
+pub(super) fn unit_of(key: &str) -> Option<&'static str> {
+    let words: Vec<String> = words_of_key(key);
+    let last = words.last().filter(|_| words.len() > 1)?;
+    UNITS.iter().flat_map(|(units, _)| units.iter().copied()).find(|unit| unit == last)
+}
+
+/// The key in lower case, split into words at punctuation and at capital letters.
+fn words_of_key(key: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut was_lower = false;
+    for c in key.chars() {
+        if !c.is_alphanumeric() || c.is_uppercase() && was_lower {
+            words.push(String::new());
+        }
+        was_lower = c.is_lowercase();
+        if let Some(word) = words.last_mut().filter(|_| c.is_alphanumeric()) {
+            word.extend(c.to_lowercase());
+        }
+    }
+    words.into_iter().filter(|word| !word.is_empty()).collect()
+}
+
+/// The key `base` without the unit at its end, if the unit fits the key's quantity: `t` for `t_mm`, `fx` for `fx_px`.
+fn without_unit(key: &str, base: &str) -> Option<String> {
+    let unit = unit_of(key)?;
+    let plain_base: String = base.chars().filter(|c| c.is_alphanumeric()).collect();
+    let rest = plain_base.strip_suffix(unit)?;
+    let (_, quantities) = UNITS.iter().find(|(units, _)| units.contains(&unit))?;
+    quantities.iter().any(|names| names.contains(&rest)).then(|| rest.to_owned())
+}
+
 /// View of a map that contains only the keys of one camera: keys without a marker, or keys that end or begin with a
 /// marker of the camera.
 #[derive(Clone)]
@@ -424,11 +494,14 @@ impl<'a> KeyView<'a> {
     /// The key without the camera's marker, and the same key without the word `camera`; empty for keys of another
     /// camera.
     pub(super) fn base(&self, key: &str) -> Vec<String> {
+        let key_words = key;
         let key = plain(key);
         let mut bases = match &self.side[..] {
             [] => vec![key],
             side => side.iter().flat_map(|mark| without_mark(&key, mark)).map(str::to_owned).collect(),
         };
+        let without_units = |base: &String| without_unit(key_words, base);
+        bases.extend(bases.iter().filter_map(without_units).collect::<Vec<_>>());
         let short = |base: &String| {
             let rest = base.strip_prefix("camera").or_else(|| base.strip_prefix("cam"))?;
             let told_apart = !rest.is_empty() && !OTHER.contains(&rest) && !is_base(base);

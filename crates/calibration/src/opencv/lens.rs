@@ -63,6 +63,13 @@ fn coefficients<'a>(view: &KeyView<'a>) -> Result<(Option<Cursor<'a>>, Vec<f64>)
     if let Some(at) = view.find_value(&keys::RADIAL)? {
         return radial_and_tangential(view, list, at);
     }
+    if let Some(map) = list.as_ref().filter(|at| keys::is_keyed(at)).map(|at| KeyView::new(at.clone()))
+        && let Some(at) = map.find_value(&keys::RADIAL)?
+    {
+        let is_own = |key: &str| map.has_name(key, &keys::RADIAL) || map.has_name(key, &keys::TANGENTIAL);
+        map.at.unread_keys(|key| is_own(key) || is_model(key))?;
+        return radial_and_tangential(&map, None, at);
+    }
     let named = match &list {
         Some(at) if keys::is_keyed(at) => KeyView::new(at.clone()),
         _ => view.clone(),
@@ -152,7 +159,8 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     }
     // The model may be named in the map of the coefficients or in the map of the intrinsics.
     let inner = lens_value(view)?.filter(keys::is_keyed).map(KeyView::new);
-    for inner in inner.into_iter().chain(view.intrinsics()) {
+    let maps = view.all(&keys::MODEL).into_iter().filter(keys::is_keyed).map(KeyView::new);
+    for inner in inner.into_iter().chain(view.intrinsics()).chain(maps) {
         if let Some(found) = stated_here(&inner)? {
             return Ok(Some(found));
         }

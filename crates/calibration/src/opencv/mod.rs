@@ -8,6 +8,7 @@ pub(crate) mod pair_folder;
 mod partner;
 mod pose;
 pub(crate) mod projection;
+mod quaternion_pose;
 pub(crate) mod read;
 mod stacks;
 mod stereo;

@@ -4,9 +4,11 @@ use glam::{DMat3, DVec3};
 
 use crate::document::lens_keys::plain;
 use crate::document::{Cursor, check_rigid, check_rotation, rigid};
-use crate::opencv::keys::{self, KeyView};
+use crate::files::PoseConvention;
+use crate::opencv::keys::{self, CENTER, KeyView, POSITION};
 use crate::pose_map;
-use crate::{Calibration, Pose, ReadHints, Rotation};
+use crate::quaternion_key::unknown_order_error;
+use crate::{Calibration, Pose, PoseHints, ReadHints, Rotation};
 use raycam_formats::{FormatError, Result};
 use raycam_scene::{ErrorCode, NoticeCode, counted};
 
@@ -34,16 +36,11 @@ const BODIES: [&str; 20] = [
     "lidar", "velodyne", "velo", "livox", "laser", "radar", "imu", "body", "base", "robot", "ego", "vehicle",
     "gripper", "hand", "flange", "rig", "marker", "board", "target", "map",
 ];
-/// Keys of a camera's centre in the world; a rotation R next to them is camera_from_world.
-const CENTER: [&str; 8] =
-    ["c", "center", "centre", "cameracenter", "cameracentre", "camcenter", "opticalcenter", "projectioncenter"];
 /// Keys of [`CENTER`] that cannot mean another point, such as the centre of the scene.
 const OWN_CENTER: [&str; 6] = ["c", "cameracenter", "cameracentre", "camcenter", "opticalcenter", "projectioncenter"];
-/// Keys of a position that do not specify the direction of a neighbouring rotation.
-const POSITION: [&str; 8] =
-    ["position", "pos", "campos", "camposition", "camerapos", "cameraposition", "location", "cameralocation"];
 /// Keys of rotations that are neither a matrix nor a rotation vector.
-const OTHER_ROTATIONS: [&str; 14] = [
+const OTHER_ROTATIONS: [&str; 15] = [
+    "rotationquaternion",
     "quaternion",
     "quat",
     "q",
@@ -59,6 +56,8 @@ const OTHER_ROTATIONS: [&str; 14] = [
     "roll",
     "yaw",
 ];
+/// Beginnings of the keys of angles.
+const ANGLES: [&str; 7] = ["rotationeuler", "euler", "rpy", "ypr", "rollpitch", "yawpitch", "anglesxyz"];
 /// Words in keys of poses whose direction the key does not specify.
 const OPEN_DIRECTION: [&str; 5] = ["extrinsic", "pose", "rtmatrix", "transformation", "transformmatrix"];
 
@@ -68,7 +67,7 @@ const OPEN_DIRECTION: [&str; 5] = ["extrinsic", "pose", "rtmatrix", "transformat
 /// An error if only one of rotation and translation is present, if a vector is longer than 2 pi, or if values
 /// contradict each other.
 pub(super) fn read_r_t(view: &KeyView<'_>) -> Result<Option<Pose>> {
-    read_pose(view, None)
+    read_pose(view, PoseHints::default())
 }
 
 /// True for a key that belongs to a pose of R and T, or of rvec and tvec.
@@ -93,13 +92,17 @@ impl<'a> OtherPose<'a> {
             Err(_) => at.number().is_ok_and(|angle| angle != 0.0),
         };
         let rotation = OTHER_ROTATIONS.iter().find_map(|name| view.all(&[name]).into_iter().find(turned));
+        // The key may also contain the order of the axes and the unit, as in `euler_xyz_deg`.
+        let are_angles = |key: &str| view.base(key).iter().any(|base| ANGLES.iter().any(|word| base.starts_with(word)));
+        let angles = || view.at.entries().ok()?.into_iter().find(|(key, at)| are_angles(key) && turned(at));
+        let rotation = rotation.or_else(|| angles().map(|(_, at)| at));
         Ok(Self { center: first(&CENTER)?, position: first(&POSITION)?, rotation })
     }
 }
 
-/// Same as [`read_r_t`], for a camera; a rotation next to the camera's position is accepted too. `world_from_camera` is
-/// the direction specified by the caller.
-pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> Result<Option<Pose>> {
+/// Same as [`read_r_t`], for a camera; a rotation next to the camera's position is accepted too. `hints` are the direction
+/// and the axes specified by the caller.
+pub(super) fn read_pose(view: &KeyView<'_>, hints: PoseHints) -> Result<Option<Pose>> {
     let other = OtherPose::of(view)?;
     let (matrix, vector) = (view.find_value(&keys::R)?, view.find_value(&keys::RVEC)?);
     let (t, tvec) = (view.find_value(&keys::T)?, view.find_value(&keys::TVEC)?);
@@ -111,10 +114,10 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
         (Some(r), Some(t)) => (r.clone(), t),
         (Some(r), None) => {
             if let Some(center) = &other.center {
-                return pose_at(center, r, Some(world_from_camera.unwrap_or(false))).map(Some);
+                return pose_at(center, r, hints, Some(false)).map(Some);
             }
             if let Some(position) = &other.position {
-                return pose_at(position, r, world_from_camera).map(Some);
+                return pose_at(position, r, hints, None).map(Some);
             }
             // R belongs to a rectified camera, with P.
             if rectified {
@@ -136,6 +139,20 @@ pub(super) fn read_pose(view: &KeyView<'_>, world_from_camera: Option<bool>) -> 
     let t = DVec3::from_array(t_at.array::<3>()?);
     check_center(view, r, t)?;
     Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)))
+}
+
+/// Units of a translation's key that mean metres.
+const METRES: [&str; 5] = ["m", "meter", "meters", "metre", "metres"];
+
+/// Adds a notice if the key of the pose's translation specifies another unit than metres.
+pub(super) fn note_units(view: &KeyView<'_>, pose: Option<&Pose>, calibration: &mut Calibration) -> Result<()> {
+    for (key, at) in view.at.entries()?.into_iter().filter(|_| pose.is_some()) {
+        let is_place = [&keys::T[..], &keys::TVEC, &CENTER, &POSITION].iter().any(|names| view.has_name(key, names));
+        let Some(unit) = keys::unit_of(key).filter(|unit| is_place && !METRES.contains(unit)) else { continue };
+        let message = format!("the key specifies positions in {unit}; they are not converted to metres");
+        calibration.note_about(NoticeCode::PlacedCameras, at.key.clone(), message);
+    }
+    Ok(())
 }
 
 /// Checks that a camera's centre next to R and t is -Rᵀt. A key such as `center` is not checked, because it may mean
@@ -164,19 +181,23 @@ pub(super) fn is_center(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> bool 
     rotation && named && at.numbers().is_ok_and(|numbers| numbers.len() == 3)
 }
 
-/// Reads the pose of a camera from its position and the rotation `r_at` next to it. The direction of the rotation must
-/// be known.
-fn pose_at(position: &Cursor<'_>, r_at: &Cursor<'_>, world_from_camera: Option<bool>) -> Result<Pose> {
+/// Reads the pose of a camera from its position and the rotation `r_at` next to it, whose direction the caller specifies;
+/// otherwise, it is `world_from_camera`.
+fn pose_at(
+    position: &Cursor<'_>,
+    r_at: &Cursor<'_>,
+    hints: PoseHints,
+    world_from_camera: Option<bool>,
+) -> Result<Pose> {
     let r = rotation(r_at)?;
-    let Some(world_from_camera) = world_from_camera else {
+    let Some(world_from_camera) = hints.world_from_camera.or(world_from_camera) else {
         return Err(r_at.fail(
             "a rotation of unknown direction next to a position; specify it (direction=\"camera_from_world\" or \
              \"world_from_camera\", --direction), or rename the position to camera_center if R maps from the world to \
              the camera",
         ));
     };
-    let r = if world_from_camera { r } else { r.transpose() };
-    Ok(Pose::world_from_camera(Rotation::Matrix(r), DVec3::from_array(position.array::<3>()?)))
+    Ok(hints.directed(world_from_camera).pose_at(r, DVec3::from_array(position.array::<3>()?)))
 }
 
 /// True if the map contains a rotation next to a position, whose direction only the caller can specify.
@@ -199,19 +220,16 @@ fn unread_pose(view: &KeyView<'_>, other: OtherPose<'_>) -> Result<Option<Pose>>
         || view.find_value(&keys::T)?.or(tvec).is_some_and(|at| at.numbers().is_ok_and(|numbers| numbers.len() == 3));
     let angles = |at: &Cursor<'_>| !at.numbers().is_ok_and(|numbers| numbers.len() == 4);
     if let Some(at) = other.rotation.filter(|at| !keys::is_keyed(at) && (placed || angles(at))) {
-        return Err(at.fail(match at.numbers().map(|numbers| numbers.len()) {
-            Ok(4) => {
-                "a quaternion whose order is not specified; write R, the 3x3 matrix camera_from_world, and T, or a map \
-                 (c2w: {rotation: {w: ..., x: ..., y: ..., z: ...}, translation: [...]})"
-            }
-            _ => {
-                "angles whose axes and order are not specified; write R, the 3x3 matrix camera_from_world \
-                 (scipy.spatial.transform.Rotation.from_euler), and T"
-            }
-        }));
+        if !angles(&at) {
+            return Err(unknown_order_error(at.name(), &at));
+        }
+        return Err(at.fail(
+            "angles whose axes and order are not specified; write R, the 3x3 matrix camera_from_world \
+             (scipy.spatial.transform.Rotation.from_euler), and T",
+        ));
     }
     let away = |at: &Cursor<'_>| at.numbers().is_ok_and(|numbers| numbers.iter().any(|value| *value != 0.0));
-    match other.center.or(other.position).filter(away) {
+    match [other.center, other.position].into_iter().flatten().find(away) {
         Some(at) => Err(at.fail("a position without a rotation; add R, the 3x3 matrix camera_from_world")),
         None => Ok(None),
     }
@@ -219,9 +237,17 @@ fn unread_pose(view: &KeyView<'_>, other: OtherPose<'_>) -> Result<Option<Pose>>
 
 /// Reads a rotation: nine numbers of a matrix, or three of a rotation vector.
 pub(super) fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
-    if at.numbers()?.len() == 3 {
-        let vector = Rotation::from_vector(at.array::<3>()?).map_err(|message| at.fail(message))?;
-        return Ok(vector.matrix());
+    match at.numbers()?.len() {
+        3 if matches!(keys::unit_of(at.name()), Some("deg" | "degree" | "degrees")) => {
+            let vector = at.array::<3>()?.map(f64::to_radians);
+            return Ok(Rotation::from_vector(vector).map_err(|message| at.fail(message))?.matrix());
+        }
+        3 => {
+            let vector = Rotation::from_vector(at.array::<3>()?).map_err(|message| at.fail(message))?;
+            return Ok(vector.matrix());
+        }
+        4 => return Err(unknown_order_error(at.name(), at)),
+        _ => {}
     }
     let r = at.matrix3()?;
     check_rotation(r).map_err(|message| at.fail(message))?;
@@ -277,7 +303,10 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
         || between(&name).is_some();
     let value = transform
         || keys::is_keyed(at)
-            && (read_r_t(&KeyView::new(at.clone())).is_ok_and(|pose| pose.is_some()) || pose_map::is_pose_map(at));
+            && (read_r_t(&KeyView::new(at.clone())).is_ok_and(|pose| pose.is_some())
+                || pose_map::is_pose_map(at)
+                || inner_transform(at).is_some()
+                || named && holds_numbers(at));
     if named {
         return value || at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 6 | 7 | 9));
     }
@@ -302,7 +331,7 @@ pub(super) fn read_named(
             continue;
         }
         let another = world_from_camera(key).is_none() || between(&plain(key)).is_some();
-        if known.is_some() && hints.poses.is_none() && another && !keys::is_keyed(&at) {
+        if known.is_some() && hints.poses.is_empty() && another && !keys::is_keyed(&at) {
             let subject = format!("{} (line {})", at.key, at.node.line);
             calibration.note_about(
                 NoticeCode::IgnoredKey,
@@ -354,24 +383,57 @@ fn between(name: &str) -> Option<(&'static str, bool)> {
     }
 }
 
+/// True for a map with at least three numbers, in lists or single.
+fn holds_numbers(at: &Cursor<'_>) -> bool {
+    let count = |at: &Cursor<'_>| match at.numbers() {
+        Ok(numbers) => numbers.len(),
+        Err(_) => usize::from(at.number().is_ok()),
+    };
+    at.entries().is_ok_and(|entries| entries.iter().map(|(_, at)| count(at)).sum::<usize>() >= 3)
+}
+
+/// Reads the pose in a camera matrix P = K [R | t] next to K, with the key of P. `None` for the matrix of a rectified
+/// camera, which has another K or no rotation.
+pub(super) fn in_camera_matrix<'a>(view: &KeyView<'a>, k: DMat3) -> Option<(&'a str, Pose)> {
+    let (key, at) =
+        view.at.entries().ok()?.into_iter().find(|(key, _)| view.has_name(key, &["p", "projectionmatrix"]))?;
+    let (k_r, k_t) = rigid(&at.array::<12>().ok()?);
+    let (r, t) = (k.inverse() * k_r, k.inverse() * k_t);
+    let is_pose = check_rotation(r).is_ok() && !r.abs_diff_eq(DMat3::IDENTITY, 1e-3);
+    is_pose.then(|| (key, Pose::camera_from_world(Rotation::Matrix(r), t)))
+}
+
+/// The only transform in a map of extrinsics, with its key: `extrinsics: {world_to_camera: [...]}`.
+fn inner_transform<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
+    if !keys::is_keyed(at) || pose_map::is_pose_map(at) {
+        return None;
+    }
+    let is_transform =
+        |at: &Cursor<'_>| matches!(at.numbers().map(|numbers| numbers.len()), Ok(12 | 16)) || pose_map::is_pose_map(at);
+    let mut found = at.entries().ok()?.into_iter().filter(|(_, at)| is_transform(at));
+    found.next().filter(|_| found.next().is_none())
+}
+
 fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut Calibration) -> Result<Pose> {
+    if let Some((inner_key, inner)) = inner_transform(at) {
+        return pose_of_key(&format!("{key}_{inner_key}"), &inner, hints, calibration);
+    }
     if keys::is_keyed(at) && !pose_map::is_pose_map(at) {
         let pose = read_r_t(&KeyView::new(at.clone()))?;
-        return pose.ok_or_else(|| at.fail("expected a rotation R and a translation T"));
+        return pose.ok_or_else(|| {
+            at.fail(
+                "a pose in an unknown form; expected a rotation R (3x3 matrix or rotation vector) and a translation T, \
+                 a quaternion (qw qx qy qz) and a translation, or a 4x4 matrix under w2c or c2w",
+            )
+        });
     }
     let rows = rows_of(at)?;
-    let convention = match (world_from_camera(key), hints.poses) {
-        (Some(world_from_camera), Some(given)) if given.world_from_camera != world_from_camera => {
-            return Err(at.fail_as(
-                ErrorCode::ConflictingValues,
-                "direction= contradicts the name of the key, which specifies the other direction; omit direction= or rename the key",
-            ));
-        }
-        (_, Some(given)) => {
-            calibration.used_convention = true;
-            given
-        }
-        (Some(world_from_camera), None) => {
+    let stated = world_from_camera(key);
+    let convention = convention_of_key(at, stated, hints.poses, || UNKNOWN_DIRECTION.into())?;
+    match stated {
+        _ if !hints.poses.is_empty() => calibration.used_convention = true,
+        None => {}
+        Some(world_from_camera) => {
             let axes = "OpenCV axes (use axes=\"opengl\" if y points up and z backward)";
             let message = match (between(&plain(key)), world_from_camera) {
                 (Some((body, true)), _) => {
@@ -384,13 +446,30 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
                 (None, false) => format!("read as camera_from_world with {axes}"),
             };
             calibration.note_about(NoticeCode::AssumedConvention, at.key.clone(), message);
-            crate::PoseConvention { world_from_camera, opengl: false }
         }
-        (None, None) => {
-            return Err(at.fail_as(ErrorCode::MissingArgument, UNKNOWN_DIRECTION));
-        }
-    };
+    }
     Ok(convention.pose(&rows))
+}
+
+/// Returns the convention of a pose whose key states the direction, or whose direction only the caller can specify.
+///
+/// # Errors
+/// An error if the caller contradicts the key, and an error with the text `unknown` if nobody specifies the direction.
+pub(super) fn convention_of_key(
+    at: &Cursor<'_>,
+    stated: Option<bool>,
+    hints: PoseHints,
+    unknown: impl FnOnce() -> String,
+) -> Result<PoseConvention> {
+    match (stated, hints.world_from_camera) {
+        (Some(stated), Some(given)) if stated != given => Err(at.fail_as(
+            ErrorCode::ConflictingValues,
+            "the name of the key specifies the other direction than direction= (--direction); omit direction= or \
+             rename the key",
+        )),
+        (Some(direction), _) | (None, Some(direction)) => Ok(hints.directed(direction)),
+        (None, None) => Err(at.fail_as(ErrorCode::MissingArgument, unknown())),
+    }
 }
 
 /// Reads the first three rows of a pose's matrix.

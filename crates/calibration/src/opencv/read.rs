@@ -6,10 +6,10 @@ use std::path::Path;
 
 use crate::document::lens_keys::plain;
 use crate::document::number_lines::has_kitti_matrix;
-use crate::document::{Cursor, Value, npy, unread, yaml};
+use crate::document::{Cursor, Value, npy, unread};
 use crate::opencv::keys::{self, KeyView};
-use crate::opencv::storage::parse;
-use crate::opencv::{camera, directed_pose, partner, pose, projection, stacks, stereo};
+use crate::opencv::storage::{parse, parse_tree};
+use crate::opencv::{camera, directed_pose, partner, pose, projection, quaternion_pose, stacks, stereo};
 use crate::{Calibration, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
@@ -37,10 +37,10 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     if own || has("T_BS") && has("intrinsics") {
         return true;
     }
-    if text.len() > MAX_DETECTED_BYTES || !has(":") {
+    if text.len() > MAX_DETECTED_BYTES || ![":", "=", "fx", "f"].iter().any(|mark| has(mark)) {
         return false;
     }
-    let Ok(node) = yaml::parse(text, path) else { return false };
+    let Ok(node) = parse_tree(text, path) else { return false };
     let Ok(node) = stacks::unstack(node) else { return true };
     let root = Cursor::root(&node, path);
     let cameras = list_of_cameras(&root).unwrap_or_default();
@@ -57,7 +57,8 @@ fn has_camera(at: &Cursor<'_>) -> bool {
     let view = KeyView::new(at.clone());
     at.is_map()
         && (view.all(&keys::K).iter().any(keys::is_matrix)
-            || keys::FOCALS.iter().all(|key| !view.all(&[key]).is_empty()))
+            || keys::FOCALS.iter().all(|names| !view.all(names).is_empty())
+            || camera::has_focal_pair(&view))
 }
 
 /// Reads the cameras of one map, in which the keys of K, lens and pose contain the name or number of each camera.
@@ -65,14 +66,26 @@ fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
     let marks = keys::marks(&root.at);
     let views: Vec<KeyView<'_>> =
         marks.iter().map(|mark| KeyView { at: root.at.clone(), side: vec![mark.clone()], above: vec![] }).collect();
+    let mut quaternions = Vec::new();
+    for view in &views {
+        quaternions.extend(quaternion_pose::read(view, hints)?.map_or(vec![], |found| found.keys));
+    }
     let known = |key: &str| {
         root.knows(key)
             || views.iter().any(|view| view.knows(key) || pose::is_named(view, key) || view.is_rectified(key))
+            || quaternions.contains(&key)
     };
     let mut calibration = Calibration { notices: root.at.unread_keys(known)?, ..Calibration::default() };
     for (mark, view) in marks.iter().zip(&views) {
+        let quaternion = quaternion_pose::read(view, hints)?;
         let number = mark.bytes().all(|c| c.is_ascii_digit());
-        camera::read(view, if number { format!("camera{mark}") } else { mark.clone() }, None, hints, &mut calibration)?;
+        camera::read(
+            view,
+            if number { format!("camera{mark}") } else { mark.clone() },
+            quaternion,
+            hints,
+            &mut calibration,
+        )?;
     }
     let size = camera::size(root)?;
     for record in &mut calibration.records {
@@ -111,11 +124,23 @@ fn contains_cameras(at: &Cursor<'_>, depth: usize) -> bool {
     at.entries().is_ok_and(|entries| entries.iter().any(|(_, at)| below(at) || in_list(at)))
 }
 
+/// The camera of a list's item, with its name if the item contains only the name and the camera, as in `[{"front":
+/// {...}}, {"back": {...}}]`.
+fn item_of_list(at: Cursor<'_>) -> (Option<String>, Cursor<'_>) {
+    match &at.entries().unwrap_or_default()[..] {
+        [(name, inner)] if !has_camera(&at) && has_camera(inner) => (Some((*name).to_owned()), inner.clone()),
+        _ => (None, at),
+    }
+}
+
 /// The maps directly below the root, named by their key or by their index in a list.
 fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, KeyView<'a>)>> {
     let mut found = Vec::new();
     if let Ok(items) = root.list() {
-        let named = |(i, at): (usize, Cursor<'a>)| (format!("camera{i}"), KeyView::new(at));
+        let named = |(i, at): (usize, Cursor<'a>)| {
+            let (name, at) = item_of_list(at);
+            (name.unwrap_or_else(|| format!("camera{i}")), KeyView::new(at))
+        };
         return Ok(items.into_iter().enumerate().map(named).collect());
     }
     append_cameras(root, "", &[], &mut found)?;
@@ -136,7 +161,8 @@ fn append_cameras<'a>(
             Value::List(_) => {
                 let before = found.len();
                 for (i, item) in inner.list()?.into_iter().enumerate().filter(|(_, item)| item.is_map()) {
-                    found.push((format!("{name}{i}"), below(item)));
+                    let (own, item) = item_of_list(item);
+                    found.push((own.unwrap_or_else(|| format!("{name}{i}")), below(item)));
                 }
                 if found.len() == before {
                     found.push((name.to_owned(), below(inner)));
@@ -183,14 +209,22 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 
 /// Reads the camera of a map.
 fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration> {
-    let directed = directed_pose::read(view, hints)?;
+    let directed = match quaternion_pose::read(view, hints)? {
+        Some(found) => Some(found),
+        None => directed_pose::read(view, hints)?,
+    };
+    let in_matrix = match directed.is_none() && pose::read_pose(view, hints.poses)?.is_none() {
+        true => camera::k(view)?.and_then(|k| pose::in_camera_matrix(view, k)).map(|(key, _)| key),
+        false => None,
+    };
     let is_pose = |key: &str| {
-        view.at.get(key).is_some_and(|at| pose::is_pose_key(view, key, &at) || pose::is_center(view, key, &at))
+        in_matrix == Some(key)
+            || view.at.get(key).is_some_and(|at| pose::is_pose_key(view, key, &at) || pose::is_center(view, key, &at))
             || directed.as_ref().is_some_and(|found| found.keys.contains(&key))
     };
-    let mut notices = view.at.unread_keys(|key| view.knows(key) || is_pose(key))?;
+    let mut notices = view.at.unread_keys(|key| view.knows(key) || is_pose(key) || camera::is_focal_key(view, key))?;
     if let Some(inner) = view.intrinsics() {
-        notices.extend(inner.at.unread_keys(|key| inner.knows(key))?);
+        notices.extend(inner.at.unread_keys(|key| inner.knows(key) || camera::is_focal_key(&inner, key))?);
     }
     let mut calibration = Calibration { notices, ..Calibration::default() };
     let name = match view.find_value(&["name", "cameraname"])? {
@@ -377,6 +411,9 @@ fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints
         );
     }
     partner::place_cameras(source, assets, &mut calibration)?;
+    if pair_pose.is_none() {
+        stereo::refuse_baseline(root, &calibration)?;
+    }
     match (calibration.records.len(), pair_pose) {
         (2, Some(pose)) => {
             stereo::place_second(Some(pose), &mut calibration).map_err(|error| root.fail(error))?;

@@ -3,10 +3,11 @@
 
 use std::path::Path;
 
+use crate::document::lens_keys::plain;
 use crate::document::{Cursor, zip_members};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::parse;
-use crate::opencv::{camera, pose};
+use crate::opencv::{camera, pose, quaternion_pose};
 use crate::rig::one_rig;
 use crate::{Calibration, CameraRecord, Pose, ReadHints};
 use raycam_formats::io::AssetRoot;
@@ -60,7 +61,7 @@ pub(super) fn read(
         );
     }
     for (name, view) in pair {
-        camera::read(&view, name, None, hints, &mut calibration)?;
+        camera::read(&view, name, quaternion_pose::read(&view, hints)?, hints, &mut calibration)?;
     }
     let size = camera::size(&both)?;
     for record in &mut calibration.records {
@@ -70,8 +71,24 @@ pub(super) fn read(
         Some(pose) => Some(pose),
         None => from_partner(root.file(), assets, &mut calibration)?,
     };
+    if pose.is_none() {
+        refuse_baseline(root, &calibration)?;
+    }
     place_second(pose, &mut calibration).map_err(|error| root.fail(error))?;
     Ok(calibration)
+}
+
+/// Rejects a baseline next to two cameras without poses, because the direction of the baseline is not specified.
+pub(super) fn refuse_baseline(root: &Cursor<'_>, calibration: &Calibration) -> Result<()> {
+    let entries = root.entries().unwrap_or_default();
+    let found = entries.into_iter().find(|(key, at)| plain(key).starts_with("baseline") && at.number().is_ok());
+    match found {
+        Some((_, at)) if calibration.records.iter().all(|record| record.pose.is_none()) => Err(at.fail(
+            "a baseline without a direction; write R and T, which map points from the first camera to the second: for a \
+             right camera, R is the identity and T is [-baseline, 0, 0]",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Sets the pose of a pair's second camera from R and T.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::Folder;
-use crate::document::{DocumentNode, npy, xml, yaml, zip_members};
+use crate::document::{DocumentNode, csv_tree, npy, toml_tree, xml, yaml, zip_members};
 use crate::opencv::keys;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
@@ -41,6 +41,28 @@ pub(super) fn parse_text(source: &InputFile) -> Result<DocumentNode> {
     let text = source.text()?;
     match text.trim_start().starts_with('<') {
         true => xml::parse(text, &source.path),
-        false => yaml::parse(text, &source.path),
+        false => parse_tree(text, &source.path),
     }
+}
+
+/// Parses a text in TOML, YAML or JSON, or a table with a header.
+pub(super) fn parse_tree(text: &str, path: &Path) -> Result<DocumentNode> {
+    if let Some(table) = csv_tree::parse(text) {
+        return Ok(table);
+    }
+    if is_toml(text) { toml_tree::parse(text, path) } else { yaml::parse(text, path) }
+}
+
+/// True for a text whose first line of content is a section or a key with `=`, as in TOML and INI files. raycam's world
+/// files, which are TOML too, do not count.
+fn is_toml(text: &str) -> bool {
+    let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
+    let Some(first) = lines.find(|line| !line.is_empty() && !line.starts_with(['#', ';'])) else { return false };
+    let is_name = |name: &str| {
+        !name.is_empty() && name.trim().chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | '"'))
+    };
+    let section = first.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    let is_section = section.is_some_and(|name| is_name(name) && name.parse::<f64>().is_err());
+    let is_world = ["[[object]]", "[[light]]", "[[camera]]"].iter().any(|table| text.contains(table));
+    !is_world && (is_section && text.contains('=') || first.split_once('=').is_some_and(|(key, _)| is_name(key)))
 }

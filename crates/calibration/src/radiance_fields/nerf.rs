@@ -133,8 +133,8 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, known: &ReadHints
         calibration.note(
             NoticeCode::AssumedConvention,
             format!(
-                "cameras without an image file get the size of the first existing image ({}; use size= for another \
-                 size)",
+                "cameras without an image file get the size of the first existing image ({}; set another \
+                 with size= or --size)",
                 counted(lent, "camera")
             ),
         );

@@ -77,7 +77,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         calibration.note(
             NoticeCode::IgnoredElement,
             format!(
-                "{} omitted: no .pincam file within 0.001 s of the pose's time (use intrinsics= to apply one K to all)",
+                "{} omitted: no .pincam file within 0.001 s of the pose's time (apply one K to all with intrinsics= or --intrinsics)",
                 counted(left_out, "pose")
             ),
         );

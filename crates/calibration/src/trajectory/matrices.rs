@@ -156,7 +156,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
 /// Reads the matrices of a file: one or several NumPy arrays, a document, or a text of numbers.
 pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree> {
     let fail = |message: String| FormatError::whole(&source.path, message);
-    let alone = |matrices| PosesOfTree { key: String::new(), matrices, notices: vec![] };
+    let alone = |matrices| PosesOfTree { key: String::new(), matrices, has_centers: false, notices: vec![] };
     if npy::is_npy(&source.bytes) {
         let array = npy::array(&source.bytes).map_err(fail)?;
         let found = matrix_tree::of_array(&array, None);
@@ -182,6 +182,8 @@ pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<Pos
 pub(crate) enum MatrixContent {
     /// Poses of this convention.
     Poses(PoseConvention),
+    /// Rotations of this convention, next to camera centres.
+    Centers(PoseConvention),
     /// Camera matrices P.
     CameraMatrices,
 }
@@ -194,11 +196,12 @@ pub(crate) fn content_of(
     hints: &ReadHints,
     notices: &mut Vec<Notice>,
 ) -> MatrixContent {
-    if has_camera_matrices(&found.matrices) && hints.poses.is_none() {
+    if has_camera_matrices(&found.matrices) && hints.poses.is_empty() {
         return MatrixContent::CameraMatrices;
     }
     let is_inverse = [name, &found.key].into_iter().any(means_camera_from_world) || is_normalized_p(found);
-    MatrixContent::Poses(convention_of(is_inverse, hints, notices))
+    let convention = convention_of(is_inverse, hints, notices);
+    if found.has_centers { MatrixContent::Centers(convention) } else { MatrixContent::Poses(convention) }
 }
 
 /// True for poses under the key of a camera matrix: P = [R t], without K, maps from the world to the camera. A numbered
@@ -217,6 +220,10 @@ impl MatrixContent {
         let mut record = CameraRecord::new(name, PixelCenter::Integer);
         match self {
             Self::Poses(convention) => record.pose = Some(convention.pose(&check_rigid(&matrix)?)),
+            Self::Centers(convention) => {
+                let (rotation, center) = rigid(&check_rigid(&matrix)?);
+                record.pose = Some(convention.pose_at(rotation, center));
+            }
             Self::CameraMatrices => {
                 let rows = camera_matrix_of(&matrix).ok_or(
                     "not a camera matrix P = K R [I | -C], unlike the first matrix; expected only camera matrices",

@@ -2,6 +2,8 @@
 //! (`frame-000000.pose.txt`), tsdf-fusion's (with `camera-intrinsics.txt` in the same folder), NumPy arrays (`.npy`,
 //! `.npz`), CSV, JSON; and folders of camera matrices P (DTU's `pos_001.txt`). Source: ScanNet's SensorData.py.
 
+use std::path::PathBuf;
+
 use glam::DMat3;
 use raycam_scene::{NoticeCode, counted};
 
@@ -139,17 +141,17 @@ fn with_intrinsics(
     assets: &mut AssetRoot,
     calibration: &mut Calibration,
 ) -> Result<()> {
-    let mut found: Vec<(String, DMat3)> = Vec::new();
+    let mut found: Vec<(&str, PathBuf, DMat3)> = Vec::new();
     for folder in [scene, place] {
         for name in INTRINSICS {
             let Ok(source) = folder.read(name, assets) else { continue };
             let text = source.text()?;
             if layout(text) == Some(MatrixLayout::Intrinsics) {
-                found.push((name.into(), intrinsics(text, &source.path)?));
+                found.push((name, source.path.clone(), intrinsics(text, &source.path)?));
             }
         }
     }
-    let Some((name, k)) = found.first() else { return Ok(()) };
+    let Some((name, _, k)) = found.first() else { return Ok(()) };
     calibration.note(
         NoticeCode::UsedOtherFile,
         format!(
@@ -160,10 +162,14 @@ fn with_intrinsics(
             }
         ),
     );
-    if let Some((other, _)) = found.iter().find(|(_, other)| other != k) {
+    if let Some((_, other, _)) = found.iter().find(|(.., other)| other != k) {
         calibration.note(
             NoticeCode::IgnoredElement,
-            format!("{other} contains another K, which is ignored; use it with --intrinsics {other}"),
+            format!(
+                "{other} contains another K, which is ignored; use it with --intrinsics {other} (in Python, pass its \
+                 camera as intrinsics=)",
+                other = other.display()
+            ),
         );
     }
     for record in &mut calibration.records {

@@ -3,8 +3,10 @@
 
 use std::path::Path;
 
+use crate::document::lens_keys::plain;
 use crate::document::npy::NumpyArray;
 use crate::document::{Cursor, DocumentNode, npy, yaml, zip_members};
+use crate::pose_map;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 use raycam_scene::Notice;
@@ -27,8 +29,25 @@ const ARRAYS: [&str; 13] = [
     "camera_poses",
     "cam2world",
 ];
-/// Keys next to a matrix in a map; the value of such a key is the name of the matrix's image.
-const NAMES: [&str; 9] = ["file_path", "file", "filename", "image", "image_path", "name", "frame", "id", "index"];
+/// Keys next to a pose in a map; the value of such a key is the name of the pose's image, or its time.
+const NAMES: [&str; 14] = [
+    "file_path",
+    "file",
+    "filename",
+    "image",
+    "image_path",
+    "image_name",
+    "name",
+    "frame",
+    "frame_id",
+    "id",
+    "index",
+    "timestamp",
+    "time",
+    "stamp",
+];
+/// Key that states the direction of poses R and t, x = R X + t.
+const CAMERA_FROM_WORLD: &str = "camera_from_world";
 
 /// Matrices by rows, each with its name (if it has one) and its line.
 pub(crate) type FoundMatrices = Vec<(Option<String>, usize, [f64; 16])>;
@@ -38,6 +57,8 @@ pub(crate) struct PosesOfTree {
     /// Key whose value contains the poses; empty if the poses are at the root.
     pub(crate) key: String,
     pub(crate) matrices: FoundMatrices,
+    /// True if the last columns are camera centres, whatever the direction of the rotations.
+    pub(crate) has_centers: bool,
     pub(crate) notices: Vec<Notice>,
 }
 
@@ -49,8 +70,10 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     }
     is_document(&source.path, text)
         && text.len() <= MAX_DETECTED_BYTES
-        && yaml::parse(text, &source.path)
-            .is_ok_and(|node| poses(&Cursor::root(&node, &source.path)).is_ok_and(|found| found.is_some()))
+        && yaml::parse(text, &source.path).is_ok_and(|node| {
+            let root = Cursor::root(&node, &source.path);
+            has_poses(&root) || root.entries().is_ok_and(|entries| entries.iter().any(|(_, at)| has_poses(at)))
+        })
 }
 
 fn is_document(path: &Path, text: &str) -> bool {
@@ -131,14 +154,14 @@ fn of_archive(source: &InputFile, assets: &mut AssetRoot) -> Result<PosesOfTree>
     let document = npy::document(&arrays);
     let notices = Cursor::root(&document, &source.path).unread_keys(|key| names.contains(&key))?;
     let key = if taken.len() == 1 { names[0].to_owned() } else { key };
-    Ok(PosesOfTree { key, matrices, notices })
+    Ok(PosesOfTree { key, matrices, has_centers: false, notices })
 }
 
 fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>> {
     if has_poses(root) {
         let mut notices = Vec::new();
-        let matrices = all(root, &mut notices)?;
-        return Ok(Some(PosesOfTree { key: String::new(), matrices, notices }));
+        let (key, matrices) = all(root, &mut notices)?;
+        return Ok(Some(PosesOfTree { key, matrices, has_centers: has_centers(root), notices }));
     }
     let Ok(entries) = root.entries() else { return Ok(None) };
     let groups: Vec<_> = entries.into_iter().filter(|(_, at)| has_poses(at)).collect();
@@ -146,8 +169,9 @@ fn poses(root: &Cursor<'_>) -> Result<Option<PosesOfTree>> {
         [] => Ok(None),
         [(key, at)] => {
             let mut notices = root.unread_keys(|other| other == *key)?;
-            let matrices = all(at, &mut notices)?;
-            Ok(Some(PosesOfTree { key: (*key).to_owned(), matrices, notices }))
+            let (inner, matrices) = all(at, &mut notices)?;
+            let key = format!("{key} {inner}").trim_end().to_owned();
+            Ok(Some(PosesOfTree { key, matrices, has_centers: has_centers(at), notices }))
         }
         [(first, _), (second, at), ..] => {
             Err(at.fail(format_args!("poses both here and under {first}; expected only one of {first} and {second}")))
@@ -168,9 +192,21 @@ fn has_poses(at: &Cursor<'_>) -> bool {
             // data set.
             count > 1 || count == 1 && entries.len() == 1
         }
-        Err(_) => at
-            .list()
-            .is_ok_and(|items| items.first().is_some_and(|at| matrix(at).is_some() || matrix_of_map(at).is_some())),
+        Err(_) => at.list().is_ok_and(|items| {
+            items.first().is_some_and(|at| {
+                matrix(at).is_some() || matrix_of_map(at).is_some() || r_and_t(at).is_ok_and(|found| found.is_some())
+            })
+        }),
+    }
+}
+
+/// True for a node whose first pose is a map with a position.
+fn has_centers(at: &Cursor<'_>) -> bool {
+    let first_of_list = at.list().ok().and_then(|items| items.into_iter().next());
+    let first_of_map = || at.entries().ok()?.into_iter().map(|(_, at)| at).find(|at| matrix(at).is_some());
+    match matrix(at) {
+        Some(_) => pose_map::has_center(at),
+        None => first_of_list.or_else(first_of_map).is_some_and(|at| at.is_map() && pose_map::has_center(&at)),
     }
 }
 
@@ -180,39 +216,94 @@ fn matrix_of_map<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
     found.next().filter(|_| found.next().is_none())
 }
 
-/// Returns the matrices of a node for which [`has_poses`] is true.
-fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<FoundMatrices> {
+/// Returns the matrices of a node for which [`has_poses`] is true, and the key of the matrix in each map of a list, which
+/// may state the direction.
+fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<(String, FoundMatrices)> {
     let required = |at: &Cursor<'_>| {
         matrix(at).ok_or_else(|| at.fail("expected a pose: 4 rows of 4 numbers, 3 rows of 4, or 16 numbers"))
     };
     if let Some(numbers) = matrix(at) {
-        return Ok(vec![(None, at.node.line, numbers)]);
+        return Ok((String::new(), vec![(None, at.node.line, numbers)]));
     }
     if let Ok(entries) = at.entries() {
         let is_pose = |key: &str| at.get(key).is_some_and(|at| matrix(&at).is_some());
         notices.extend(at.unread_keys(is_pose)?);
         let named = entries.into_iter().filter(|(key, _)| is_pose(key));
-        return named.map(|(key, at)| Ok((Some(key.to_owned()), at.node.line, required(&at)?))).collect();
+        let found = named.map(|(key, at)| Ok((Some(key.to_owned()), at.node.line, required(&at)?)));
+        return Ok((String::new(), found.collect::<Result<_>>()?));
     }
+    let mut shared: Option<&str> = None;
     let mut found = FoundMatrices::new();
     for item in at.list()? {
         if !item.is_map() {
             found.push((None, item.node.line, required(&item)?));
             continue;
         }
-        let (key, inner) = matrix_of_map(&item).ok_or_else(|| item.fail("expected exactly one pose, a 4x4 matrix"))?;
-        let unread = item.unread_keys(|other| other == key || NAMES.contains(&other))?;
+        let (key, line, numbers) = match matrix(&item) {
+            Some(numbers) => ("", item.node.line, numbers),
+            None => match (matrix_of_map(&item), r_and_t(&item)?) {
+                (Some((key, inner)), _) => (key, inner.node.line, required(&inner)?),
+                (None, Some(numbers)) => (CAMERA_FROM_WORLD, item.node.line, numbers),
+                (None, None) => {
+                    return Err(
+                        item.fail("expected exactly one pose: a 4x4 matrix, R and t, or a quaternion and a position")
+                    );
+                }
+            },
+        };
+        if *shared.get_or_insert(key) != key {
+            return Err(item.fail(format_args!(
+                "the pose is under {key:?}, but the poses above are under {:?}; expected the same key in all maps",
+                shared.unwrap_or_default()
+            )));
+        }
+        let is_part = |other: &str| match key {
+            "" => pose_map::is_part(other),
+            CAMERA_FROM_WORLD if item.get(key).is_none() => R_AND_T.contains(&&plain(other)[..]),
+            key => other == key,
+        };
+        let unread = item.unread_keys(|other| is_part(other) || NAMES.contains(&other))?;
         if found.is_empty() {
             notices.extend(unread);
         }
         let name = item.any(&NAMES).and_then(|at| at.word().ok().map(str::to_owned));
-        found.push((name, inner.node.line, required(&inner)?));
+        found.push((name, line, numbers));
     }
-    Ok(found)
+    Ok((shared.unwrap_or_default().to_owned(), found))
 }
 
-/// Reads a matrix that is written as three or four rows, or as 16 numbers; `None` for another node.
+/// Keys of R and t, camera_from_world.
+const R_AND_T: [&str; 8] = ["r", "rotation", "rotationmatrix", "rmat", "t", "translation", "tvec", "translationvector"];
+
+/// The pose R, t of a map as a matrix.
+fn r_and_t(at: &Cursor<'_>) -> Result<Option<[f64; 16]>> {
+    let Ok(entries) = at.entries() else { return Ok(None) };
+    let find = |names: &[&str], count: usize| {
+        let fits = |at: &Cursor<'_>| at.numbers().is_ok_and(|numbers| numbers.len() == count);
+        entries.iter().find(|(key, at)| names.contains(&&plain(key)[..]) && fits(at)).map(|(_, at)| at.numbers())
+    };
+    let (Some(r), Some(t)) = (find(&R_AND_T[..4], 9).transpose()?, find(&R_AND_T[4..], 3).transpose()?) else {
+        return Ok(None);
+    };
+    let mut rows = [0.0; 16];
+    for i in 0..3 {
+        rows[4 * i..4 * i + 3].copy_from_slice(&r[3 * i..3 * i + 3]);
+        rows[4 * i + 3] = t[i];
+    }
+    rows[15] = 1.0;
+    Ok(Some(rows))
+}
+
+/// Reads a matrix that is written as three or four rows, as 16 numbers, or as a map with a quaternion and a position;
+/// `None` for another node.
 fn matrix(at: &Cursor<'_>) -> Option<[f64; 16]> {
+    if at.is_map() {
+        let rows = pose_map::read(at).ok().flatten()?;
+        let mut numbers = [0.0; 16];
+        numbers[..12].copy_from_slice(&rows);
+        numbers[15] = 1.0;
+        return Some(numbers);
+    }
     let items = at.list().ok()?;
     let rows: Vec<Vec<f64>> = match items.len() {
         3 | 4 => items.iter().map(row).collect::<Option<_>>()?,

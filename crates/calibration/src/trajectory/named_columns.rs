@@ -91,6 +91,11 @@ pub(crate) fn columns_of(text: &str) -> Option<Result<NamedColumns, String>> {
         // The names may follow a label that ends with a colon: "format: timestamp tx ty tz qx qy qz qw".
         let labelled = line.rsplit_once(':').map(|(_, names)| names);
         let names = labelled.into_iter().chain([line]).map(Header::new).find(Header::names_a_quaternion)?;
+        let units = headers.iter().find(|(below, line)| below > i && names.has_units(line));
+        let (i, names) = match units {
+            Some((below, units)) => (below, names.with_units(units)),
+            None => (i, names),
+        };
         let count = rows.first().map(|(_, row)| words_of(row, names.separator).count());
         let columns = count.map_or(names.clone(), |count| names.without_labels(count)).assign();
         Some(columns.map(|columns| NamedColumns { line: i + 1, ..columns }))
@@ -212,20 +217,30 @@ impl Header {
                 names
             })
         };
-        let mut roles: Vec<Role> = names.iter().map(|name| role_of(name)).collect();
-        let has = |role: Role| roles.contains(&role);
-        let rotation = has(Role::RotationLetter(0));
-        let imaginary = (1..4).all(|i| has(Role::Imaginary(i)));
-        for role in &mut roles {
-            *role = match *role {
-                Role::RotationLetter(i) if rotation => Role::Quaternion(i),
-                Role::Imaginary(i) if imaginary => Role::Quaternion(i),
-                Role::Letter(0) if imaginary => Role::Quaternion(0),
-                Role::RotationLetter(_) | Role::Imaginary(_) => Role::None,
-                role => role,
-            };
-        }
-        Self { names, roles, separator }
+        Self { roles: roles_of(&names), names, separator }
+    }
+
+    /// True for a row of units below the names: `s,m,m,m,-,-,-,-`.
+    fn has_units(&self, row: &str) -> bool {
+        let is_unit = |word: &str| {
+            let word = word.trim_matches(|c: char| !c.is_alphanumeric() && c != '\u{b5}').to_lowercase();
+            let others = ["", "s", "ms", "us", "\u{b5}s", "ns", "sec", "rad", "none", "na", "1"];
+            [&others[..], &METRES, &OTHER_LENGTHS].iter().any(|units| units.contains(&&word[..]))
+        };
+        let words: Vec<&str> = words_of(row, self.separator).collect();
+        words.len() == self.names.len() && words.into_iter().all(is_unit)
+    }
+
+    /// Appends the units in a row below the names to the names.
+    fn with_units(&self, row: &str) -> Self {
+        let units =
+            words_of(row, self.separator).map(|word| word.trim_matches(['[', ']', '(', ')', '-']).to_lowercase());
+        let names = self.names.iter().zip(units).map(|(name, unit)| match &unit[..] {
+            "" => name.clone(),
+            unit => format!("{name}[{unit}]"),
+        });
+        let names = names.collect::<Vec<_>>();
+        Self { roles: roles_of(&names), names, separator: self.separator }
     }
 
     /// True if the names include the names of a quaternion.
@@ -258,6 +273,55 @@ impl Header {
         }
         assign(&self.names, &self.roles, self.separator)
     }
+}
+
+/// The roles of columns, by their names in lower case.
+fn roles_of(names: &[String]) -> Vec<Role> {
+    let mut roles: Vec<Role> = names.iter().map(|name| role_of(name)).collect();
+    let has = |role: Role| roles.contains(&role);
+    let rotation = has(Role::RotationLetter(0));
+    let imaginary = (1..4).all(|i| has(Role::Imaginary(i)));
+    for role in &mut roles {
+        *role = match *role {
+            Role::RotationLetter(i) if rotation => Role::Quaternion(i),
+            Role::Imaginary(i) if imaginary => Role::Quaternion(i),
+            Role::Letter(0) if imaginary => Role::Quaternion(0),
+            Role::RotationLetter(_) | Role::Imaginary(_) => Role::None,
+            role => role,
+        };
+    }
+    roles
+}
+
+/// Returns the remedy for a text whose header names a rotation in another form than a quaternion: angles, a rotation
+/// vector, or the elements of a matrix. `None` for other texts.
+pub(crate) fn remedy_for_other_rotations(text: &str) -> Option<String> {
+    const ANGLES: [[&str; 3]; 5] = [
+        ["roll", "pitch", "yaw"],
+        ["omega", "phi", "kappa"],
+        ["heading", "pitch", "roll"],
+        ["yaw", "pitch", "roll"],
+        ["rx", "ry", "rz"],
+    ];
+    let line = text.trim_start_matches('\u{feff}').lines().find(|line| !line.trim().is_empty())?;
+    let names = Header::new(line.trim_start_matches(['#', '%', '/', ' ', '\t'])).names;
+    let starts = |word: &str| names.iter().any(|name| name.starts_with(word));
+    let has = |word: &str| names.iter().any(|name| name == word);
+    if let Some(found) = ANGLES.iter().find(|words| words.iter().all(|word| starts(word))) {
+        let [a, b, c] = found;
+        return Some(format!(
+            "the header names {a}, {b} and {c}, whose meaning (axes, order, direction, unit) it does not specify; \
+             write a quaternion in columns qx qy qz qw instead, for example with \
+             scipy.spatial.transform.Rotation.from_euler or from_rotvec"
+        ));
+    }
+    let elements =
+        ["r", "m", "t", "rot_"].iter().any(|letter| has(&format!("{letter}11")) && has(&format!("{letter}22")));
+    elements.then(|| {
+        "the header names the elements of matrices; remove the header and the columns that are not elements, and write \
+         16 numbers per line (the 4x4 matrix by rows)"
+            .into()
+    })
 }
 
 /// Parts of the names of velocities, biases, covariances and other quantities; the x, y or z in such names does not

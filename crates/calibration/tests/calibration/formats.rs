@@ -1,7 +1,9 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
-use raycam_calibration::{CameraRecord, Pose, ReadHints, RigMount, Rotation, decode, read, write, written_formats};
+use raycam_calibration::{
+    CameraRecord, Pose, PoseHints, ReadHints, RigMount, Rotation, decode, read, write, written_formats,
+};
 use raycam_formats::{Budget, FormatError};
 use raycam_scene::{Lens, LensModel, PixelCenter};
 
@@ -34,7 +36,8 @@ fn again(records: &[CameraRecord], format: &str) -> Vec<CameraRecord> {
     // The intrinsics have no pose, because their pose would be interpreted as the camera's mount on a body.
     let mut intrinsics = record();
     intrinsics.pose = None;
-    let known = ReadHints { size: Some([640, 480]), intrinsics: Some(intrinsics), lens: None, poses: None };
+    let known =
+        ReadHints { size: Some([640, 480]), intrinsics: Some(intrinsics), lens: None, poses: PoseHints::default() };
     let back = read(&path, Some(format), &known, &Budget::default());
     back.unwrap_or_else(|error| panic!("{format}: {error}")).records
 }
@@ -74,7 +77,8 @@ fn damaged_files_are_refused_without_a_panic() {
     for format in written_formats().filter(|format| !format.starts_with("colmap")) {
         let written = write(&[record()], Path::new("out"), format).unwrap();
         let bytes = &written.files[0].1;
-        let known = ReadHints { size: Some([640, 480]), intrinsics: Some(record()), lens: None, poses: None };
+        let known =
+            ReadHints { size: Some([640, 480]), intrinsics: Some(record()), lens: None, poses: PoseHints::default() };
         let name = Path::new("out");
         let read = |bytes: Vec<u8>| decode(bytes, name, Some(format), &known, &Budget::default());
         read(bytes.clone()).unwrap();
@@ -139,7 +143,7 @@ fn errors_name_file_line_and_key() {
         let error = decode(poses, path, format, &known, &Budget::default());
         error.unwrap_err().to_string()
     };
-    assert!(told(None).contains("--format"), "{}", told(None));
+    assert!(told(None).contains("--camera-format"), "{}", told(None));
     assert!(told(Some("tum")).starts_with("a.tum:2: \"x\""));
 }
 

@@ -34,6 +34,8 @@ pub struct AssetRoot {
     notices: Vec<Notice>,
     /// True if the calling program itself names the files, which may then be in any folder.
     trusted: bool,
+    /// True if the caller cannot choose another root, so that errors recommend to move the files instead.
+    fixed: bool,
     /// Files in memory; if present, nothing is read from a disk.
     memory: Option<MemoryFiles>,
     /// Texture cache, which limits the memory of images; `None` without a limit.
@@ -72,6 +74,7 @@ impl AssetRoot {
             budget: *budget,
             notices: Vec::new(),
             trusted: false,
+            fixed: false,
             memory: None,
             texture_memory: budget.texture_memory.map(TextureCache::new).map(Arc::new),
             uses_alpha_as_written: false,
@@ -83,6 +86,12 @@ impl AssetRoot {
     /// folder of the file.
     pub fn trusted(root: &Path, budget: &Budget) -> Self {
         Self { trusted: true, ..Self::new(root, budget) }
+    }
+
+    /// Returns the same root for a function whose caller cannot choose another root.
+    #[must_use]
+    pub fn fixed(self) -> Self {
+        Self { fixed: true, ..self }
     }
 
     /// Returns the same root for additions to a world, with the world's texture cache.
@@ -240,6 +249,12 @@ impl AssetRoot {
         let real_root = root.canonicalize().map_err(io)?;
         let roots = || [Some(&real_root), self.target.as_ref()].into_iter().flatten();
         let out = |path: &Path| {
+            if self.fixed {
+                let folder = real_root.display();
+                return format!(
+                    "it is outside the folder {folder}; copy it into this folder, and write its new name into the file"
+                );
+            }
             let common = |(a, b): &(Component<'_>, Component<'_>)| a == b;
             let pairs = real_root.components().zip(path.components()).take_while(common);
             let wider: PathBuf = pairs.map(|(component, _)| component).collect();

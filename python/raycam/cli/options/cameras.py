@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "WORLD_ENDINGS",
+    "add_calibration",
     "add_camera",
     "add_known",
-    "add_lens",
     "add_size",
     "find_calibration",
     "load_calibration",
@@ -35,7 +35,7 @@ MAX_ASPECT_CHANGE = 0.01
 
 
 def add_camera(command: argparse.ArgumentParser) -> None:
-    """Adds `--camera`, `--size` and `--lens`."""
+    """Adds `--camera`, `--size` and the options of `add_calibration`."""
     command.add_argument(
         "--camera",
         metavar="NAME|FILE[:NAME]",
@@ -43,7 +43,7 @@ def add_camera(command: argparse.ArgumentParser) -> None:
         "(default: the first camera that is not on a robot's link)",
     )
     add_size(command, "image size in pixels; the field of view stays the camera's")
-    add_lens(command)
+    add_calibration(command)
 
 
 def add_size(command: argparse.ArgumentParser, help_text: str) -> None:
@@ -52,35 +52,40 @@ def add_size(command: argparse.ArgumentParser, help_text: str) -> None:
 
 
 def add_known(command: argparse.ArgumentParser) -> None:
-    """Adds options for the format and for values that a calibration file may lack."""
+    """Adds `--format`, `--size` and the options of `add_calibration`, for commands whose subject is a calibration."""
+    add_size(command, "image size in pixels; cameras in FILE that have another size are resized")
+    add_calibration(command, "--format")
+
+
+def add_calibration(command: argparse.ArgumentParser, *format_names: str) -> None:
+    """Adds options for a calibration's format and for values that its file may lack.
+
+    Messages about calibrations recommend these options, so every command that reads calibrations needs all of them.
+    `format_names` are further names of `--camera-format`.
+    """
     command.add_argument(
-        "--format",
+        *format_names,
+        "--camera-format",
         dest="camera_format",
         metavar="FORMAT",
         help="format of the calibration (default: detected from its contents)",
     )
-    add_size(command, "image size in pixels; cameras in FILE that have another size are resized")
     command.add_argument(
         "--intrinsics",
         metavar="FILE",
-        help="calibration file whose first camera provides the intrinsics if FILE contains only poses",
+        help="calibration file whose first camera provides the intrinsics if the calibration contains only poses",
     )
     command.add_argument(
         "--direction",
         metavar="NAME",
-        help="direction of pose matrices, if the file does not specify it: world_from_camera (default) or "
+        help="direction of the calibration's poses, if the file does not specify it: world_from_camera (default) or "
         "camera_from_world",
     )
     command.add_argument(
         "--axes",
         metavar="NAME",
-        help="camera axes of pose matrices, if the file does not specify them: opencv (default) or opengl",
+        help="camera axes of the calibration's poses, if the file does not specify them: opencv (default) or opengl",
     )
-    add_lens(command)
-
-
-def add_lens(command: argparse.ArgumentParser) -> None:
-    """Adds `--lens`."""
     command.add_argument(
         "--lens",
         metavar="MODEL",
@@ -89,7 +94,7 @@ def add_lens(command: argparse.ArgumentParser) -> None:
 
 
 def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
-    """Loads the cameras of a file with the options of `add_known`, and prints the notices."""
+    """Loads the cameras of a file with the options of `add_calibration`, and prints the notices."""
     from ...calibration import load_cameras
 
     size, intrinsics = getattr(options, "size", None), None

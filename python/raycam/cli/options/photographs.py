@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ...errors import SettingsError
-from .cameras import WORLD_ENDINGS, add_lens, add_size, load_calibration
+from .cameras import WORLD_ENDINGS, add_calibration, add_size, load_calibration
 
 if TYPE_CHECKING:
     from ...camera import Camera
@@ -19,18 +19,15 @@ __all__ = ["add_photograph_cameras", "photograph_cameras"]
 def add_photograph_cameras(
     command: argparse.ArgumentParser, undistort: bool = True, required: bool = True
 ) -> None:
-    """Adds `--cameras`, `--camera-format`, `--size`, `--lens` and optionally `--undistort`."""
+    """Adds `--cameras`, `--size`, the options of `add_calibration`, and optionally `--undistort`."""
     command.add_argument(
         "--cameras",
         metavar="FILE",
         required=required,
         help="cameras of the photographs: COLMAP model, transforms.json, Metashape XML, world file, ...",
     )
-    command.add_argument(
-        "--camera-format", metavar="NAME", help="format of --cameras (default: detected from its contents)"
-    )
     add_size(command, "size of the photographs in pixels, if they were resized")
-    add_lens(command)
+    add_calibration(command)
     command.set_defaults(undistort=None)
     if undistort:
         command.add_argument(

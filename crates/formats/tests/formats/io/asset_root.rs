@@ -127,6 +127,16 @@ fn one_budget_covers_all_files_that_a_program_names() {
 }
 
 #[test]
+fn error_of_a_fixed_root_recommends_to_copy_the_file_instead_of_another_root() {
+    let root = setting();
+    let error = |mut files: AssetRoot| files.read_reference(Path::new(""), "../secret.obj").unwrap_err().to_string();
+    let files = AssetRoot::new(&root, &Budget::default());
+    assert!(error(files).contains("folder="));
+    let fixed = error(AssetRoot::new(&root, &Budget::default()).fixed());
+    assert!(fixed.contains("copy it into this folder") && !fixed.contains("folder="), "{fixed}");
+}
+
+#[test]
 fn file_names_in_a_mesh_are_relative_to_its_folder() {
     let root = setting();
     fs::write(root.join("parts/b.obj"), format!("mtllib ../m/b.mtl\nusemtl b\n{TRIANGLE}")).unwrap();
