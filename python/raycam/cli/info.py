@@ -4,12 +4,43 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .options.cameras import add_known, load_calibration
 from .options.command import Command
 from .options.worlds import add_folder, find_file
 
-CALIBRATION_ENDINGS = {".yaml", ".yml", ".json", ".xml", ".txt", ".bin"}
+if TYPE_CHECKING:
+    from ..calibration import Cameras
+
+CALIBRATION_ENDINGS = frozenset(
+    [
+        ".yaml",
+        ".yml",
+        ".json",
+        ".jsonl",
+        ".xml",
+        ".txt",
+        ".bin",
+        ".csv",
+        ".npz",
+        ".npy",
+        ".ini",
+        ".cfg",
+        ".conf",
+        ".out",
+        ".sfm",
+        ".log",
+        ".traj",
+        ".tum",
+        ".pincam",
+        ".xmp",
+        ".cameramodel",
+        ".r3d",
+        ".camera",
+        ".gz",
+    ]
+)
 
 
 def _add(command: argparse.ArgumentParser) -> None:
@@ -20,6 +51,7 @@ def _add(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
+    from ..errors import FormatError, WorldError
     from ..info import info, info_cameras
     from ..world.load import load_with_assumed_axis
 
@@ -27,8 +59,25 @@ def _run(options: argparse.Namespace) -> None:
     if path.is_dir() or options.camera_format is not None or _is_calibration(path):
         cameras = load_calibration(options.world, options)
         print(info_cameras(cameras, cameras.rigs))
+        return
+    try:
+        world = load_with_assumed_axis(path, folder=options.folder)
+    except (FormatError, WorldError):
+        if path.suffix.lower() != ".toml" or (found := _calibration_in_toml(options)) is None:
+            raise
+        print(info_cameras(found, found.rigs))
     else:
-        print(info(load_with_assumed_axis(path, folder=options.folder)))
+        print(info(world))
+
+
+def _calibration_in_toml(options: argparse.Namespace) -> Cameras | None:
+    """The cameras of a TOML file that is not a world, such as Anipose's; None for other files."""
+    from ..errors import FormatError
+
+    try:
+        return load_calibration(options.world, options)
+    except FormatError:
+        return None
 
 
 def _is_calibration(path: Path) -> bool:
