@@ -92,7 +92,7 @@ def test_thirty_followers_show_the_images_that_are_rendered_once(
         assert each.hear("picture", moving=False, samples=SAMPLES)[1] == [leader.pictures[-1][1]]
     assert len(rendered) <= count + 2
     for each in (leader, *followers):
-        each.say("probe", id=7, u=24, v=16)
+        each.say("probe", id=7, u=24, v=16, size=[48, 32])
         values = each.hear("values", id=7)[0]["values"]
         assert values["instance"]["name"] == "box"
         assert [float(number) for number in values["depth"]["numbers"]] == [
@@ -143,7 +143,7 @@ def test_followers_change_nothing(class_server: Server, join: Join, message: dic
         follower.say(message["kind"], **fields)
     assert follower.hear("notice")[0]["text"]
     assert session_of(class_server, leader).view is before
-    follower.say("probe", id=1, u=1, v=1)  # the follower is still connected
+    follower.say("probe", id=1, u=1, v=1, size=[48, 32])  # the follower is still connected
     follower.hear("values", id=1)
 
 
@@ -226,7 +226,7 @@ def test_tokens_are_sent_only_to_clients_that_may_lead(class_server: Server, joi
     token = class_server.token
     seen: list[str] = []
     for each in (follower, leader):
-        each.say("probe", id=1, u=1, v=1)
+        each.say("probe", id=1, u=1, v=1, size=[48, 32])
         while (message := each.next()[0])["type"] != "values":
             seen.append(str(message))
         if each is follower:

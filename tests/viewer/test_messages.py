@@ -65,7 +65,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "channel": {"name": "depth"},
     "display": {"exposure": -1.5, "view": "agx"},
     "quality": {"integrator": "path"},
-    "probe": {"id": 7, "u": 0, "v": 1079},
+    "probe": {"id": 7, "u": 0, "v": 1079, "size": [1920, 1080]},
     "pick": {"u": 0, "v": 1079},
     "hold": {"pixel": [24, 16]},
     "follow": {"mode": "detach"},

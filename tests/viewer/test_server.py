@@ -202,7 +202,7 @@ def test_three_invalid_messages_disconnect_only_their_client(client: Client, ope
     for junk in ("junk", json.dumps({"type": "move"}), json.dumps({"type": "hello", "session": "", **SPACE})):
         bad.socket.send(junk)
     assert_ended(bad)
-    client.say("probe", id=1, u=1, v=1)
+    client.say("probe", id=1, u=1, v=1, size=[48, 32])
     assert client.hear("values")[0]["id"] == 1
 
 
@@ -346,15 +346,21 @@ def test_probes_return_the_values_of_the_image(client: Client, small_world: rayc
     names = [channel["name"] for channel in client.welcome["channels"] if channel["name"] != "error"]
     expected = raycam.render(small_world, small_world.camera("front"), samples=16, channels=names)
     for id, (u, v) in enumerate([(24, 16), (0, 0), (47, 31), (10, 25)]):
-        client.say("probe", id=id, u=u, v=v)
+        client.say("probe", id=id, u=u, v=v, size=[48, 32])
         values = client.hear("values", id=id)[0]["values"]
         assert set(values) == set(names)
         for name in names:
             numbers = np.array([float(number) for number in values[name]["numbers"]], expected[name].dtype)
             assert numbers.tobytes() == np.atleast_1d(expected[name][v, u]).tobytes(), name
-    client.say("probe", id=9, u=24, v=16)
+    client.say("probe", id=9, u=24, v=16, size=[48, 32])
     values = client.hear("values", id=9)[0]["values"]
     assert (values["instance"]["name"], values["category"]["name"]) == ("box", "crate")
+
+
+def test_probe_of_an_image_of_another_size_is_not_answered(client: Client) -> None:
+    client.say("probe", id=1, u=24, v=16, size=[96, 64])
+    client.say("probe", id=2, u=24, v=16, size=[48, 32])
+    assert client.hear("values")[0]["id"] == 2
 
 
 def test_image_versions_never_decrease(client: Client) -> None:

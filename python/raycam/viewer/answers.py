@@ -118,12 +118,17 @@ class Answers:
 
 
 def probe(session: Session, message: Probe) -> None:
-    """Sends the values of the pixel that the message specifies."""
+    """Sends the values of the pixel that the message specifies.
+
+    After a change of the window's size, the client may still show an image of the old size. The values are those of
+    this image, unless a newer image was sent: then nothing is sent, and the client repeats the request.
+    """
     with session.lock:
-        view, still = session.view, session.images.still
-    camera = view.still_camera
-    if message.u >= camera.size[0] or message.v >= camera.size[1]:
+        views, still = (session.view, session.images.sent_view), session.images.still
+    view = next((each for each in views if each is not None and each.size == tuple(message.size)), None)
+    if view is None or message.u >= view.size[0] or message.v >= view.size[1]:
         return
+    camera = view.still_camera
     still = still if still and still.size == camera.size else None
     values = values_at(view.world, camera, still, message.u, message.v, view.object_names)
     session.connection.send(

@@ -501,12 +501,17 @@ class Quality(Message):
 
 @dataclass(frozen=True)
 class Probe(Message):
-    """Requests the values of a pixel."""
+    """Requests the values of a pixel in an image of `size` (width, height).
+
+    If neither the view nor the image that was sent last has this size, the request is not answered: the client
+    repeats it with the next image.
+    """
 
     KIND = "probe"
     id: Number
     u: Annotated[int, Range(0, MAX_IMAGE_SIZE[0] - 1)]
     v: Annotated[int, Range(0, MAX_IMAGE_SIZE[1] - 1)]
+    size: Annotated[list[int], Length(2, 2), Range(1, max(MAX_IMAGE_SIZE))]
 
 
 @dataclass(frozen=True)

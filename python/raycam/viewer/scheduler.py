@@ -320,6 +320,7 @@ class Scheduler(threading.Thread):
         """Sends an image to a client and its followers."""
         if session.role.is_attached:  # the session was attached after the image was started
             return
+        session.images.sent_view = view
         width, height = view.size
         message = {
             "type": "picture",

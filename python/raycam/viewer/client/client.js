@@ -8,6 +8,7 @@ import { ComparePanel } from "./panel/compare.js";
 import { DisplayControls } from "./panel/display.js";
 import { byId, fillSelect, saveFile } from "./dom.js";
 import { listExplanations, showExplaining, showExplanation } from "./panel/explain.js";
+import { showSize } from "./held.js";
 import { fillLegend, fillScale } from "./panel/legend.js";
 import { sixDigits } from "./image/numbers.js";
 import { NoticeBox } from "./panel/notices.js";
@@ -146,8 +147,7 @@ export class Client {
     this.tiles.forget();
     this.frameB = other || null;
     byId("status-picture", HTMLElement).textContent = `${width} x ${height}`;
-    this.picture.setSize(width, height);
-    if (this.held && (this.held.column >= width || this.held.row >= height)) this.hold(null);
+    showSize(this, { width, height });
     if (plane) {
       this.controls.show(plane, this.isExact);
       this.repaint();
@@ -321,7 +321,7 @@ export class Client {
     this.probed = performance.now();
     const pixel = this.held || this.hovered;
     if (pixel && pixel.column < this.picture.width && pixel.row < this.picture.height) {
-      this.transport.send({ type: "probe", id: ++this.probes, u: pixel.column, v: pixel.row });
+      this.transport.send({ type: "probe", id: ++this.probes, u: pixel.column, v: pixel.row, size: [this.picture.width, this.picture.height] });
     }
   }
 

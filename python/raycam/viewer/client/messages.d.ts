@@ -237,12 +237,17 @@ export interface Quality {
   integrator: "direct" | "path";
 }
 
-/** Requests the values of a pixel. */
+/** Requests the values of a pixel in an image of `size` (width, height).
+
+    If neither the view nor the image that was sent last has this size, the request is not answered: the client
+    repeats it with the next image.
+     */
 export interface Probe {
   type: "probe";
   id: number;
   u: number;
   v: number;
+  size: number[];
 }
 
 /** Requests the exact numbers of a part of the shown channel, of at most 65,536 pixels. */

@@ -42,6 +42,8 @@ class Images:
         self.preview: Frame | None = None
         """The moving image of this version in full size, which is blended with the first samples."""
         self._shown: tuple[int, str] = (-1, "")
+        self.sent_view: View | None = None
+        """The view of the image that was sent last; a client shows this image until the next one."""
 
     def restart(self) -> None:
         """Starts a new version; its first image is a moving image: fast, with one sample."""
