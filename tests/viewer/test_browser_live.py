@@ -418,7 +418,7 @@ def test_clients_share_the_world_and_have_their_own_cameras(
     other = Session(session.view.opened.edits, world.camera("wide"), samples=SAMPLES, title="w")
     camera = session.view.camera
     version = session.images.version
-    other.view.opened.edits.edit("object", 0, "color", "#00ff00")
+    other.view.opened.edits.edit_material(0, None, "color", "#00ff00")
     until(lambda: session.images.version > version)
     rest(tab, session)
     assert session.view.world.objects[0].name == "ball"
