@@ -156,7 +156,7 @@ def test_keys_with_equals_signs_are_read(tmp_path: Path, head: str, ending: str)
 
 def test_world_files_are_not_read_as_calibrations(tmp_path: Path) -> None:
     text = '[[object]]\nbox = {size = 1}\n[[camera]]\nname = "a"\nfx = 1\nfy = 1\ncx = 1\ncy = 1\n'
-    with raises(raycam.FormatError, mentions=["unknown"]):
+    with raises(raycam.FormatError, mentions=["world file", "raycam.load(path).cameras"]):
         load(tmp_path / "world.toml", text)
 
 
@@ -244,3 +244,16 @@ def test_baseline_without_r_and_t_is_refused(tmp_path: Path) -> None:
         placed = {"R": np.eye(3).tolist(), "T": [-0.12, 0, 0]}
         cameras = load(tmp_path / "b.json", {**pair, "baseline": 0.12, **placed})
         np.testing.assert_allclose(cameras["right"].C, [0.12, 0, 0])
+
+
+def test_focal_lengths_in_npz_files_are_read(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", **{**FOCALS, "width": 640, "height": 480})  # type: ignore[arg-type]
+    camera = raycam.load_cameras(tmp_path / "a.npz")["a"]
+    np.testing.assert_array_equal(camera.K, K)
+    assert camera.size == (640, 480)
+
+
+def test_json_lines_are_read_as_a_list(tmp_path: Path) -> None:
+    lines = [json.dumps({"name": name, **BASE}) for name in ("front", "back")]
+    cameras = load(tmp_path / "a.jsonl", "\n".join(lines) + "\n")
+    assert list(cameras) == ["front", "back"]

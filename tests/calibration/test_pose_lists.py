@@ -1,4 +1,4 @@
-"""Lists of poses in JSON and YAML without K: quaternions, R and t, and matrices whose key states the direction."""
+"""Lists of poses without K: quaternions, R and t, matrices whose key states the direction, and tables with units."""
 
 from __future__ import annotations
 
@@ -86,3 +86,47 @@ def test_r_and_t_are_camera_from_world(tmp_path: Path) -> None:
 def test_axes_alone_keep_the_direction_of_the_key(tmp_path: Path) -> None:
     w2c = np.diag([1.0, -1, -1, 1]) @ np.linalg.inv(WORLD_FROM_CAMERA)
     check(read(tmp_path, {"w2c": [w2c.tolist()] * 2}, axes="opengl"))
+
+
+ROW = [1.5, *C.tolist(), *XYZW]
+
+
+@pytest.mark.parametrize("separator", [" ", ","])
+@pytest.mark.parametrize("head", ["", "timestamp x y z qx qy qz qw\n"])
+def test_comments_after_the_numbers_of_a_trajectory_are_ignored(
+    tmp_path: Path, separator: str, head: str
+) -> None:
+    if separator == "," and not head:
+        head = "timestamp x y z qx qy qz qw\n"
+    rows = [separator.join(map(str, [time, *ROW[1:]])) + "  # pose" for time in (1.5, 2.5)]
+    (tmp_path / "a.txt").write_text(head.replace(" ", separator) + "\n".join(rows) + "\n")
+    cameras = raycam.load_cameras(tmp_path / "a.txt", intrinsics=CAMERA)
+    assert len(cameras) == 2
+    check(cameras)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("m", 1.0), ("mm", 1000.0)])
+def test_units_in_a_row_below_the_header_are_reported(tmp_path: Path, unit: str, factor: float) -> None:
+    values = [1500.0, *(factor * C).tolist(), *XYZW]
+    lines = ["timestamp,x,y,z,qx,qy,qz,qw", f"ms,{unit},{unit},{unit},-,-,-,-", ",".join(map(str, values))]
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        cameras = raycam.load_cameras(tmp_path / "a.csv", intrinsics=CAMERA)
+    check(cameras, center=factor * C)
+    assert next(iter(cameras.times.values())) == 1.5
+    assert has_notice(cameras.notices, "placed_cameras", "mm") == (unit == "mm")
+
+
+@pytest.mark.parametrize(
+    ("header", "word"),
+    [
+        ("time,x,y,z,roll,pitch,yaw", "roll"),
+        ("t,tx,ty,tz,rx,ry,rz", "rx"),
+        ("r11,r12,r13,r21,r22,r23,r31", "16 numbers"),
+    ],
+)
+def test_columns_of_other_rotations_are_refused_with_a_remedy(tmp_path: Path, header: str, word: str) -> None:
+    (tmp_path / "a.csv").write_text(f"{header}\n1,2,3,4,5,6,7\n")
+    with raises(raycam.FormatError, mentions=[word]):
+        raycam.load_cameras(tmp_path / "a.csv")

@@ -16,6 +16,7 @@ use crate::devices::{aria, aria_mps, real_sense, zed};
 use crate::document::number_lines::{line_with_decimal_commas, looks_like};
 use crate::document::{unread, yaml, zip_members};
 use crate::files::{about_cameras, notice_of_repairs};
+use crate::opencv::storage::is_world_file;
 use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::radiance_fields::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
 use crate::slam_settings::{ncamera, orb_slam, ov2slam, vins};
@@ -488,6 +489,12 @@ fn unknown_file(source: &InputFile) -> FormatError {
     }
     if let Some(remedy) = remedy_for_other_rotations(text) {
         return FormatError::unsupported(&source.path, remedy);
+    }
+    if is_world_file(text) {
+        return FormatError::unsupported(
+            &source.path,
+            "a world file of raycam; use raycam.load(path).cameras for its cameras",
+        );
     }
     if text.len() < MAX_EXAMINED_BYTES && ["hfov", "fov", "field_of_view"].iter().any(|word| text.contains(word)) {
         return FormatError::unsupported(

@@ -5,11 +5,20 @@ use std::path::Path;
 use raycam_formats::{FormatError, Result};
 use raycam_scene::counted;
 
-/// Lines that are neither empty nor comments (`#`, `%`, `//`), with their line numbers from 1.
+/// Lines that are neither empty nor comments (`#`, `%`, `//`), with their line numbers from 1. Comments after numbers are
+/// removed.
 pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let text = text.trim_start_matches('\u{feff}');
-    let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
+    let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, without_comment(line.trim())));
     numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%']) && !line.starts_with("//"))
+}
+
+/// Returns a row of numbers without the comment after them, as in `0.5 1 2 3 # first`; other lines are returned unchanged.
+pub(crate) fn without_comment(line: &str) -> &str {
+    let Some((numbers, _)) = line.split_once('#') else { return line };
+    let mut words = numbers.split([' ', '\t', ',', ';']).filter(|word| !word.is_empty()).peekable();
+    let has_numbers = words.peek().is_some() && words.all(|word| word.parse::<f64>().is_ok());
+    if has_numbers { numbers.trim_end() } else { line }
 }
 
 /// Returns the first line whose numbers have decimal commas, as in `0,5 1,25 2,0`, with its line number: at least three
@@ -61,4 +70,18 @@ pub(crate) fn has_kitti_matrix(text: &str) -> bool {
     data_lines(text).any(|(_, line)| {
         counts.iter().any(|&(key, count)| line.strip_prefix(key).is_some_and(|values| numbers(values, count)))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comment_after_numbers_is_removed_and_other_lines_are_unchanged() {
+        assert_eq!(without_comment("0.5 1, -2e3 # first"), "0.5 1, -2e3");
+        assert_eq!(without_comment("1 2 3#x"), "1 2 3");
+        for line in ["# 1 2", "1 a.png # b", "1 2 3", "frame#2 1 2"] {
+            assert_eq!(without_comment(line), line);
+        }
+    }
 }

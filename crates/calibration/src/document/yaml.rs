@@ -49,6 +49,9 @@ fn without_node_name(node: DocumentNode) -> DocumentNode {
 fn parse_any(text: &str, path: &Path) -> Result<DocumentNode> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let start = text.trim_start();
+    if let Some(list) = list_of_json_lines(start) {
+        return parse_strict(&list, path);
+    }
     if start.starts_with(['{', '[']) && ["\t", "//", "/*"].iter().any(|mark| text.contains(mark)) {
         return parse_strict(&without_comments(&text.replace('\t', " ")), path);
     }
@@ -66,6 +69,13 @@ fn parse_any(text: &str, path: &Path) -> Result<DocumentNode> {
         let parsed = attempts.iter().filter(|attempt| *attempt != text).find_map(|text| parse_strict(text, path).ok());
         parsed.ok_or(error)
     })
+}
+
+/// Returns JSON Lines, with one object in each line, as a list in the same lines; `None` for another text.
+fn list_of_json_lines(text: &str) -> Option<String> {
+    let lines: Vec<&str> = text.trim_end().lines().map(str::trim).collect();
+    let is_object = |line: &&str| line.starts_with('{') && line.ends_with('}');
+    (lines.len() > 1 && lines.iter().all(is_object)).then(|| format!("[{}]", lines.join(",\n")))
 }
 
 /// Indents the lines of `[...]`, because OpenCV and PyYAML accept these lines at any column, and adds a comma between

@@ -12,5 +12,5 @@ mod quaternion_pose;
 pub(crate) mod read;
 mod stacks;
 mod stereo;
-mod storage;
+pub(crate) mod storage;
 pub(crate) mod write;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::document::lens_keys::plain;
 use crate::document::number_lines::has_kitti_matrix;
-use crate::document::{Cursor, Value, npy, unread};
+use crate::document::{Cursor, Value, csv_tree, npy, unread};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::{parse, parse_tree};
 use crate::opencv::{camera, directed_pose, partner, pose, projection, quaternion_pose, stacks, stereo};
@@ -23,7 +23,10 @@ const MAX_DETECTED_BYTES: usize = 4 << 20;
 
 pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     let named = |name: &String| keys::is_camera_matrix(name) || projection::is_key(name.trim_end_matches(".npy"));
-    if npy::names(&source.bytes).iter().any(named)
+    let names = npy::names(&source.bytes);
+    let has_any = |keys: &[&str]| names.iter().any(|name| keys.contains(&&plain(name)[..]));
+    if names.iter().any(named)
+        || keys::FOCALS.iter().all(|keys| has_any(keys))
         || npy::is_npy(&source.bytes) && source.stem().is_some_and(|stem| keys::is_known(&stem))
     {
         return true;
@@ -37,7 +40,9 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
     if own || has("T_BS") && has("intrinsics") {
         return true;
     }
-    if text.len() > MAX_DETECTED_BYTES || ![":", "=", "fx", "f"].iter().any(|mark| has(mark)) {
+    if text.len() > MAX_DETECTED_BYTES
+        || ![":", "=", "<"].iter().any(|mark| has(mark)) && csv_tree::parse(text).is_none()
+    {
         return false;
     }
     let Ok(node) = parse_tree(text, path) else { return false };

@@ -38,19 +38,26 @@ fn arrays_beside(source: &InputFile, assets: &mut AssetRoot) -> Result<DocumentN
 
 /// Parses a text to a document.
 pub(super) fn parse_text(source: &InputFile) -> Result<DocumentNode> {
-    let text = source.text()?;
-    match text.trim_start().starts_with('<') {
-        true => xml::parse(text, &source.path),
-        false => parse_tree(text, &source.path),
-    }
+    parse_tree(source.text()?, &source.path)
 }
 
-/// Parses a text in TOML, YAML or JSON, or a table with a header.
+/// Parses a text in XML, TOML, YAML or JSON, or a table with a header.
 pub(super) fn parse_tree(text: &str, path: &Path) -> Result<DocumentNode> {
+    if text.trim_start().starts_with('<') {
+        return xml::parse(text, path);
+    }
     if let Some(table) = csv_tree::parse(text) {
         return Ok(table);
     }
     if is_toml(text) { toml_tree::parse(text, path) } else { yaml::parse(text, path) }
+}
+
+/// True for a world file of raycam, whose tables have these names.
+pub(crate) fn is_world_file(text: &str) -> bool {
+    let tables = ["[[object]]", "[[light]]", "[[camera]]", "[camera]", "[object]", "[light]", "[[rig]]"];
+    let has_table = text.lines().any(|line| tables.contains(&line.trim()));
+    let has_object = ["[[object]]", "[object]", "[[light]]", "[light]"].iter().any(|table| text.contains(table));
+    has_table && (has_object || ["location", "target", "fov"].iter().any(|key| text.contains(key)))
 }
 
 /// True for a text whose first line of content is a section or a key with `=`, as in TOML and INI files. raycam's world
@@ -63,6 +70,6 @@ fn is_toml(text: &str) -> bool {
     };
     let section = first.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
     let is_section = section.is_some_and(|name| is_name(name) && name.parse::<f64>().is_err());
-    let is_world = ["[[object]]", "[[light]]", "[[camera]]"].iter().any(|table| text.contains(table));
-    !is_world && (is_section && text.contains('=') || first.split_once('=').is_some_and(|(key, _)| is_name(key)))
+    !is_world_file(text)
+        && (is_section && text.contains('=') || first.split_once('=').is_some_and(|(key, _)| is_name(key)))
 }

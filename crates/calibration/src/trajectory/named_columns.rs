@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::{NoticeCode, PixelCenter, counted};
 
+use crate::document::number_lines::without_comment;
 use crate::pose::SCALED_QUATERNION;
 use crate::trajectory::stated_order::{StatedOrder, stated_order};
 use crate::{Calibration, CameraRecord, Pose, Rotation};
@@ -506,7 +507,7 @@ pub(crate) fn seconds_of(word: &str, unit: Option<f64>) -> Option<f64> {
 /// Reads the poses, world_from_camera, of the rows below a header.
 pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Calibration> {
     let mut calibration = Calibration::default();
-    let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
+    let numbered = text.lines().enumerate().map(|(i, line)| (i + 1, without_comment(line.trim())));
     let below = numbered.filter(|(line, _)| *line > columns.line);
     let rows = below.filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%', '/']));
     let mut expected = None;
