@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import raycam
@@ -65,6 +67,34 @@ def test_correct_poses_and_uniform_surfaces_give_no_notice() -> None:
         with collected() as notices:
             raycam.texture_from_photos(world, cameras, photos, size=64)
         assert [notice for notice in notices if notice.code == "misaligned_photographs"] == []
+
+
+def grey(photo: np.ndarray) -> np.ndarray:
+    return np.repeat(photo @ [[0.2126], [0.7152], [0.0722]], 3, axis=2)
+
+
+def with_gamma(photo: np.ndarray) -> np.ndarray:
+    return 255 * (photo / 255) ** 1.6
+
+
+def with_dark_corners(photo: np.ndarray) -> np.ndarray:
+    height, width = photo.shape[:2]
+    y, x = np.mgrid[:height, :width]
+    radius = np.hypot(y / height - 0.5, x / width - 0.5)
+    return photo * (1 - 0.8 * radius**2)[..., None]
+
+
+@pytest.mark.parametrize("look", [grey, with_gamma, with_dark_corners])
+def test_correct_pose_of_a_photograph_with_another_look_gives_no_notice(
+    look: Callable[[np.ndarray], np.ndarray],
+) -> None:
+    """The pattern is smooth, so that another look resembles a shift."""
+    world = panel()
+    cameras, photos = shots(world, ring_of_places(9), size=(160, 160), samples=8)
+    photos["02.png"] = np.rint(look(photos["02.png"])).astype(np.uint8)
+    with collected() as notices:
+        raycam.texture_from_photos(world, cameras, photos, size=128)
+    assert [notice for notice in notices if notice.code == "misaligned_photographs"] == []
 
 
 def test_single_photograph_has_no_shift() -> None:

@@ -18,6 +18,8 @@ MAX_SHIFT_PX = 2.0
 """Prior standard deviation of the shifts, in pixels."""
 MIN_VIEWS = 30
 """Minimum number of views for which a part of a photograph is measured."""
+MIN_NOISE = 0.005
+"""Minimum noise of photographs relative to their luminance, approximately that of 8 bits."""
 ROUNDS = 5
 """Number of reweighting rounds."""
 
@@ -41,19 +43,28 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
 
     Photographs have the sizes `sizes` [cameras, 2]; their colours are divided by `gains` [cameras, 3].
 
-    The shift d of a part of a photograph solves I(u) - others = gradient(I) d in the least squares sense, where
-    `others` is the mean of the other photographs at the same points. Source: Lucas and Kanade, An iterative image
-    registration technique with an application to stereo vision, 1981.
+    The shift d of a part of a photograph solves I(u) - others = gradient(I) d + look in the least squares sense, where
+    `others` is the mean of the other photographs at the same points. The look is a combination of the others' colours,
+    their squared luminance, and the place in the part up to degree 2: it describes another exposure, white balance,
+    tone curve, or dark corners. Sources: Lucas and Kanade, An iterative image registration technique with an
+    application to stereo vision, 1981; Baker, Gross and Matthews, Lucas-Kanade 20 years on, part 3, 2003 (changes of
+    appearance).
     """
     factors = gains[survey.camera]
-    light = (survey.color / factors) @ LUMINANCE.astype(np.float64)
+    color = survey.color / factors
+    light = color @ LUMINANCE.astype(np.float64)
     slope = survey.slope / (factors @ LUMINANCE)[:, None]
     weight = survey.weight.astype(np.float64)
-    total = np.bincount(survey.point, weights=weight, minlength=survey.points)[survey.point] - weight
-    sums = np.bincount(survey.point, weights=weight * light, minlength=survey.points)[survey.point]
     count = np.bincount(survey.point, minlength=survey.points)[survey.point]
+    total = np.bincount(survey.point, weights=weight, minlength=survey.points)[survey.point] - weight
     usable = (count > 1) & (total > 1e-3 * weight)
-    others = np.divide(sums - weight * light, total, out=np.zeros_like(total), where=usable)
+    other_color = np.zeros_like(color)
+    for channel in range(3):
+        own = weight * color[:, channel]
+        sums = np.bincount(survey.point, weights=own, minlength=survey.points)[survey.point] - own
+        np.divide(sums, total, out=other_color[:, channel], where=usable)
+    others = other_color @ LUMINANCE.astype(np.float64)
+    tones = np.column_stack([other_color, others**2])
     difference = light - others
     shift, disagreement = np.full(survey.cameras, np.nan), np.full(survey.cameras, np.nan)
     for number in range(survey.cameras):
@@ -62,35 +73,50 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
             continue
         relative = np.abs(difference[own]) / np.maximum(others[own], 1e-6)
         disagreement[number] = np.median(relative)
-        cell = np.minimum((survey.place[own] / sizes[number] * CELLS).astype(int), CELLS - 1)
+        place = survey.place[own] / sizes[number] * CELLS
+        cell = np.minimum(place.astype(int), CELLS - 1)
+        trends = _quadratics(place - cell)
         cell = cell[:, 1] * CELLS + cell[:, 0]
         squares, views = 0.0, 0
         for part in np.unique(cell):
-            some = own[cell == part]
+            inside = cell == part
+            some = own[inside]
             if len(some) >= MIN_VIEWS:
-                moved = _shift(slope[some], difference[some])
+                looks = np.column_stack([tones[some], trends[inside]])
+                moved = _shift(
+                    slope[some], looks, difference[some], MIN_NOISE * float(np.median(others[some]))
+                )
                 squares, views = squares + len(some) * float(moved @ moved), views + len(some)
         if views:
             shift[number] = np.sqrt(squares / views)
     return Alignment(shift, disagreement)
 
 
-def _shift(slope: Floats, difference: Floats) -> Floats:
-    """Returns the shift [2] that explains differences [n] by slopes [n, 2].
+def _quadratics(place: Floats) -> Floats:
+    """Returns the monomials [n, 6] of degree 0 to 2 of places [n, 2]."""
+    x, y = place.T
+    return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
 
-    The shift is damped if the slopes are small.
+
+def _shift(slope: Floats, looks: Floats, difference: Floats, noise: float) -> Floats:
+    """Returns the shift [2] that explains differences [n] by slopes [n, 2], next to a combination of looks [n, k].
+
+    The shift is damped if the looks explain the slopes, or if the slopes are small compared with the `noise`.
     """
     moved: Floats = np.zeros(2)
     weight: Floats = np.ones(len(slope))
     for _ in range(ROUNDS):
-        off = difference - slope @ moved
-        # A constant difference is caused by a wrong gain, not by a shift.
-        off = off - np.average(off, weights=weight)
-        spread = max(1.4826 * float(np.median(np.abs(off))), 1e-6)
-        weight = 1 / (1 + (off / (3 * spread)) ** 2)
-        middle = np.average(slope, axis=0, weights=weight)
-        centred = slope - middle
-        target = difference - np.average(difference, weights=weight)
-        matrix = centred.T @ (weight[:, None] * centred) / spread**2 + np.eye(2) / MAX_SHIFT_PX**2
-        moved = np.linalg.solve(matrix, centred.T @ (weight * target) / spread**2).astype(np.float64)
+        root = np.sqrt(weight)[:, None]
+        basis = np.linalg.svd(root * looks, full_matrices=False)
+        known = basis.U[:, 1e-6 * basis.S[0] < basis.S]
+        own_slope = root * slope
+        own_slope -= known @ (known.T @ own_slope)
+        off = root[:, 0] * difference
+        off -= known @ (known.T @ off)
+        spread = 1.4826 * float(np.median(np.abs((off - own_slope @ moved) / root[:, 0])))
+        variance = max(spread, noise) ** 2
+        matrix = own_slope.T @ own_slope / variance + np.eye(2) / MAX_SHIFT_PX**2
+        moved = np.linalg.solve(matrix, own_slope.T @ off / variance).astype(np.float64)
+        remaining = (off - own_slope @ moved) / root[:, 0]
+        weight = 1 / (1 + (remaining / (3 * max(spread, 1e-6))) ** 2)
     return moved

@@ -52,7 +52,7 @@ MAX_TEXEL_PX = 4.0
 """Pixels of the photographs for each side of a texel above which the texture is too small."""
 MISALIGNED_PX = 0.5
 """Shift in pixels relative to the other photographs above which a photograph may be misaligned."""
-MISALIGNED_RATIO = 3.0
+MISALIGNED_RATIO = 2.5
 """Multiple of the median shift that the shift must also exceed."""
 
 
