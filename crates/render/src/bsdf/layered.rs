@@ -10,6 +10,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use crate::bsdf::BsdfEval;
+use crate::bsdf::base_directions::BaseDirections;
 use crate::bsdf::layer_stack::LayerStack;
 use crate::bsdf::multiscatter_dielectric::MultiscatterDielectric;
 use crate::lobes::albedo_internal::InternalTransmittance;
@@ -41,6 +42,10 @@ pub(crate) struct LayeredBsdf<'a> {
     /// Fraction of light that the interface passes to the base: from `wo`, and the cosine-weighted mean.
     pub(crate) base_transmittance: f32,
     mean_base_transmittance: f32,
+    /// Distribution of the directions of the base, seen from inside; otherwise, they have a cosine distribution.
+    pub(crate) base_directions: Option<BaseDirections>,
+    /// Fractions of the base in the lobes [`DIFFUSE_REFLECTION`] and [`DIFFUSE_TRANSMISSION`].
+    pub(crate) base_fractions: [f32; 2],
     /// Directional albedo of the coat for light from `wo`.
     pub(crate) coat_albedo: f32,
     pub(crate) lobe_probabilities: [f32; LOBE_COUNT],
@@ -61,6 +66,12 @@ const GAUSS_LEGENDRE: [(f32, f32); 5] = [
     (0.769_234_66, 0.239_314_33),
     (0.953_089_95, 0.118_463_44),
 ];
+
+/// Local direction above the surface with this squared cosine, halfway between the two tangents.
+fn diagonal_direction(cos2: f32) -> Vec3 {
+    let across = ((1.0 - cos2) / 2.0).max(0.0).sqrt();
+    Vec3::new(across, across, cos2.sqrt())
+}
 
 /// Transmittance of a rough isotropic interface seen from inside; `None` for other interfaces.
 fn internal_transmittance<'a>(stack: &LayerStack<'a>) -> Option<InternalTransmittance<'a>> {
@@ -92,6 +103,8 @@ impl<'a> LayeredBsdf<'a> {
             multiscatter: MultiscatterDielectric::new(&stack, directional_albedo, wo),
             base_transmittance: 0.0,
             mean_base_transmittance: 1.0,
+            base_directions: None,
+            base_fractions: [0.0; 2],
             coat_albedo,
             lobe_probabilities: [0.0; LOBE_COUNT],
         };
@@ -99,8 +112,11 @@ impl<'a> LayeredBsdf<'a> {
             this.internal_transmittance = internal_transmittance(&stack);
             this.base_transmittance = this.base_transmittance(wo);
             this.mean_base_transmittance = this.mean_base_transmittance();
+            this.base_directions = this.base_directions();
         }
-        this.lobe_probabilities = this.compute_lobe_probabilities();
+        let weights = this.lobe_weights();
+        this.base_fractions = this.base_fractions(&weights);
+        this.lobe_probabilities = this.sampling_probabilities(weights);
         this
     }
 
@@ -153,14 +169,8 @@ impl<'a> LayeredBsdf<'a> {
         }
         // Beyond the critical angle all light is reflected, and the transmittance has a kink. Both parts are integrated
         // separately.
-        let critical_cos2 = match fresnel {
-            Fresnel::Schlick { eta: Some(eta), .. } => 1.0 - eta * eta,
-            _ => 0.0,
-        };
-        let at = |cos2: f32| {
-            let across = ((1.0 - cos2) / 2.0).max(0.0).sqrt();
-            self.base_transmittance(Vec3::new(across, across, cos2.sqrt()))
-        };
+        let critical_cos2 = self.critical_cos2();
+        let at = |cos2: f32| self.base_transmittance(diagonal_direction(cos2));
         let (mut beyond, mut within) = (0.0, 0.0);
         for (point, weight) in GAUSS_LEGENDRE {
             // The quadrature runs over the cosine instead of its square, because Schlick's transmittance is a
@@ -172,6 +182,28 @@ impl<'a> LayeredBsdf<'a> {
             }
         }
         (critical_cos2 * beyond + (1.0 - critical_cos2) * within).max(1e-6)
+    }
+
+    /// Squared cosine of the critical angle if the base is seen from inside, otherwise 0.
+    fn critical_cos2(&self) -> f32 {
+        match self.stack.base_fresnel {
+            Fresnel::Schlick { eta: Some(eta), .. } => (1.0 - eta * eta).max(0.0),
+            _ => 0.0,
+        }
+    }
+
+    fn base_directions(&self) -> Option<BaseDirections> {
+        let critical_cos2 = self.critical_cos2();
+        let transmittance = |cos2: f32| self.base_transmittance(diagonal_direction(cos2));
+        if critical_cos2 > 0.0 { BaseDirections::new(critical_cos2, transmittance) } else { None }
+    }
+
+    /// Density of [`LayeredBsdf::sample_diffuse`] at a direction with this cosine, for the reflected (0) or transmitted
+    /// (1) diffuse lobe.
+    fn diffuse_pdf(&self, cosine: f32, side: usize) -> f32 {
+        let fraction = self.base_fractions[side];
+        let relative = self.base_directions.map_or(1.0, |base| 1.0 + fraction * (base.relative_density(cosine) - 1.0));
+        cosine_hemisphere_pdf(cosine) * relative
     }
 
     /// Fractions of light that the coat and the sheen transmit. The coat's fraction depends only on the viewing
@@ -245,7 +277,7 @@ impl<'a> LayeredBsdf<'a> {
     fn eval_reflection(&self, wi: Vec3) -> BsdfEval {
         let (stack, wo) = (&self.stack, self.wo);
         let mut value = Vec3::ZERO;
-        let mut pdf = cosine_hemisphere_pdf(wi.z) * self.lobe_probabilities[DIFFUSE_REFLECTION];
+        let mut pdf = self.diffuse_pdf(wi.z, 0) * self.lobe_probabilities[DIFFUSE_REFLECTION];
         if !stack.ggx.effectively_smooth() {
             let facets = MicrofacetEval::reflection(&stack.ggx, wo, wi);
             value += stack.fresnel.reflectance(facets.cosine) * facets.weight;
@@ -282,7 +314,7 @@ impl<'a> LayeredBsdf<'a> {
         let scale = 1.0 / (stack.eta * stack.eta);
         let mut eval = BsdfEval {
             value: stack.diffuse_transmission * (self.eval_base(mirrored) * scale) + self.eval_multiscatter(wi),
-            pdf: cosine_hemisphere_pdf(-wi.z) * self.lobe_probabilities[DIFFUSE_TRANSMISSION],
+            pdf: self.diffuse_pdf(-wi.z, 1) * self.lobe_probabilities[DIFFUSE_TRANSMISSION],
         };
         if stack.transmission == Vec3::ZERO || stack.ggx.effectively_smooth() {
             return eval;

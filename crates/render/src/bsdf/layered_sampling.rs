@@ -10,10 +10,13 @@ use crate::bsdf::layered::{
 use crate::lobes::fresnel::{reflect, refract};
 use crate::lobes::shading_frame::{ShadingFrame, sample_cosine_hemisphere};
 
+fn mean(color: Vec3) -> f32 {
+    color.element_sum() / 3.0
+}
+
 impl LayeredBsdf<'_> {
-    /// Probability of sampling each lobe.
-    pub(crate) fn compute_lobe_probabilities(&self) -> [f32; LOBE_COUNT] {
-        let mean = |color: Vec3| color.element_sum() / 3.0;
+    /// Approximate albedo of each lobe below the coat, to which its sampling probability is proportional.
+    pub(crate) fn lobe_weights(&self) -> [f32; LOBE_COUNT] {
         let stack = &self.stack;
         let own = self.interface_albedo(&stack.fresnel, self.wo);
         let sheen = stack.sheen.map_or(Vec3::ZERO, |sheen| sheen.albedo_color(self.wo.z));
@@ -40,6 +43,20 @@ impl LayeredBsdf<'_> {
             weights[SPECULAR] += weights[REFRACTION];
             weights[REFRACTION] = 0.0;
         }
+        weights
+    }
+
+    /// Fractions of the base in the reflected and the transmitted diffuse lobe.
+    pub(crate) fn base_fractions(&self, weights: &[f32; LOBE_COUNT]) -> [f32; 2] {
+        let of = |color: Vec3, lobe: usize| match mean(color) * self.base_transmittance {
+            base if base > 0.0 => (base / weights[lobe]).min(1.0),
+            _ => 0.0,
+        };
+        [of(self.stack.diffuse, DIFFUSE_REFLECTION), of(self.stack.diffuse_transmission, DIFFUSE_TRANSMISSION)]
+    }
+
+    /// Probability of sampling each lobe.
+    pub(crate) fn sampling_probabilities(&self, weights: [f32; LOBE_COUNT]) -> [f32; LOBE_COUNT] {
         let sum: f32 = weights.iter().sum();
         if sum <= 0.0 {
             return [0.0, 0.0, 0.0, 0.0, f32::from(self.coat_albedo > 0.0)];
@@ -86,8 +103,8 @@ impl LayeredBsdf<'_> {
                 return self.specular_sample(frame, Vec3::new(-wo.x, -wo.y, wo.z), weight);
             }
             SPECULAR => frame.to_world(self.sample_microfacet(rest, [x, y])?),
-            DIFFUSE_REFLECTION => frame.to_world(sample_cosine_hemisphere([x, y])),
-            DIFFUSE_TRANSMISSION => frame.to_world(-sample_cosine_hemisphere([x, y])),
+            DIFFUSE_REFLECTION => frame.to_world(self.sample_diffuse(rest / probability, 0, [x, y])),
+            DIFFUSE_TRANSMISSION => frame.to_world(-self.sample_diffuse(rest / probability, 1, [x, y])),
             REFRACTION => {
                 let refracted = Vec3::ONE - self.stack.base_fresnel.reflectance(wo.z);
                 let eta = self.stack.eta;
@@ -114,6 +131,13 @@ impl LayeredBsdf<'_> {
             is_specular: false,
             eta_scale: self.eta_scale(frame, wi),
         })
+    }
+
+    /// Samples a local direction above the surface for the reflected (0) or transmitted (1) diffuse lobe; `choice`
+    /// selects the base or the other parts of the lobe.
+    fn sample_diffuse(&self, choice: f32, side: usize, random: [f32; 2]) -> Vec3 {
+        let base = self.base_directions.filter(|_| choice < self.base_fractions[side]);
+        base.map_or_else(|| sample_cosine_hemisphere(random), |base| base.sample(random))
     }
 
     /// Samples a microfacet, and returns the local direction into which it scatters light. The microfacet

@@ -8,6 +8,7 @@
 //! [`principled`] are layers; [`batch`] evaluates the frequent BSDFs for many points at once. This folder uses `lobes`,
 //! `interaction` and `prepare`.
 
+pub(crate) mod base_directions;
 pub(crate) mod batch;
 pub(crate) mod conductor;
 pub(crate) mod dielectric;

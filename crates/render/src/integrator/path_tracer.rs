@@ -30,10 +30,14 @@ const MIN_ROULETTE_DEPTH: u32 = 6;
 /// survivor would be weighted up to a throughput of about one at the first roulette, and the added noise would outweigh
 /// the saved time.
 const ROULETTE_THRESHOLD: f32 = 1.0 / 8.0;
-/// Number of bounces after which roulette ends some paths of any throughput, because light inside clear glass is never
-/// dimmed.
+/// Number of bounces after which roulette ends some paths of any throughput, because light inside clear glass and between
+/// white surfaces is never dimmed.
 const MAX_CERTAIN_BOUNCES: u32 = 11;
-const MAX_LATE_SURVIVAL: f32 = 0.95;
+/// Maximum probability of survival of such paths after a specular bounce: total reflection often traps them for ever.
+const MAX_SPECULAR_SURVIVAL: f32 = 0.95;
+/// Maximum probability of survival after other bounces. The variance of light that leaves a body would be infinite if
+/// fewer paths left it at each bounce than roulette ends.
+const MAX_SCATTERED_SURVIVAL: f32 = 0.99;
 
 /// Settings of the paths of one image.
 #[derive(Clone, Copy, Debug)]
@@ -433,7 +437,11 @@ impl PathTracer<'_> {
         let mut throughput = path.throughput * sample.weight;
         let eta_scale = path.eta_scale * sample.eta_scale;
         if self.bounce.saturating_add(2) > MIN_ROULETTE_DEPTH {
-            let max_survival = if self.bounce > MAX_CERTAIN_BOUNCES { MAX_LATE_SURVIVAL } else { 1.0 };
+            let max_survival = match (self.bounce > MAX_CERTAIN_BOUNCES, sample.is_specular) {
+                (false, _) => 1.0,
+                (true, true) => MAX_SPECULAR_SURVIVAL,
+                (true, false) => MAX_SCATTERED_SURVIVAL,
+            };
             let survival = (throughput.max_element() * eta_scale / ROULETTE_THRESHOLD).min(max_survival);
             // Paths above the threshold, which are most paths, skip drawing the random number, which is expensive.
             if survival < 1.0 {

@@ -122,6 +122,40 @@ fn mixed_transmission_conserves_energy() {
     assert!(worst.is_empty(), "{} points:\n{}", worst.len(), worst.join("\n"));
 }
 
+/// Weights of samples that stay inside a body: if their mean square exceeded 1 at most angles, the variance of light that
+/// leaves the body after many bounces would be infinite.
+#[test]
+fn weights_inside_mixed_bodies_have_a_small_mean_square() {
+    let ior = 2.6;
+    let table: &'static DielectricAlbedo = Box::leak(Box::new(DielectricAlbedo::new(ior, FresnelModel::Schlick)));
+    let fresnel =
+        Fresnel::Schlick { f0: Vec3::splat(((ior - 1.0) / (ior + 1.0)).powi(2)), f90: Vec3::ONE, eta: Some(1.0 / ior) };
+    let mut worst = vec![];
+    for (roughness, transmission) in [(0.0, 0.4), (0.15, 0.25), (0.15, 0.4), (0.7, 0.25)] {
+        let stack = LayerStack {
+            fresnel,
+            base_fresnel: fresnel,
+            ggx: Ggx::isotropic(roughness),
+            diffuse: Vec3::splat(1.0 - transmission),
+            transmission: Vec3::splat(transmission),
+            eta: 1.0 / ior,
+            dielectric_albedo: Some(table),
+            ..solid(roughness, false)
+        };
+        for degrees in [0.0f32, 15.0, 30.0, 50.0, 70.0] {
+            let frame = frame(degrees, 0.3);
+            let bsdf = Bsdf::Layered(LayeredBsdf::new(stack, &frame));
+            let count = 1 << 14;
+            let samples = (0..count).filter_map(|i| bsdf.sample(&frame, spread(i))).filter(|sample| sample.wi.z > 0.0);
+            let square = samples.map(|sample| f64::from(sample.weight.x).powi(2)).sum::<f64>() / f64::from(count);
+            if square > 1.25 {
+                worst.push(format!("roughness {roughness}, transmission {transmission}, {degrees} degrees: {square}"));
+            }
+        }
+    }
+    assert!(worst.is_empty(), "{}", worst.join("\n"));
+}
+
 /// The documented losses are percentages at the roughness 0.1, 0.3, 0.6 and 1.
 #[test]
 fn documented_losses_equal_the_measured_losses() {
