@@ -75,11 +75,11 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
         disagreement[number] = np.median(relative)
         place = survey.place[own] / sizes[number] * CELLS
         cell = np.minimum(place.astype(int), CELLS - 1)
+        number_of_cell = cell[:, 1] * CELLS + cell[:, 0]
         trends = _quadratics(place - cell)
-        cell = cell[:, 1] * CELLS + cell[:, 0]
         squares, views = 0.0, 0
-        for part in np.unique(cell):
-            inside = cell == part
+        for part in np.unique(number_of_cell):
+            inside = number_of_cell == part
             some = own[inside]
             if len(some) >= MIN_VIEWS:
                 looks = np.column_stack([tones[some], trends[inside]])
