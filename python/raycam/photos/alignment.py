@@ -60,8 +60,8 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
     usable = (count > 1) & (total > 1e-3 * weight)
     other_color = np.zeros_like(color)
     for channel in range(3):
-        own = weight * color[:, channel]
-        sums = np.bincount(survey.point, weights=own, minlength=survey.points)[survey.point] - own
+        weighted = weight * color[:, channel]
+        sums = np.bincount(survey.point, weights=weighted, minlength=survey.points)[survey.point] - weighted
         np.divide(sums, total, out=other_color[:, channel], where=usable)
     others = other_color @ LUMINANCE.astype(np.float64)
     tones = np.column_stack([other_color, others**2])
