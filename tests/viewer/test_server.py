@@ -403,6 +403,24 @@ def test_reconnected_client_keeps_its_view(server: Server, client: Client, open_
     assert back.hear("picture", moving=False)[0]["samples"] == 16
 
 
+def test_image_follows_the_welcome_message_of_a_slow_reconnection(
+    server: Server, client: Client, open_socket: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    greet = Session.greet
+
+    def greet_late(session: Session) -> None:
+        server.scheduler.wake()
+        time.sleep(0.5)
+        greet(session)
+
+    client.hear("picture", samples=16)
+    client.socket.close()
+    until(lambda: not server.sessions[client.welcome["session"]].connection.is_open)
+    monkeypatch.setattr(Session, "greet", greet_late)
+    back = Client(open_socket(), client.welcome["session"])
+    assert back.hear("picture", moving=False)[0]["samples"] == 16
+
+
 def test_session_of_a_connected_client_cannot_be_taken_over(client: Client, open_socket: Open) -> None:
     assert Client(open_socket(), client.welcome["session"]).welcome["session"] != client.welcome["session"]
 

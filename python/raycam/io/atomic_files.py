@@ -29,8 +29,8 @@ MAX_ENDING_BYTES = 40
 MAX_LOCK_ATTEMPTS = 8
 """Number of temporary files that are created until one can be locked; the last one is used without a lock."""
 
-DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS)
-"""Errors after which an existing file is kept: the disk is full, failing or write-protected."""
+DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.EACCES)
+"""Errors after which an existing file is kept: the disk is full, failing or write-protected, or access is denied."""
 
 MAX_LINKS = 40
 """Maximum number of symbolic links followed one after another, as in Linux."""

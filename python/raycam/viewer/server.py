@@ -276,8 +276,6 @@ class Server:
             limit = MOST_SESSIONS if self.following is None else MOST_FOLLOWERS
             await connection.close(TRY_AGAIN_LATER, f"too many clients: the limit is {limit}")
             return None
-        if not session.role.is_attached:
-            session.images.show_again()
         loop = asyncio.get_running_loop()
 
         def send(message: dict[str, Any], buffers: Sequence[bytes]) -> None:
@@ -295,6 +293,9 @@ class Server:
             session.greet()
         else:
             self.following.connect(session)
+        # Clients ignore images that arrive before the welcome message, so the image is sent again after it.
+        if not session.role.is_attached:
+            session.images.show_again()
         self.scheduler.wake()
         return session
 
