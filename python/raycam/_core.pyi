@@ -173,7 +173,7 @@ def read_cameras(
     size: _Size | None,
     intrinsics: Camera | None,
     lens: str | None = None,
-    poses: tuple[bool | None, bool | None] = (None, None),
+    poses: tuple[bool | None, bool | None] = ...,
 ) -> tuple[list[Record], list[Notice]]: ...
 def render_many(
     world: World,

@@ -215,9 +215,11 @@ def load_cameras(
     calibration file), or from a calibration in the same folder. `size` (width, height) is required if neither the
     file nor an image next to it has a size; cameras of another size are resized, or rejected if the aspect ratio
     differs. `model` (as in `Camera`) is the lens model of coefficients for which the file does not specify one: four
-    numbers under `D`, for example, may belong to `cv2.fisheye`. `direction` and `axes` describe pose matrices in
-    files that do not specify them ("poses"); without these arguments, a notice reports what was assumed. Each camera
-    has the `pixel_center` of its format. World coordinates are the file's; `up` is the axis for roll, pitch and yaw.
+    numbers under `D`, for example, may belong to `cv2.fisheye`. `direction` and `axes` describe poses in files
+    that do not specify them. Without `direction`, a list of poses ("poses") is read as world_from_camera, with a
+    notice; a pose next to K whose key specifies no direction raises `FormatError`. Without `axes`, the axes are
+    OpenCV's. Each camera has the `pixel_center` of its format. World coordinates are the file's; `up` is the axis for
+    roll, pitch and yaw.
 
     For the trajectory of a body ("euroc", "kitti-360"), the pose of `intrinsics` (`T_BS`) is the camera's pose on the
     body. Notices report what was assumed or omitted, and values that look wrong, such as a K for another resolution

@@ -96,7 +96,7 @@ def test_unit_in_the_key_of_a_rotation_vector_is_applied(tmp_path: Path, key: st
 
 
 @pytest.mark.parametrize("key", ["euler_xyz_deg", "rpy_degrees", "rotation_deg"])
-def test_angles_are_refused_as_angles(tmp_path: Path, key: str) -> None:
+def test_angles_are_refused_with_a_message_about_angles(tmp_path: Path, key: str) -> None:
     with raises(raycam.FormatError, mentions=[key, "angles"]):
         load(tmp_path / "a.json", {**BASE, key: [10, 20, 30], "translation": T.tolist()})
 
@@ -124,7 +124,7 @@ def test_transform_without_a_direction_in_a_map_of_extrinsics_is_refused(tmp_pat
 
 
 @pytest.mark.parametrize("is_nested", [False, True])
-def test_names_may_be_the_only_keys_of_a_lists_items(tmp_path: Path, is_nested: bool) -> None:
+def test_list_items_with_a_name_as_only_key_become_named_cameras(tmp_path: Path, is_nested: bool) -> None:
     items = [{"front": BASE}, {"back": {**BASE, "K": (2 * K).tolist()}}]
     cameras = load(tmp_path / "a.json", {"cameras": items} if is_nested else items)
     assert list(cameras) == ["front", "back"]

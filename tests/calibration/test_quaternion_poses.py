@@ -116,7 +116,7 @@ def test_direction_in_the_key_needs_no_argument(
         check(camera, R.inv().as_matrix(), -R.inv().apply(C))
 
 
-def test_recommended_names_of_an_error_are_read(tmp_path: Path) -> None:
+def test_keys_recommended_by_an_error_are_read(tmp_path: Path) -> None:
     with raises(raycam.FormatError, mentions=["orientation_wxyz", "orientation_xyzw"]):
         read(tmp_path, {"position": C.tolist(), "orientation": numbers("wxyz")})
     with raises(raycam.FormatError, mentions=["c2w_orientation_wxyz"]):

@@ -140,7 +140,7 @@ def test_only_calibration_in_a_folder_is_read_and_several_are_refused(
         ("calib.yaml -o a.yaml", "--to"),
         ("calib.yaml --to opencvv", "did you mean 'opencv'"),
         ("stereo.yaml:cam2", "did you mean 'cam1'"),
-        ("calib.yaml --direction camera_from_world", "omit direction and axes"),
+        ("calib.yaml --direction camera_from_world", "omit direction= and axes="),
         ("calib.yaml --lens fish", "did you mean"),
         ("calib.yaml --format kalibrr", "did you mean"),
         ("none.yaml", "No such file"),

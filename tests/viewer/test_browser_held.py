@@ -40,7 +40,7 @@ def middle_of_blue(session: Session) -> tuple[int, int]:
     return int(column), int(row)
 
 
-def test_click_on_an_outdated_image_selects_what_the_image_shows(
+def test_click_on_an_outdated_image_selects_the_material_in_this_image(
     tab: Tab, viewer: Viewer, session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert viewer._server is not None

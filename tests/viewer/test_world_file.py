@@ -138,7 +138,7 @@ def test_edited_slots_are_saved_in_world_files_and_glb(tmp_path: Path, table: st
         (("7", "0"), "[object.slots.7]\nopacity = 0.5\n"),  # no slot has the number 7
     ],
 )
-def test_edited_slot_is_saved_whatever_the_names_of_the_materials(
+def test_edited_slot_is_saved_with_any_material_names(
     tmp_path: Path, names: tuple[str, str], table: str
 ) -> None:
     two_materials(tmp_path).to_gltf(tmp_path / "m.glb")

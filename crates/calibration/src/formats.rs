@@ -493,15 +493,15 @@ fn unknown_file(source: &InputFile) -> FormatError {
     if is_world_file(text) {
         return FormatError::unsupported(
             &source.path,
-            "a world file of raycam; use raycam.load(path).cameras for its cameras",
+            "this is a raycam world file, not a calibration; read its cameras with raycam.load(path).cameras",
         );
     }
     if text.len() < MAX_EXAMINED_BYTES && ["hfov", "fov", "field_of_view"].iter().any(|word| text.contains(word)) {
         return FormatError::unsupported(
             &source.path,
-            "no focal length or camera matrix found, only a field of view; write fx, fy, cx \
-             and cy, where fx is (width / 2) / tan(horizontal angle / 2), or create a camera with \
-             raycam.Camera.from_pose(location, fov=VERTICAL_DEGREES, size=(width, height))",
+            "no focal length or camera matrix found, only a field of view; write \
+             fx = fy = (width / 2) / tan(horizontal angle / 2), cx = (width - 1) / 2 and cy = (height - 1) / 2, or \
+             create a camera with raycam.Camera.from_pose(location, fov=VERTICAL_DEGREES, size=(width, height))",
         );
     }
     if looks_like(text, 7) {
@@ -546,7 +546,7 @@ fn lend_size(records: &mut [CameraRecord], known: &ReadHints) -> Option<Notice> 
     }
     (lent > 0).then(|| {
         let message = format!(
-            "the file has no size for {}; the other cameras' size is used, {} x {} (set another with size= or --size)",
+            "the file has no size for {}; the other cameras' size is used, {} x {} (set another size with size= or --size)",
             counted(lent, "camera"),
             size[0],
             size[1]
@@ -591,7 +591,10 @@ fn finish(
     if !known.poses.is_empty() && !format.open_poses && !calibration.used_convention {
         return Err(FormatError::whole(
             path,
-            format!("{} specifies the direction and the axes of its poses; omit direction and axes", format.name),
+            format!(
+                "{} specifies the direction and the axes of its poses; omit direction= and axes= (--direction and --axes)",
+                format.name
+            ),
         ));
     }
     if let Some(intrinsics) = &known.intrinsics
@@ -603,7 +606,7 @@ fn finish(
             NoticeCode::IgnoredKey,
             "the poses are interpreted as those of the camera itself; the pose in the intrinsics (a mount, such as \
              T_BS or T_cam_imu) is ignored. For the poses of a body, use the rig: rig.at_pose(R, C), or raycam \
-             dataset --rig FILE --poses FILE",
+             dataset WORLD -o FOLDER --rig FILE --poses FILE",
         );
     }
     calibration.notices.extend(name_repeated_times(&mut calibration.records));

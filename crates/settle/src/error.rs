@@ -28,8 +28,10 @@ pub enum SettleError {
 /// Number of attempts, if several, and the remedy. Without a target, there is only one attempt.
 fn attempts_and_remedy(attempts: usize) -> String {
     match attempts {
-        1 => "; use more time, or place the objects closer to where they come to rest".into(),
-        _ => format!(" (last of {attempts} attempts); use fewer objects, a larger region, more time or another seed"),
+        1 => "; increase seconds, or place the objects closer to where they come to rest".into(),
+        _ => {
+            format!(" (last of {attempts} attempts); use fewer objects, a larger region, more seconds or another seed")
+        }
     }
 }
 

@@ -230,7 +230,10 @@ class Renderer:
         """
         camera = self.camera or self._view
         if self._scene is None or camera is None:
-            text = "render: no scene, so the image is empty; call mujoco.mj_forward and update_scene first"
+            text = (
+                "render: no scene, so the image is empty; call mujoco.mj_forward(model, data) and "
+                "update_scene(data) first"
+            )
             warnings.warn(Notice(text, "missing_value"), stacklevel=2)
             found = self._empty_image(self._size if self.camera is None else self.camera.size)
         else:

@@ -112,7 +112,7 @@ class JobPackage:
         return self._header + self.world_bytes
 
     def to_file(self) -> bytes:
-        """The bytes of the package's file in the job's folder, compressed unless they are many."""
+        """Returns the bytes of the package's file, compressed up to `COMPRESSION_LIMIT_BYTES`."""
         data = self.to_bytes()
         return zlib.compress(data) if len(data) <= COMPRESSION_LIMIT_BYTES else data
 

@@ -92,9 +92,7 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
             given, problem = _numbers(ray, (3,), P, u, v)
             if given is None:
                 if np.shape(_call(ray, P, u, v)[0]) == (4,):
-                    problem = (
-                        "The result has 4 numbers: the ray is X' - C, after X' is divided by its fourth."
-                    )
+                    problem = "The result has 4 numbers: divide X' by its fourth, then subtract C, which leaves 3 numbers."
                 return Verdict(False, problem)
             if not given.any():
                 other, _ = _numbers(ray, (3,), P, 24, 18)
@@ -132,8 +130,14 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
                 (_direction(P, u + 0.5, v + 0.5), HALF_PIXEL),
                 (_direction(P, u - 0.5, v - 0.5), HALF_PIXEL),
                 (_direction(P, v, u), "u and v are swapped: u is the column, v the row, x = (u, v, 1)."),
-                (_direction(P, int(u), int(v)), "u and v are rounded: a pixel may lie between two centres."),
-                (_direction(P, u + 1, v + 1), "The pixels are counted from 1: the first pixel is (0, 0)."),
+                (
+                    _direction(P, int(u), int(v)),
+                    "u and v are rounded: use them unchanged, because a point may lie between two pixel centres.",
+                ),
+                (
+                    _direction(P, u + 1, v + 1),
+                    "The pixels are counted from 1; count from 0, because the first pixel is (0, 0).",
+                ),
             ]
             return Verdict(
                 False, _hint(given, hints, f"Pixel ({u}, {v}): {_difference('r', given, expected)}")
@@ -279,7 +283,9 @@ def check_image(numbers: Any, world: World, camera: Camera) -> Verdict:
 NO_TRIANGLE = "Return -1 if the ray meets nothing in front of the camera."
 UNANSWERED = "The function returns nothing yet."
 HOMOGENEOUS_CENTER = "The null vector of P is homogeneous: divide its first three numbers by the fourth."
-THIRD_COORDINATE = "The ray of pixel (0, 0) has length zero: the third coordinate of x is 1, x = (u, v, 1)."
+THIRD_COORDINATE = (
+    "The ray of pixel (0, 0) has length zero: the third coordinate of x must be 1, x = (u, v, 1)."
+)
 SAME_CAMERA = "The result belongs to another camera: use the argument P, not the notebook's camera."
 HALF_PIXEL = (
     "The ray is half a pixel off: integer coordinates are pixel centres, so do not add or subtract 0.5."

@@ -206,7 +206,8 @@ def _slot_tables(slots: Mapping[Any, Any]) -> dict[str, Any]:
     for slot, changes in slots.items():
         if str(slot) in found:
             raise WorldError(
-                f"slots: slot {slot} occurs twice, as an integer and as a string", code="conflicting_values"
+                f"slots: slot {slot} occurs twice, as an integer and as a string; remove one of them",
+                code="conflicting_values",
             )
         found[str(slot)] = changes
     return found

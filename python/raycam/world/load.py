@@ -114,7 +114,7 @@ def load(
 def load_with_assumed_axis(
     path: str | os.PathLike[str], *, up: Literal["z", "y"] | None = None, **options: Any
 ) -> World:
-    """Loads a file as `load` does, but without `up`, an OBJ file is y up, as in the command line and in views."""
+    """Loads a file like `load`, but assumes y up for OBJ files if `up` is None."""
     world = load(path, up=up or assumed_up_axis(path), **options)
     world._is_up_assumed = up is None and not has_up_axis(path)
     return world

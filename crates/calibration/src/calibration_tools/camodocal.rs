@@ -43,7 +43,11 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, _: &ReadHints) -> Resu
     let mut notices = root.unread_keys(|key| KEYS.contains(&key) || key == MASK_FLAG)?;
     if let Some(at) = root.get(MASK_FLAG) {
         let subject = format!("{MASK_FLAG} (line {})", at.node.line);
-        notices.push(Notice::about(NoticeCode::IgnoredKey, subject, "ignored"));
+        notices.push(Notice::about(
+            NoticeCode::IgnoredKey,
+            subject,
+            "ignored: in VINS, it masks the corners of images; model_type specifies the lens model",
+        ));
     }
     let record = camera(&root, source.stem().unwrap_or_else(|| "camera".into()))?;
     Ok(Calibration { records: vec![record], notices, ..Calibration::default() })

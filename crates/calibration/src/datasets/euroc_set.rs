@@ -40,7 +40,8 @@ pub(crate) fn read(folder: &Folder, assets: &mut AssetRoot, hints: &ReadHints) -
     calibration.note(
         NoticeCode::PlacedCameras,
         "camera poses are relative to the body (T_BS); for its trajectory, use data.csv of \
-         state_groundtruth_estimate0 or mocap0 (raycam dataset --rig FOLDER --poses data.csv, or rig.at_pose(R, C))",
+         state_groundtruth_estimate0 or mocap0 (raycam dataset WORLD -o FOLDER --rig FOLDER --poses data.csv, or \
+         rig.at_pose(R, C))",
     );
     Ok(calibration)
 }

@@ -44,7 +44,7 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
         calibration.note(
             NoticeCode::AssumedConvention,
             format!(
-                "K and size are TartanAir's: f = 320, {} x {} (set others with intrinsics= or --intrinsics)",
+                "K and size are TartanAir's: f = 320, {} x {} (set another K with intrinsics= or --intrinsics)",
                 size[0], size[1]
             ),
         );

@@ -41,8 +41,8 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
     let mut k = upper([fx, fy, cx, cy]);
     if let Some(at) = view.find_value(&keys::FOCAL_PAIR)?.filter(|_| MAX_FOCALS_PER_CENTER * fx < cx.max(cy)) {
         return Err(at.fail(format_args!(
-            "{fx} is very short next to the principal point ({cx}, {cy}) and may be in millimetres; expected pixels: \
-             divide by the sensor's width in millimetres and multiply by the image's width in pixels"
+            "{fx} is much smaller than the principal point ({cx}, {cy}) and may be in millimetres; expected pixels: \
+             millimetres / (sensor width in millimetres) * (image width in pixels)"
         )));
     }
     k.y_axis.x = skew.map_or(0.0, |(skew, _)| skew);

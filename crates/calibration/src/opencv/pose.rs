@@ -246,7 +246,7 @@ pub(super) fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
             let vector = Rotation::from_vector(at.array::<3>()?).map_err(|message| at.fail(message))?;
             return Ok(vector.matrix());
         }
-        4 => return Err(unknown_order_error(at.name(), at)),
+        4 => return Err(unknown_order_error("quaternion", at)),
         _ => {}
     }
     let r = at.matrix3()?;
@@ -434,7 +434,7 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
         _ if !hints.poses.is_empty() => calibration.used_convention = true,
         None => {}
         Some(world_from_camera) => {
-            let axes = "OpenCV axes (use axes=\"opengl\" if y points up and z backward)";
+            let axes = "OpenCV axes (if y points up and z backward, use axes=\"opengl\" or --axes opengl)";
             let message = match (between(&plain(key)), world_from_camera) {
                 (Some((body, true)), _) => {
                     format!("read as {body}_from_camera with {axes}; the coordinate frame of {body} is the world frame")
@@ -464,8 +464,7 @@ pub(super) fn convention_of_key(
     match (stated, hints.world_from_camera) {
         (Some(stated), Some(given)) if stated != given => Err(at.fail_as(
             ErrorCode::ConflictingValues,
-            "the name of the key specifies the other direction than direction= (--direction); omit direction= or \
-             rename the key",
+            "the key's name contradicts direction= (--direction); omit this argument or rename the key",
         )),
         (Some(direction), _) | (None, Some(direction)) => Ok(hints.directed(direction)),
         (None, None) => Err(at.fail_as(ErrorCode::MissingArgument, unknown())),

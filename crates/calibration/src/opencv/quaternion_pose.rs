@@ -80,7 +80,9 @@ fn find_quaternion<'a>(view: &KeyView<'a>) -> Result<Option<FoundQuaternion<'a>>
             let dot = |a: [f64; 4], b: [f64; 4]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let (a, b) = (first.wxyz, other.wxyz);
             if dot(a, b).powi(2) < (1.0 - 1e-6) * dot(a, a) * dot(b, b) {
-                return Err(at.fail(format_args!("{} contains a different rotation; remove one of them", first.at.key)));
+                return Err(
+                    at.fail(format_args!("{} contains a different rotation; remove one of the two keys", first.at.key))
+                );
             }
             first.keys.extend(other.keys);
             continue;
@@ -130,7 +132,10 @@ fn find_place<'a>(view: &KeyView<'a>, quaternion: &FoundQuaternion<'a>) -> Resul
         }
         let Some(xyz) = three_numbers(&at) else { continue };
         if let Some(first) = &found {
-            return Err(at.fail(format_args!("{} contains a position, too; remove one of them", first.keys[0])));
+            return Err(at.fail(format_args!(
+                "{} also contains the camera's position; remove one of the two keys",
+                first.keys[0]
+            )));
         }
         found = Some(FoundPlace { keys: vec![key], xyz, is_center, is_tvec });
     }

@@ -15,8 +15,8 @@ pub(crate) fn place_on_body(calibration: &mut Calibration, hints: &ReadHints, bo
             format!(
                 "the poses belong to {body}; without a mount, the cameras are placed at these poses. For the \
                  cameras' own poses, pass a camera with a mount, from a sensor.yaml with T_BS or a camchain, as \
-                 intrinsics= (--intrinsics FILE), or use a rig: rig.at_pose(R, C), or raycam dataset --rig FILE \
-                 --poses FILE"
+                 intrinsics= (--intrinsics FILE), or use a rig: rig.at_pose(R, C), or raycam dataset WORLD \
+                 -o FOLDER --rig FILE --poses FILE"
             ),
         );
         return;

@@ -28,11 +28,11 @@ pub(crate) fn convention_of(is_inverse: bool, hints: &ReadHints, notices: &mut V
     let message = match hints.poses.opengl {
         None => format!(
             "the file does not specify the direction and axes of its poses; {direction} and OpenCV axes are \
-             assumed (set them with direction= and axes=, --direction and --axes)"
+             assumed (set them with direction= and axes=, or with --direction and --axes)"
         ),
         Some(_) => format!(
-            "the file does not specify the direction of its poses; {direction} is assumed (set it with direction=, \
-             --direction)"
+            "the file does not specify the direction of its poses; {direction} is assumed (set it with direction= \
+             or --direction)"
         ),
     };
     notices.push(Notice::new(NoticeCode::AssumedConvention, message));

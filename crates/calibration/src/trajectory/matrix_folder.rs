@@ -166,8 +166,8 @@ fn with_intrinsics(
         calibration.note(
             NoticeCode::IgnoredElement,
             format!(
-                "{other} contains another K, which is ignored; use it with --intrinsics {other} (in Python, pass its \
-                 camera as intrinsics=)",
+                "{other} contains another K, which is ignored; to use it, add --intrinsics {other} (in Python, pass \
+                 the file's camera as intrinsics=)",
                 other = other.display()
             ),
         );

@@ -253,8 +253,9 @@ fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<(String, FoundMatri
         };
         if *shared.get_or_insert(key) != key {
             return Err(item.fail(format_args!(
-                "the pose is under {key:?}, but the poses above are under {:?}; expected the same key in all maps",
-                shared.unwrap_or_default()
+                "the pose is {}, but the poses above are {}; expected the same form and key in all maps",
+                describe_form(key),
+                describe_form(shared.unwrap_or_default())
             )));
         }
         let is_part = |other: &str| match key {
@@ -270,6 +271,15 @@ fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<(String, FoundMatri
         found.push((name, line, numbers));
     }
     Ok((shared.unwrap_or_default().to_owned(), found))
+}
+
+/// Describes the form of a pose in a list, from its key in the map.
+fn describe_form(key: &str) -> String {
+    match key {
+        "" => "a quaternion and a position".into(),
+        CAMERA_FROM_WORLD => format!("R and t, or under {CAMERA_FROM_WORLD:?}"),
+        key => format!("under {key:?}"),
+    }
 }
 
 /// Keys of R and t, camera_from_world.

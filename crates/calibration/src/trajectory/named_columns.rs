@@ -311,9 +311,8 @@ pub(crate) fn remedy_for_other_rotations(text: &str) -> Option<String> {
     if let Some(found) = ANGLES.iter().find(|words| words.iter().all(|word| starts(word))) {
         let [a, b, c] = found;
         return Some(format!(
-            "the header names {a}, {b} and {c}, whose meaning (axes, order, direction, unit) it does not specify; \
-             write a quaternion in columns qx qy qz qw instead, for example with \
-             scipy.spatial.transform.Rotation.from_euler or from_rotvec"
+            "the header names {a}, {b} and {c}, but not their axes, order, direction and unit; convert them to a \
+             quaternion (scipy.spatial.transform.Rotation.from_euler or from_rotvec) in columns qx qy qz qw"
         ));
     }
     let elements =
@@ -538,8 +537,10 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
             true => Rotation::scaled_quaternion(quaternion),
             false => Rotation::unit_quaternion(quaternion).map(|rotation| (rotation, false)),
         };
-        let source =
-            if columns.line == 0 { "columns in the order of the comments" } else { "columns named by the header" };
+        let source = match columns.line {
+            0 => "quaternion in the order that the comments specify",
+            _ => "quaternion in the columns that the header names",
+        };
         let (rotation, is_scaled) = rotation.map_err(|message| fail(format!("{source}: {message}")))?;
         let [x, y, z] = columns.position;
         let center = DVec3::new(number(x)?, number(y)?, number(z)?);

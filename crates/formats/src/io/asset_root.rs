@@ -252,7 +252,8 @@ impl AssetRoot {
             if self.fixed {
                 let folder = real_root.display();
                 return format!(
-                    "it is outside the folder {folder}; copy it into this folder, and write its new name into the file"
+                    "it is outside the folder {folder}; copy it into this folder, and change its name in the file that refers \
+                     to it"
                 );
             }
             let common = |(a, b): &(Component<'_>, Component<'_>)| a == b;

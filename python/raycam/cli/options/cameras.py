@@ -68,7 +68,7 @@ def add_calibration(command: argparse.ArgumentParser, *format_names: str) -> Non
         "--camera-format",
         dest="camera_format",
         metavar="FORMAT",
-        help="format of the calibration (default: detected from its contents)",
+        help="format of the files that contain cameras (default: detected from their contents)",
     )
     command.add_argument(
         "--intrinsics",
@@ -78,8 +78,8 @@ def add_calibration(command: argparse.ArgumentParser, *format_names: str) -> Non
     command.add_argument(
         "--direction",
         metavar="NAME",
-        help="direction of the calibration's poses, if the file does not specify it: world_from_camera (default) or "
-        "camera_from_world",
+        help="direction of the calibration's poses, if the file does not specify it: world_from_camera or "
+        "camera_from_world (default for lists of poses: world_from_camera, unless a name specifies the other)",
     )
     command.add_argument(
         "--axes",

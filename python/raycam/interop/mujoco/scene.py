@@ -207,7 +207,7 @@ class MujocoScene:
             omitted |= {"labels"} if geom.label else set()
             omitted |= {"materials and textures"} if geom.matid >= 0 or geom.texid >= 0 else set()
         if omitted:
-            text = f"mjvScene: parts that are not supported are omitted: {', '.join(sorted(omitted))}"
+            text = f"mjvScene: unsupported parts are omitted: {', '.join(sorted(omitted))}"
             warn_all([Notice(text, "ignored_element")])
         numbers = {number for number, element in enumerate(self.elements) if element in hidden}
         for number in numbers:

@@ -216,13 +216,16 @@ fn parse_objects<T: DeserializeOwned>(text: &str) -> serde_json::Result<T> {
     Ok(root)
 }
 
+/// Codes of the glTF Validator for values of another type or length, and for missing values.
+const INVALID_VALUE: &str = "TYPE_MISMATCH, ARRAY_LENGTH_NOT_IN_LIST or UNDEFINED_PROPERTY";
+
 /// Parses a document without its invalid optional values; `None` if other values are invalid as well.
 fn without_invalid_values(text: &str, diagnostics: &mut Diagnostics) -> Option<Root> {
     let mut json = serde_json::from_str(text).ok()?;
     let omitted = omit_invalid_values(&mut json);
     let root = Root::deserialize(ObjectsOnly(&json)).ok()?;
     for Omission { place, fault } in omitted {
-        diagnostics.note(NoticeCode::IgnoredElement, place, format!("omitted: {fault} (TYPE_MISMATCH)"));
+        diagnostics.note(NoticeCode::IgnoredElement, place, format!("omitted: {fault} ({INVALID_VALUE})"));
     }
     Some(root)
 }
@@ -232,9 +235,7 @@ fn json_error(text: &str, path: &Path, error: &serde_json::Error) -> FormatError
     let reader = &mut serde_json::Deserializer::from_str(text);
     let found: Result<Root, _> = serde_path_to_error::deserialize(ObjectsOnly(reader));
     let (code, issue) = match error.classify() {
-        serde_json::error::Category::Data => {
-            (ErrorCode::WrongType, "TYPE_MISMATCH, ARRAY_LENGTH_NOT_IN_LIST or UNDEFINED_PROPERTY")
-        }
+        serde_json::error::Category::Data => (ErrorCode::WrongType, INVALID_VALUE),
         _ => (ErrorCode::Syntax, "INVALID_JSON"),
     };
     match found {

@@ -101,7 +101,7 @@ impl Node {
         let square: f64 = (self.rotation).map_or(1.0, |xyzw| xyzw.iter().map(|v| v * v).sum());
         if self.matrix.is_some() && parts {
             Some("both matrix and translation, rotation or scale; the matrix is used (NODE_MATRIX_TRS)")
-        } else if (square.sqrt() - 1.0).abs() > 0.01 {
+        } else if square > 0.0 && (square.sqrt() - 1.0).abs() > 0.01 {
             Some("the rotation was normalised to length 1 (ROTATION_NON_UNIT)")
         } else {
             None

@@ -26,7 +26,7 @@ impl Builder<'_, '_> {
         match result {
             Ok(value) => Ok(Some(value)),
             Err(FormatError::Syntax { message, .. }) => {
-                self.diagnostics.note(NoticeCode::IgnoredElement, place, format!("{what} omitted: {message}"));
+                self.diagnostics.note(NoticeCode::IgnoredElement, place, format!("{what} is omitted: {message}"));
                 Ok(None)
             }
             Err(error) => Err(error),

@@ -127,7 +127,7 @@ fn one_budget_covers_all_files_that_a_program_names() {
 }
 
 #[test]
-fn error_of_a_fixed_root_recommends_to_copy_the_file_instead_of_another_root() {
+fn error_of_a_fixed_root_recommends_copying_the_file() {
     let root = setting();
     let error = |mut files: AssetRoot| files.read_reference(Path::new(""), "../secret.obj").unwrap_err().to_string();
     let files = AssetRoot::new(&root, &Budget::default());
