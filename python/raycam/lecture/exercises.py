@@ -92,7 +92,7 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
             given, problem = _numbers(ray, (3,), P, u, v)
             if given is None:
                 if np.shape(_call(ray, P, u, v)[0]) == (4,):
-                    problem = "The result has 4 numbers: divide X' by its fourth, then subtract C, which leaves 3 numbers."
+                    problem = "The result has 4 numbers: divide X' by its fourth, then subtract C."
                 return Verdict(False, problem)
             if not given.any():
                 other, _ = _numbers(ray, (3,), P, 24, 18)
