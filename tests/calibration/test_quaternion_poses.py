@@ -174,5 +174,5 @@ def test_pose_maps_with_a_stated_order_are_read(tmp_path: Path) -> None:
 
 
 def test_four_numbers_of_unknown_order_under_rotation_are_refused(tmp_path: Path) -> None:
-    with raises(raycam.FormatError, mentions=["rotation_wxyz", "rotation_xyzw"]):
+    with raises(raycam.FormatError, mentions=["quaternion_wxyz", "quaternion_xyzw"]):
         read(tmp_path, {"t": [0, 0, 0], "rotation": [1, 0, 0, 0]})
