@@ -78,7 +78,7 @@ fn objects_without_ground_are_refused() {
     let refused = settle(&world, &request(&[ball]), &|| false).unwrap_err();
     assert!(matches!(refused, SettleError::NotSettled { attempts: 1, .. }), "{refused}");
     let text = refused.to_string();
-    assert!(text.contains("more time") && !text.contains("seed"), "{text}");
+    assert!(text.contains("increase seconds") && !text.contains("another seed"), "{text}");
 }
 
 #[test]
