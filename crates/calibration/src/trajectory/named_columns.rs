@@ -537,10 +537,8 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
             true => Rotation::scaled_quaternion(quaternion),
             false => Rotation::unit_quaternion(quaternion).map(|rotation| (rotation, false)),
         };
-        let source = match columns.line {
-            0 => "quaternion in the order that the comments specify",
-            _ => "quaternion in the columns that the header names",
-        };
+        let source =
+            if columns.line == 0 { "quaternion in the comment's order" } else { "quaternion in the header's columns" };
         let (rotation, is_scaled) = rotation.map_err(|message| fail(format!("{source}: {message}")))?;
         let [x, y, z] = columns.position;
         let center = DVec3::new(number(x)?, number(y)?, number(z)?);

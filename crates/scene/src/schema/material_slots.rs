@@ -95,10 +95,15 @@ fn find_slots(key: &str, names: &[String], by_name: &HashMap<&str, Vec<usize>>) 
     if let Some(found) = number.map(|number| vec![number]).or_else(|| by_name.get(key).cloned()) {
         return Ok(found);
     }
+    let known = names.iter().map(String::as_str).filter(|name| !name.is_empty());
+    let named = match by_name.is_empty() {
+        true => String::new(),
+        false => format!(" or a material's name{}", suggestion(key, known)),
+    };
     let message = format!(
-        "the object has {} (numbered from 0), but none with this number or material name{}",
+        "the object has {}; expected a number from 0 to {}{named}",
         counted(names.len(), "material slot"),
-        suggestion(key, names.iter().map(String::as_str)),
+        names.len().saturating_sub(1),
     );
     Err(SceneError::schema(ErrorCode::UnknownName, "", message))
 }
