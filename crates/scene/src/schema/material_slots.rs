@@ -100,10 +100,10 @@ fn find_slots(key: &str, names: &[String], by_name: &HashMap<&str, Vec<usize>>) 
         true => String::new(),
         false => format!(" or a material's name{}", suggestion(key, known)),
     };
-    let message = format!(
-        "the object has {}; expected a number from 0 to {}{named}",
-        counted(names.len(), "material slot"),
-        names.len().saturating_sub(1),
-    );
+    let numbers = match names.len() {
+        0 | 1 => "0".to_owned(),
+        count => format!("a number from 0 to {}", count - 1),
+    };
+    let message = format!("the object has {}; expected {numbers}{named}", counted(names.len(), "material slot"));
     Err(SceneError::schema(ErrorCode::UnknownName, "", message))
 }
