@@ -22,7 +22,8 @@ _OWN_NOTICES = {
         "Call mujoco.mj_forward(model, data) before update_scene.",
     ),
     "assumed_up_axis": Code(
-        "Mesh files do not specify their up axis: z is assumed, or y for an OBJ file that a view opens.",
+        "Mesh files do not specify their up axis: z is assumed, or y for an OBJ file that the command line or a view "
+        "opens.",
         "If the model lies on its side, click the button for the up axis in the view, or load it with up= (--up).",
     ),
     "studio": Code(

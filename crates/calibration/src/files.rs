@@ -59,9 +59,9 @@ pub(crate) struct PoseConvention {
 /// Direction and camera axes of the poses, as far as the caller specifies them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PoseHints {
-    /// True for world_from_camera, false for camera_from_world.
+    /// True for world_from_camera, false for camera_from_world; None if the caller does not specify it.
     pub world_from_camera: Option<bool>,
-    /// True for OpenGL's axes (x right, y up, z backward), false for OpenCV's.
+    /// True for OpenGL's axes (x right, y up, z backward), false for OpenCV's; None if the caller does not specify them.
     pub opengl: Option<bool>,
 }
 

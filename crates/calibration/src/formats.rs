@@ -496,7 +496,7 @@ fn unknown_file(source: &InputFile) -> FormatError {
             "this is a raycam world file, not a calibration; read its cameras with raycam.load(path).cameras",
         );
     }
-    if text.len() < MAX_EXAMINED_BYTES && ["hfov", "fov", "field_of_view"].iter().any(|word| text.contains(word)) {
+    if text.len() < MAX_EXAMINED_BYTES && ["fov", "field_of_view"].iter().any(|word| text.contains(word)) {
         return FormatError::unsupported(
             &source.path,
             "no focal length or camera matrix found, only a field of view; write \

@@ -41,6 +41,7 @@ CALIBRATION_ENDINGS = frozenset(
         ".gz",
     ]
 )
+"""Extensions of files that `raycam info` reads as calibrations: at least `ENDINGS` of the core's open_folder.rs."""
 
 
 def _add(command: argparse.ArgumentParser) -> None:

@@ -186,8 +186,7 @@ def _atomic(target: str, scratch: str | None = None) -> Iterator[tuple[str, int]
                 opened.close()
             _move(temporary, found)
     except BaseException:
-        with contextlib.suppress(FileNotFoundError):
-            os.unlink(temporary)
+        _remove_temporary(temporary)
         raise
     if found.is_replaceable:
         sync_folder(folder or os.curdir)

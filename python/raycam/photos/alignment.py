@@ -43,12 +43,12 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
 
     Photographs have the sizes `sizes` [cameras, 2]; their colours are divided by `gains` [cameras, 3].
 
-    The shift d of a part of a photograph solves I(u) - others = gradient(I) d + look in the least squares sense, where
-    `others` is the mean of the other photographs at the same points. The look is a combination of the others' colours,
-    their squared luminance, and the place in the part up to degree 2: it describes another exposure, white balance,
-    tone curve, or dark corners. Sources: Lucas and Kanade, An iterative image registration technique with an
-    application to stereo vision, 1981; Baker, Gross and Matthews, Lucas-Kanade 20 years on, part 3, 2003 (changes of
-    appearance).
+    The shift d of a part of a photograph solves I(u) - others = gradient(I) d + appearance in the least squares sense,
+    where `others` is the mean of the other photographs at the same points. The appearance is a linear combination of
+    the others' colours, their squared luminance, and the place in the part up to degree 2: it describes another
+    exposure, white balance, tone curve, or dark corners. Sources: Lucas and Kanade, An iterative image registration
+    technique with an application to stereo vision, 1981; Baker, Gross and Matthews, Lucas-Kanade 20 years on, part 3,
+    2003 (changes of appearance).
     """
     factors = gains[survey.camera]
     color = survey.color / factors
@@ -75,16 +75,16 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
         disagreement[number] = np.median(relative)
         place = survey.place[own] / sizes[number] * CELLS
         cell = np.minimum(place.astype(int), CELLS - 1)
-        number_of_cell = cell[:, 1] * CELLS + cell[:, 0]
+        cell_index = cell[:, 1] * CELLS + cell[:, 0]
         trends = _quadratics(place - cell)
         squares, views = 0.0, 0
-        for part in np.unique(number_of_cell):
-            inside = number_of_cell == part
+        for part in np.unique(cell_index):
+            inside = cell_index == part
             some = own[inside]
             if len(some) >= MIN_VIEWS:
-                looks = np.column_stack([tones[some], trends[inside]])
+                appearance = np.column_stack([tones[some], trends[inside]])
                 moved = _shift(
-                    slope[some], looks, difference[some], MIN_NOISE * float(np.median(others[some]))
+                    slope[some], appearance, difference[some], MIN_NOISE * float(np.median(others[some]))
                 )
                 squares, views = squares + len(some) * float(moved @ moved), views + len(some)
         if views:
@@ -98,16 +98,20 @@ def _quadratics(place: Floats) -> Floats:
     return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
 
 
-def _shift(slope: Floats, looks: Floats, difference: Floats, noise: float) -> Floats:
-    """Returns the shift [2] that explains differences [n] by slopes [n, 2], next to a combination of looks [n, k].
+def _shift(slope: Floats, appearance: Floats, difference: Floats, noise: float) -> Floats:
+    """Returns the shift [2] that explains differences [n] by slopes [n, 2].
 
-    The shift is damped if the looks explain the slopes, or if the slopes are small compared with the `noise`.
+    A linear combination of `appearance` [n, k] explains another part of the differences.
+
+    The shift is damped if `appearance` explains the slopes, or if the slopes are small compared with `noise` (in units
+    of the differences).
     """
     moved: Floats = np.zeros(2)
     weight: Floats = np.ones(len(slope))
     for _ in range(ROUNDS):
         root = np.sqrt(weight)[:, None]
-        basis = np.linalg.svd(root * looks, full_matrices=False)
+        basis = np.linalg.svd(root * appearance, full_matrices=False)
+        # Tiny singular values are rounding errors of dependent columns, such as equal grey channels.
         known = basis.U[:, 1e-6 * basis.S[0] < basis.S]
         own_slope = root * slope
         own_slope -= known @ (known.T @ own_slope)

@@ -34,7 +34,7 @@ NEAR_SHARE = 0.5
 FITTING_SHARE = 0.75
 """Minimum share of cameras that show the mesh after a rotation or scaling that the notice recommends."""
 INSIDE_SHARE = 0.9
-"""Same as `FITTING_SHARE`, if most cameras are inside the mesh: the minimum share that show fronts after scaling."""
+"""Minimum share of cameras that show fronts after scaling, if most cameras are inside the mesh's bounding box."""
 
 
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
@@ -53,7 +53,7 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     if inside and not are_cameras_inside(world, given):
         return []
     if inside:
-        remedy = _scale_remedy(world, given, INSIDE_SHARE, inside)
+        remedy = _scale_remedy(world, given, inside=True)
         if remedy is None:
             return []
         problem = (
@@ -62,7 +62,7 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     else:
         remedy = (
             _turn_remedy(world, bounds, given)
-            or _scale_remedy(world, given, FITTING_SHARE, inside)
+            or _scale_remedy(world, given, inside=False)
             or "check that the mesh is in the coordinates of the cameras"
         )
         problem = f"the mesh is visible to only {seeing} of {len(given)} cameras"
@@ -81,10 +81,10 @@ def _turn_remedy(world: World, bounds: Floats, cameras: Sequence[Camera]) -> str
     return f"rotate the mesh {turn} to make it visible to {counted(count, 'camera')}"
 
 
-def _scale_remedy(world: World, cameras: Sequence[Camera], share: float, inside: bool) -> str | None:
-    """Returns the remedy with the best scale; None if less than `share` of the cameras would show the mesh."""
+def _scale_remedy(world: World, cameras: Sequence[Camera], *, inside: bool) -> str | None:
+    """Returns the remedy with the best scale; None if too few cameras would show fronts of the mesh."""
     factor, count = find_best_scale(world, cameras, inside)
-    if count < share * len(cameras):
+    if count < (INSIDE_SHARE if inside else FITTING_SHARE) * len(cameras):
         return None
     return f"scale the mesh by {factor:g} to make it visible to {counted(count, 'camera')}"
 

@@ -115,8 +115,10 @@ def load_with_assumed_axis(
     path: str | os.PathLike[str], *, up: Literal["z", "y"] | None = None, **options: Any
 ) -> World:
     """Loads a file like `load`, but assumes y up for OBJ files if `up` is None."""
-    world = load(path, up=up or assumed_up_axis(path), **options)
-    world._is_up_assumed = up is None and not has_up_axis(path)
+    assumed = None if up else assumed_up_axis(path)
+    world = load(path, up=up or assumed, **options)
+    if assumed is not None:
+        world._is_up_assumed = True  # `load` takes this axis for the caller's choice
     return world
 
 

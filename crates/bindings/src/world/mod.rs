@@ -350,7 +350,8 @@ impl World {
         serde_json::to_string(&materials).map_err(|error| world_error(error.to_string()))
     }
 
-    /// Returns a world that contains only a unit square with the material of an object's slot.
+    /// Returns a world that contains only a square with sides of 1 m and the material of an object's slot. Raises an error
+    /// if the object or the slot does not exist.
     fn material_square(&self, object: usize, slot: usize) -> PyResult<Self> {
         self.derive(|world| {
             world.check_slot(object, slot)?;

@@ -99,7 +99,7 @@ impl<'a> Cursor<'a> {
         Some(self.path.file_name()?.to_string_lossy().into_owned())
     }
 
-    /// The node's own key, without the keys of the enclosing maps.
+    /// The last part of the node's key, after the last point.
     pub(crate) fn name(&self) -> &str {
         self.key.rsplit('.').next().unwrap_or_default()
     }

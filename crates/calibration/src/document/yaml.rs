@@ -204,10 +204,11 @@ fn with_merged_entries(mut entries: Vec<(String, DocumentNode)>) -> Vec<(String,
         DocumentNode { value: Value::List(items), .. } => items,
         node => vec![node],
     };
+    let mut known: HashSet<String> = entries.iter().map(|(key, _)| key.clone()).collect();
     for node in merged {
         let Value::Map(inherited) = node.value else { continue };
         for (key, value) in inherited {
-            if entries.iter().all(|(own, _)| *own != key) {
+            if known.insert(key.clone()) {
                 entries.push((key, value));
             }
         }

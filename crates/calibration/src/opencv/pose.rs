@@ -235,17 +235,16 @@ fn unread_pose(view: &KeyView<'_>, other: OtherPose<'_>) -> Result<Option<Pose>>
     }
 }
 
-/// Reads a rotation: nine numbers of a matrix, or three of a rotation vector.
+/// Reads a rotation: nine numbers of a matrix, or three of a rotation vector, in radians unless the key ends with a unit
+/// of degrees.
 pub(super) fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
     match at.numbers()?.len() {
-        3 if matches!(keys::unit_of(at.name()), Some("deg" | "degree" | "degrees")) => {
-            let vector = at.array::<3>()?.map(f64::to_radians);
+        3 => {
+            let is_degrees = matches!(keys::unit_of(at.name()), Some("deg" | "degree" | "degrees"));
+            let vector = at.array::<3>()?.map(|value| if is_degrees { value.to_radians() } else { value });
             return Ok(Rotation::from_vector(vector).map_err(|message| at.fail(message))?.matrix());
         }
-        3 => {
-            let vector = Rotation::from_vector(at.array::<3>()?).map_err(|message| at.fail(message))?;
-            return Ok(vector.matrix());
-        }
+        // A key such as R_wxyz is not recognised, so the remedy is not the key's own name.
         4 => return Err(unknown_order_error("quaternion", at)),
         _ => {}
     }

@@ -71,18 +71,14 @@ fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
     let marks = keys::marks(&root.at);
     let views: Vec<KeyView<'_>> =
         marks.iter().map(|mark| KeyView { at: root.at.clone(), side: vec![mark.clone()], above: vec![] }).collect();
-    let mut quaternions = Vec::new();
-    for view in &views {
-        quaternions.extend(quaternion_pose::read(view, hints)?.map_or(vec![], |found| found.keys));
-    }
+    let quaternions = views.iter().map(|view| quaternion_pose::read(view, hints)).collect::<Result<Vec<_>>>()?;
     let known = |key: &str| {
         root.knows(key)
             || views.iter().any(|view| view.knows(key) || pose::is_named(view, key) || view.is_rectified(key))
-            || quaternions.contains(&key)
+            || quaternions.iter().flatten().any(|found| found.keys.contains(&key))
     };
     let mut calibration = Calibration { notices: root.at.unread_keys(known)?, ..Calibration::default() };
-    for (mark, view) in marks.iter().zip(&views) {
-        let quaternion = quaternion_pose::read(view, hints)?;
+    for ((mark, view), quaternion) in marks.iter().zip(&views).zip(quaternions) {
         let number = mark.bytes().all(|c| c.is_ascii_digit());
         camera::read(
             view,

@@ -56,7 +56,7 @@ pub(super) fn parse_tree(text: &str, path: &Path) -> Result<DocumentNode> {
 pub(crate) fn is_world_file(text: &str) -> bool {
     let tables = ["[[object]]", "[[light]]", "[[camera]]", "[camera]", "[object]", "[light]", "[[rig]]"];
     let has_table = text.lines().any(|line| tables.contains(&line.trim()));
-    let has_object = ["[[object]]", "[object]", "[[light]]", "[light]"].iter().any(|table| text.contains(table));
+    let has_object = ["[object]", "[light]"].iter().any(|table| text.contains(table));
     has_table && (has_object || ["location", "target", "fov"].iter().any(|key| text.contains(key)))
 }
 

@@ -297,13 +297,8 @@ fn roles_of(names: &[String]) -> Vec<Role> {
 /// Returns the remedy for a text whose header names a rotation in another form than a quaternion: angles, a rotation
 /// vector, or the elements of a matrix. `None` for other texts.
 pub(crate) fn remedy_for_other_rotations(text: &str) -> Option<String> {
-    const ANGLES: [[&str; 3]; 5] = [
-        ["roll", "pitch", "yaw"],
-        ["omega", "phi", "kappa"],
-        ["heading", "pitch", "roll"],
-        ["yaw", "pitch", "roll"],
-        ["rx", "ry", "rz"],
-    ];
+    const ANGLES: [[&str; 3]; 4] =
+        [["roll", "pitch", "yaw"], ["omega", "phi", "kappa"], ["heading", "pitch", "roll"], ["rx", "ry", "rz"]];
     let line = text.trim_start_matches('\u{feff}').lines().find(|line| !line.trim().is_empty())?;
     let names = Header::new(line.trim_start_matches(['#', '%', '/', ' ', '\t'])).names;
     let starts = |word: &str| names.iter().any(|name| name.starts_with(word));

@@ -42,7 +42,7 @@ pub(crate) struct LayeredBsdf<'a> {
     /// Fraction of light that the interface passes to the base: from `wo`, and the cosine-weighted mean.
     pub(crate) base_transmittance: f32,
     mean_base_transmittance: f32,
-    /// Distribution of the directions of the base, seen from inside; otherwise, they have a cosine distribution.
+    /// Distribution of the base's directions if it is seen from inside; `None`: a cosine distribution.
     pub(crate) base_directions: Option<BaseDirections>,
     /// Fractions of the base in the lobes [`DIFFUSE_REFLECTION`] and [`DIFFUSE_TRANSMISSION`].
     pub(crate) base_fractions: [f32; 2],

@@ -35,8 +35,8 @@ const ROULETTE_THRESHOLD: f32 = 1.0 / 8.0;
 const MAX_CERTAIN_BOUNCES: u32 = 11;
 /// Maximum probability of survival of such paths after a specular bounce: total reflection often traps them for ever.
 const MAX_SPECULAR_SURVIVAL: f32 = 0.95;
-/// Maximum probability of survival after other bounces. The variance of light that leaves a body would be infinite if
-/// fewer paths left it at each bounce than roulette ends.
+/// Maximum probability of survival after other bounces. If roulette ended more paths at each bounce than leave a body, the
+/// light that leaves the body would have an infinite variance.
 const MAX_SCATTERED_SURVIVAL: f32 = 0.99;
 
 /// Settings of the paths of one image.

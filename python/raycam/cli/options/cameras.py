@@ -79,7 +79,7 @@ def add_calibration(command: argparse.ArgumentParser, *format_names: str) -> Non
         "--direction",
         metavar="NAME",
         help="direction of the calibration's poses, if the file does not specify it: world_from_camera or "
-        "camera_from_world (default for lists of poses: world_from_camera, unless a name specifies the other)",
+        "camera_from_world (lists of poses without a direction are read as world_from_camera)",
     )
     command.add_argument(
         "--axes",
@@ -94,17 +94,21 @@ def add_calibration(command: argparse.ArgumentParser, *format_names: str) -> Non
 
 
 def load_calibration(path: str, options: argparse.Namespace) -> Cameras:
-    """Loads the cameras of a file with the options of `add_calibration`, and prints the notices."""
+    """Loads the cameras of a file with `--size` and the options of `add_calibration`; prints the notices."""
     from ...calibration import load_cameras
 
-    size, intrinsics = getattr(options, "size", None), None
-    format, lens = getattr(options, "camera_format", None), getattr(options, "lens", None)
-    if getattr(options, "intrinsics", None) is not None:
+    size, lens, intrinsics = options.size, options.lens, None
+    if options.intrinsics is not None:
         intrinsics = next(iter(load_cameras(options.intrinsics, size=size, model=lens).values()))
         lens = None
-    direction, axes = getattr(options, "direction", None), getattr(options, "axes", None)
     cameras = load_cameras(
-        path, format, size=size, intrinsics=intrinsics, model=lens, direction=direction, axes=axes
+        path,
+        options.camera_format,
+        size=size,
+        intrinsics=intrinsics,
+        model=lens,
+        direction=options.direction,
+        axes=options.axes,
     )
     print_notices(cameras.notices)
     return cameras

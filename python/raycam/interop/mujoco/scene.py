@@ -195,7 +195,8 @@ class MujocoScene:
             new = scene_geom(geom, camera.C, pixel_angle(camera))
             if new is None:
                 element = int(geom.objtype), int(geom.objid)
-                omitted.add(f"{'changes of ' * (element in hidden)}geoms of type {int(geom.type)} (mjtGeom)")
+                subject = "changes of geoms" if element in hidden else "geoms"
+                omitted.add(f"{subject} of type {int(geom.type)} (mjtGeom)")
                 hidden.discard(element)
             elif new.rgba[3] > 0:
                 shown.append(new)

@@ -22,7 +22,8 @@ class PlacementCheck:
     def check(self, world: World) -> tuple[str, ...]:
         """Checks a world, unless it is the world of the last call.
 
-        Returns the notices if the previous world had none; otherwise, they have already been reported.
+        Returns the notices if the previous world had none, and otherwise an empty tuple, so that edits of a misplaced
+        world do not repeat them.
         """
         if world is self._world:
             return ()

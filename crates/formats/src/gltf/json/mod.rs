@@ -98,6 +98,7 @@ impl Node {
     /// Notice about an invalid transform that can still be read.
     pub(crate) fn transform_warning(&self) -> Option<&'static str> {
         let parts = self.translation.is_some() || self.rotation.is_some() || self.scale.is_some();
+        // A rotation of length 0 is omitted later, with its own notice.
         let square: f64 = (self.rotation).map_or(1.0, |xyzw| xyzw.iter().map(|v| v * v).sum());
         if self.matrix.is_some() && parts {
             Some("both matrix and translation, rotation or scale; the matrix is used (NODE_MATRIX_TRS)")
