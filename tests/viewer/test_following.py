@@ -58,6 +58,7 @@ def join(class_server: Server) -> Iterator[Join]:
                     compression=None,
                     max_size=None,
                     proxy=None,
+                    close_timeout=0.1,  # clients with unread images do not receive the answer to their close frame
                 )
             ),
             session,

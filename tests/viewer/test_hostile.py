@@ -242,6 +242,7 @@ def talk(server: Server, url: str, chance: random.Random, count: int) -> None:
                 compression=None,
                 max_size=None,
                 proxy=None,
+                close_timeout=0.1,  # a client with unread images does not receive the answer to its close frame
             ) as made,
         ):
             made.send(json.dumps({"type": "hello", "session": "", "width": 48, "height": 32, "ratio": 1}))
