@@ -167,7 +167,7 @@ _OWN_NOTICES = {
         "To use another integrator, render the image with raycam.render.",
     ),
     "misplaced_mesh": Code(
-        "The mesh is visible to fewer than half of the cameras.",
+        "The mesh's unit or coordinate frame seems to differ from that of the cameras.",
         "Put the mesh into the cameras' coordinates; the message contains the scale that fits best.",
     ),
     "inside_out_mesh": Code(

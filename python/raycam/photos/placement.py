@@ -5,7 +5,7 @@ The check reveals cameras in another coordinate frame or unit.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -14,13 +14,14 @@ from ..camera import Camera
 from ..errors import Notice
 from ..one_line import counted
 from ..world import World
+from .camera_grid import CameraGrid, GridHits
 
-__all__ = ["are_cameras_inside", "pixel_grid", "placement_notices"]
+__all__ = ["are_cameras_inside", "placement_notices"]
 
-GRID_SIDE = 12
-"""Number of rays along each side of a photograph that test whether it shows the world."""
-SCALE_FACTORS = (1000.0, 0.001, 100.0, 0.01, 10.0, 0.1, 39.3700787, 0.0254, 3.2808399, 0.3048, -1.0)
-"""Scale factors that are tried: metric units, inches, feet, and a mirrored model."""
+METRIC_FACTORS = (1000.0, 0.001, 100.0, 0.01, 10.0, 0.1)
+"""Scale factors between metric units."""
+UNIT_FACTORS = (*METRIC_FACTORS, 39.3700787, 0.0254, 3.2808399, 0.3048, -1.0)
+"""Scale factors that are tried first: metric units, inches, feet, and a mirrored model."""
 OTHER_FACTORS = tuple(2.0**power for step in range(1, 13) for power in (step, -step))
 """Factors of models without a unit, such as a reconstruction from photographs alone."""
 TURNS = {
@@ -34,132 +35,164 @@ NEAR_SHARE = 0.5
 FITTING_SHARE = 0.75
 """Minimum share of cameras that show the mesh after a rotation or scaling that the notice recommends."""
 INSIDE_SHARE = 0.9
-"""Minimum share of cameras that show fronts after scaling, if most cameras are inside the mesh's bounding box."""
+"""Minimum share of cameras that show fronts after scaling, if all or most cameras show the mesh without scaling."""
+NEARLY_ALL = 0.95
+"""Share of the best factor's cameras that another factor must reach to be compared with it."""
+TYPICAL_COVER = 0.35
+"""Share of a photograph that an object usually covers if all cameras face it."""
+MAX_OBJECT_DISTANCE = 4.0
+"""Ratio of the surface's distance to that of the point that all cameras face, above which the mesh is too large."""
+MAX_ROOM_DISTANCE = 100.0
+"""Ratio of the surface's distance to the spread of the cameras above which the mesh is probably too large."""
 
 
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
-    """Returns a list with a notice if fewer than half of the cameras show the world.
+    """Returns a list with a notice if the world seems to be in another unit or place than the cameras.
 
-    The notice is also returned if most cameras are inside the mesh's bounding box and show backs of faces, but would
-    show fronts if the mesh were scaled. The notice contains the rotation or the scale factor that makes the mesh
-    visible to at least three quarters of the cameras, if there is one. Otherwise, the list is empty.
+    There are three reasons: fewer than half of the cameras show the world; most cameras are inside the mesh's bounding
+    box and show backs of faces, but would show fronts if the mesh were scaled; the surfaces are much farther away than
+    the cameras' arrangement suggests. The notice contains the rotation or the scale factor that makes the mesh visible
+    to at least three quarters of the cameras, if there is one. Otherwise, the list is empty.
     """
-    given = list(cameras.values())
-    seeing, fronts = count_cameras(world, given)
-    bounds = world.bounds
-    if 2 * fronts >= len(given) or bounds is None:
+    given, bounds = CameraGrid(list(cameras.values())), world.bounds
+    if bounds is None or not len(given.places):
         return []
-    inside = 2 * seeing >= len(given)
-    if inside and not are_cameras_inside(world, given):
+    found = _problem(world, bounds, given)
+    if found is None:
         return []
-    if inside:
-        remedy = _scale_remedy(world, given, inside=True)
-        if remedy is None:
-            return []
-        problem = (
-            f"{seeing - fronts} of {len(given)} cameras show only the backs of faces, as from inside the mesh"
-        )
-    else:
-        remedy = (
-            _turn_remedy(world, bounds, given)
-            or _scale_remedy(world, given, inside=False)
-            or "check that the mesh is in the coordinates of the cameras"
-        )
-        problem = f"the mesh is visible to only {seeing} of {len(given)} cameras"
     middle = ", ".join(f"{value:.4g}" for value in bounds.mean(axis=0))
-    places = np.array([camera.location for camera in given])
-    around = ", ".join(f"{value:.4g}" for value in np.median(places, axis=0))
-    message = f"{problem}; {remedy} (mesh centre: ({middle}), median camera position: ({around}))"
+    around = ", ".join(f"{value:.4g}" for value in np.median(given.places, axis=0))
+    message = f"{found} (mesh centre: ({middle}), median camera position: ({around}))"
     return [Notice(message, "misplaced_mesh")]
 
 
-def _turn_remedy(world: World, bounds: Floats, cameras: Sequence[Camera]) -> str | None:
+def _problem(world: World, bounds: Floats, cameras: CameraGrid) -> str | None:
+    """Returns the problem with its remedy, or None."""
+    count, now = len(cameras.places), cameras.view(world)
+    shown, fronts = int(now.shows.sum()), int(now.fronts.sum())
+    if 2 * fronts >= count:
+        return _too_large(world, bounds, cameras, now)
+    if 2 * shown < count:
+        remedy = (
+            _turn_remedy(world, bounds, cameras)
+            or _scale_remedy(world, bounds, cameras)
+            or "check that the mesh is in the coordinates of the cameras"
+        )
+        return f"the mesh is visible to only {shown} of {count} cameras; {remedy}"
+    if 2 * np.count_nonzero(cameras.inside(bounds)) < count:
+        return None
+    # A mirrored mesh is not considered, because an inside-out mesh around the origin would look the same.
+    best = find_best_scale(world, bounds, cameras, [factor for factor in UNIT_FACTORS if factor > 0])
+    if best[1] < INSIDE_SHARE * count:
+        best = find_best_scale(world, bounds, cameras, OTHER_FACTORS)
+    if best[1] < INSIDE_SHARE * count:
+        return None
+    backs = f"{shown - fronts} of {count} cameras show only the backs of faces, as from inside the mesh"
+    return f"{backs}; {_scale_text(*best)}"
+
+
+def _too_large(world: World, bounds: Floats, cameras: CameraGrid, now: GridHits) -> str | None:
+    """Returns the problem with its remedy if visible surfaces are too far away for the cameras' arrangement."""
+    count = len(cameras.places)
+    smaller = [factor for factor in UNIT_FACTORS if 0 < factor < 1]
+    point = cameras.common_point()
+    if point is not None:
+        ratio = float(
+            np.nanmedian(now.distance_quantile(0.5) / np.linalg.norm(point - cameras.places, axis=1))
+        )
+        outside = [
+            factor for factor in smaller if 2 * np.count_nonzero(cameras.inside(bounds, factor)) < count
+        ]
+        factor, fitting = find_best_scale(world, bounds, cameras, outside)
+        if ratio > MAX_OBJECT_DISTANCE and fitting >= INSIDE_SHARE * count:
+            problem = f"the cameras face a common point, but the mesh is {ratio:.3g} times as far away"
+            return f"{problem}; {_scale_text(factor, fitting)}"
+    spread = float(np.median(np.linalg.norm(cameras.places - np.median(cameras.places, axis=0), axis=1)))
+    # Half of the rays can hit a floor that passes through the origin, which no scale moves away.
+    distance = float(np.nanmedian(now.distance_quantile(0.75)))
+    if count < 3 or not MAX_ROOM_DISTANCE * spread < distance < 1e6 * spread:
+        return None
+    inside = [factor for factor in smaller if 2 * np.count_nonzero(cameras.inside(bounds, factor)) >= count]
+    factor, fitting = find_best_scale(world, bounds, cameras, inside)
+    if fitting < INSIDE_SHARE * count:
+        return None
+    problem = f"the surfaces are {distance / spread:.3g} times as far from the cameras as the cameras from one another"
+    return f"{problem}; unless this is a panorama, {_scale_text(factor, fitting)}"
+
+
+def _turn_remedy(world: World, bounds: Floats, cameras: CameraGrid) -> str | None:
     """Returns the remedy with the best rotation; None if too few cameras would show the mesh."""
     turn, count = find_best_turn(world, bounds, cameras)
-    if count < FITTING_SHARE * len(cameras):
+    if count < FITTING_SHARE * len(cameras.places):
         return None
     return f"rotate the mesh {turn} to make it visible to {counted(count, 'camera')}"
 
 
-def _scale_remedy(world: World, cameras: Sequence[Camera], *, inside: bool) -> str | None:
+def _scale_remedy(world: World, bounds: Floats, cameras: CameraGrid) -> str | None:
     """Returns the remedy with the best scale; None if too few cameras would show fronts of the mesh."""
-    factor, count = find_best_scale(world, cameras, inside)
-    if count < (INSIDE_SHARE if inside else FITTING_SHARE) * len(cameras):
-        return None
+    for factors in (UNIT_FACTORS, OTHER_FACTORS):
+        factor, count = find_best_scale(world, bounds, cameras, factors)
+        if count >= FITTING_SHARE * len(cameras.places):
+            return _scale_text(factor, count)
+    return None
+
+
+def _scale_text(factor: float, count: int) -> str:
     return f"scale the mesh by {factor:g} to make it visible to {counted(count, 'camera')}"
 
 
 def are_cameras_inside(world: World, cameras: Sequence[Camera]) -> bool:
     """Returns True if at least half of the cameras are inside the world's bounding box."""
     bounds = world.bounds
-    if bounds is None:
+    if bounds is None or not cameras:
         return False
-    places = np.array([camera.location for camera in cameras]).reshape(-1, 3)
+    places = np.array([camera.location for camera in cameras])
     inside = ((places >= bounds[0]) & (places <= bounds[1])).all(axis=1)
     return bool(2 * np.count_nonzero(inside) >= len(places))
 
 
-def find_best_turn(world: World, bounds: Floats, cameras: Sequence[Camera]) -> tuple[str, int]:
+def find_best_turn(world: World, bounds: Floats, cameras: CameraGrid) -> tuple[str, int]:
     """Returns the rotation of `TURNS` after which the most cameras show fronts, and the number of these cameras.
 
     A rotation counts as 0 cameras if most cameras are then near the centre of the world's `bounds` [2, 3], because this
     indicates another unit instead of another up axis.
     """
-    places = np.array([camera.location for camera in cameras])
     near = NEAR_SHARE * float(np.linalg.norm(bounds[1] - bounds[0])) / 2
     counts = dict.fromkeys(TURNS, 0)
     for name, turn in TURNS.items():
-        distances = np.linalg.norm(places - turn @ bounds.mean(axis=0), axis=1)
+        distances = np.linalg.norm(cameras.places - turn @ bounds.mean(axis=0), axis=1)
         if np.median(distances) > near:
-            counts[name] = count_cameras(world, cameras, turn=turn)[1]
+            counts[name] = int(cameras.view(world, turn=turn).fronts.sum())
     best = max(counts, key=lambda name: counts[name])
     return best, counts[best]
 
 
-def find_best_scale(world: World, cameras: Sequence[Camera], inside: bool) -> tuple[float, int]:
-    """Returns the scale at which the most cameras show fronts, and the number of these cameras.
+def find_best_scale(
+    world: World, bounds: Floats, cameras: CameraGrid, factors: Iterable[float]
+) -> tuple[float, int]:
+    """Returns the scale that fits the cameras best, and the number of cameras that then show fronts.
 
-    With `inside`, negative factors are not tried, because an inside-out mesh around the origin would look the same and
-    is more common.
+    Several factors can make a world of the given `bounds` [2, 3] visible to nearly all cameras. If the cameras face a
+    common point, the best one keeps them outside the world, which then covers a usual share of the photographs.
+    Otherwise, the world should cover the photographs, and as the smallest such factor it leaves the least space between
+    the cameras and its surfaces.
     """
-    counts = {1.0: count_cameras(world, cameras)[1]}
-    for factor in (*SCALE_FACTORS, *OTHER_FACTORS):
-        if inside and factor < 0:
-            continue
-        counts[factor] = count_cameras(world, cameras, factor)[1]
-        if counts[factor] == len(cameras):
-            break
-    best = max(counts, key=lambda factor: counts[factor])
-    return best, counts[best]
+    views = {factor: cameras.view(world, factor) for factor in factors}
+    most = max((int(view.fronts.sum()) for view in views.values()), default=0)
+    if not most:
+        return 1.0, 0
+    fitting = [factor for factor, view in views.items() if view.fronts.sum() >= NEARLY_ALL * most]
+    if cameras.common_point() is None:
+        cover = {factor: round(20 * float(views[factor].covered.mean())) for factor in fitting}
+        best = min(fitting, key=lambda factor: (-cover[factor], abs(factor), -factor))
+    else:
+        best = min(fitting, key=lambda factor: _misfit(factor, views[factor], bounds, cameras))
+    return best, int(views[best].fronts.sum())
 
 
-def count_cameras(
-    world: World, cameras: Sequence[Camera], factor: float = 1.0, turn: Floats | None = None
-) -> tuple[int, int]:
-    """Counts the cameras that show the changed world, and the cameras that show mainly fronts of its faces.
-
-    The world is rotated by `turn` [3, 3] and scaled by `factor`, both around the origin. A camera shows the world if at
-    least one ray of a grid over its image hits the world. A negative factor mirrors the world, which exchanges fronts
-    and backs.
-    """
-    seeing = fronts = 0
-    for camera in cameras:
-        placed = camera
-        if turn is not None or factor != 1.0:
-            rotation = np.eye(3) if turn is None else turn
-            placed = camera.still().at_pose(camera.R @ rotation, camera.location @ rotation / factor)
-        origins, directions = placed.rays(pixel_grid(placed))
-        hits = world.cast_rays(origins, directions if factor > 0 else -directions, fields=("t", "front"))
-        hit = np.isfinite(hits["t"])
-        seeing += bool(hit.any())
-        facing = hits["front"][hit] == (factor > 0)
-        fronts += bool(hit.any() and 2 * np.count_nonzero(facing) >= len(facing))
-    return seeing, fronts
-
-
-def pixel_grid(camera: Camera) -> Floats:
-    """Returns pixels [n, 2] of an even grid over the image."""
-    width, height = camera.size
-    u = (np.arange(GRID_SIDE) + 0.5) / GRID_SIDE * width + camera.corner
-    v = (np.arange(GRID_SIDE) + 0.5) / GRID_SIDE * height + camera.corner
-    return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+def _misfit(factor: float, view: GridHits, bounds: Floats, cameras: CameraGrid) -> tuple[bool, float, float]:
+    """Returns how badly a scale of the world fits cameras that face a common point."""
+    inside = bool(2 * np.count_nonzero(cameras.inside(bounds, factor)) >= len(cameras.places))
+    cover = abs(float(np.log(max(view.covered.mean(), 1e-3) / TYPICAL_COVER)))
+    # Metric units are more common than inches, feet and mirrored models.
+    return inside, cover + (not inside and factor not in METRIC_FACTORS), abs(factor)

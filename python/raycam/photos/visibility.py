@@ -18,10 +18,11 @@ from ..one_line import one_line
 from ..world import World
 from ..world.chosen import Chosen, object_mask
 from ..world.face_geometry import face_areas
+from .camera_grid import GRID_SIDE, pixel_grid
 from .face_samples import MAX_SAMPLES, MIN_SAMPLES, sample_pattern
 from .face_sight import FaceSight, find_face_sight
 from .lidar_points import POINTS_PER_SAMPLE, FacePoints, points_on_faces
-from .placement import GRID_SIDE, are_cameras_inside, pixel_grid, placement_notices
+from .placement import are_cameras_inside, placement_notices
 from .sight import Facing, in_morton_order, meets_front
 from .truth import named_viewpoints
 
