@@ -11,6 +11,7 @@ use crate::integrator::path_tracer::PathTracer;
 use crate::integrator::shadow_queue::ShadowRayQueue;
 use crate::light::light_sampling::{LightSampleContexts, LightSampling, MAX_SPLIT_SAMPLES, SampledLight};
 use crate::light::samples::{LightLiSample, LightRandom, ONE_MINUS_SHADOW_EPSILON};
+use crate::light::tree::RecentNodes;
 use crate::lobes::shading_frame::{sample_cosine_hemisphere, to_world_around};
 use crate::media::nested_dielectrics::{InterfaceTransition, InteriorList};
 use crate::sampling::dimension::Dimension;
@@ -160,10 +161,11 @@ impl PathTracer<'_> {
         // The random number is below `rate`; after division by `rate` it is uniform from 0 to 1 again.
         let choice = choice / rate;
         let count = self.settings.light_samples;
+        let mut recent = (count > 1).then(<[RecentNodes; 2]>::default);
         for index in 0..count {
             let choice = (choice + index as f32) / count as f32;
             let random = random(index);
-            let sampled = lights.sample_with_light(contexts, geometry, sampling, choice, &random);
+            let sampled = lights.sample_with_light(contexts, geometry, sampling, choice, &random, recent.as_mut());
             if let Some((mut sample, light)) = sampled {
                 sample.pdf *= count as f32 * rate;
                 emit(index, sample, light);

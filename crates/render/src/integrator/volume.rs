@@ -267,7 +267,8 @@ impl PathTracer<'_> {
         let [_, choice] = sampler.get_2d(Dimension::LobeAndLight(self.bounce));
         let random = sampler.get_2d(Dimension::Light(self.bounce, 0));
         let sampling = LightSampling::Importance;
-        let found = self.lights.sample_with_light(&context.into(), self.geometry, sampling, choice, &random.into());
+        let found =
+            self.lights.sample_with_light(&context.into(), self.geometry, sampling, choice, &random.into(), None);
         let Some((sample, sampled)) = found else {
             return;
         };

@@ -14,6 +14,7 @@ use crate::light::bounds::LightBounds;
 use crate::light::emission_table::{CellContent, EmissionTable};
 use crate::light::samples::LightLiSample;
 use crate::light::tree::LightTree;
+use crate::light::tree::RecentNodes;
 use crate::light::tree::importance::LightTreeContext;
 use crate::prepare::geometry::Geometry;
 use crate::prepare::instance::PreparedInstance;
@@ -159,15 +160,17 @@ impl EmissiveTriangles {
         self.tree.importance(from)
     }
 
-    /// Samples a triangle by the light tree, and a point on this triangle by its brightness.
+    /// Samples a triangle by the light tree, and a point on this triangle by its brightness. `recent` is that of
+    /// [`LightTree::sample`].
     pub fn sample(
         &self,
         world: &Geometry,
         by: &LightTreeContext,
         which: f64,
         [x, y]: [f32; 2],
+        recent: Option<&mut RecentNodes>,
     ) -> Option<LightLiSample> {
-        let (number, probability) = self.tree.sample(by, which)?;
+        let (number, probability) = self.tree.sample(by, which, recent)?;
         let [instance, triangle] = self.triangles[number];
         let ([u, v], brightness_density) = match &self.distributions[number] {
             Some(distribution) => distribution.sample([x, y]),

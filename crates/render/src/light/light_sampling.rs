@@ -8,9 +8,9 @@ use crate::interaction::LightSampleContext;
 use crate::light::lights::Lights;
 use crate::light::prepared_light::PreparedLight;
 use crate::light::samples::{EnvironmentLookup, LightLiSample, LightRandom, ONE_MINUS_SHADOW_EPSILON};
-use crate::light::tree::MAX_SPLIT_LIGHTS;
 use crate::light::tree::importance::{LightTreeContext, NodeImportances};
 use crate::light::tree::node::{Child, LightTreeNode};
+use crate::light::tree::{MAX_SPLIT_LIGHTS, RecentNodes};
 use crate::prepare::geometry::Geometry;
 
 /// Strategy of light selection.
@@ -138,13 +138,14 @@ impl Lights {
         from: &LightTreeContext,
         choice: LightSampling,
         number: f64,
+        recent: Option<&mut RecentNodes>,
     ) -> Option<(usize, f64)> {
         if choice == LightSampling::Uniform {
             let count = self.finite.len();
             let index = (number * count as f64) as usize;
             return Some((index.min(count - 1), 1.0 / count as f64));
         }
-        self.tree.sample(from, number)
+        self.tree.sample(from, number, recent)
     }
 
     /// Probability of selecting a finite light among the finite lights, or its expected count if several lights are
@@ -210,10 +211,11 @@ impl Lights {
         which: f32,
         drawn: &LightRandom,
     ) -> Option<LightLiSample> {
-        self.sample_with_light(by, world, choice, which, drawn).map(|(sample, _)| sample)
+        self.sample_with_light(by, world, choice, which, drawn, None).map(|(sample, _)| sample)
     }
 
-    /// Same as [`Lights::sample`], but also returns the light.
+    /// Same as [`Lights::sample`], but also returns the light. For several samples at the same point, `recent` contains
+    /// the recent nodes of the light trees over finite lights and over emissive triangles.
     #[inline]
     pub fn sample_with_light(
         &self,
@@ -222,6 +224,7 @@ impl Lights {
         choice: LightSampling,
         which: f32,
         drawn: &LightRandom,
+        recent: Option<&mut [RecentNodes; 2]>,
     ) -> Option<(LightLiSample, SampledLight)> {
         if let Some((index, around)) = drawn.environment
             && self.is_single_infinite(choice)
@@ -230,6 +233,7 @@ impl Lights {
         }
         let from = by.from;
         let kinds = self.kind_probabilities(from, choice);
+        let [recent_finite, recent_emissive] = recent.map_or([None, None], |nodes| nodes.each_mut().map(Some));
         let mut which = f64::from(which);
         let infinite = kinds.infinite * kinds.infinite_count as f64;
         if which < infinite {
@@ -238,12 +242,14 @@ impl Lights {
         }
         which -= infinite;
         if which < kinds.finite {
-            let (light, probability) = self.choose_finite(&by.finite(), choice, which / kinds.finite)?;
+            let (light, probability) = self.choose_finite(&by.finite(), choice, which / kinds.finite, recent_finite)?;
             let sample = self.sample_finite(from, light, kinds.finite * probability, drawn.random)?;
             Some((sample, SampledLight::Finite(light)))
         } else if kinds.emissive > 0.0 {
             let which = ((which - kinds.finite) / kinds.emissive).clamp(0.0, 1.0);
-            let sample = self.sample_emissive_triangles(world, by, kinds.emissive, which, drawn.random)?;
+            let by = by.emissive_triangles();
+            let sample = self.emissive_triangles.sample(world, &by, which, drawn.random, recent_emissive)?;
+            let sample = sample.with_selection_pdf(kinds.emissive)?;
             Some((sample, SampledLight::Surfaces))
         } else {
             None
@@ -252,7 +258,7 @@ impl Lights {
 
     /// Selects a finite light without a mesh for a ray near to a point; returns the light's index and probability.
     pub fn choose_finite_at(&self, chooser: &LightSampleContext, number: f32) -> Option<(usize, f64)> {
-        self.tree.sample(&chooser.into(), f64::from(number))
+        self.tree.sample(&chooser.into(), f64::from(number), None)
     }
 
     /// Probability with which [`Lights::choose_finite_at`] selects a light.
@@ -308,7 +314,8 @@ impl Lights {
         });
         if self.has_emissive_triangles() {
             let index = self.non_constant_infinite + MAX_SPLIT_LIGHTS;
-            let sample = self.sample_emissive_triangles(world, by, 1.0, which, random(index).random);
+            let by = by.emissive_triangles();
+            let sample = self.emissive_triangles.sample(world, &by, which, random(index).random, None);
             found(index, sample, SampledLight::Surfaces);
         }
     }
@@ -343,19 +350,6 @@ impl Lights {
         random: [f32; 2],
     ) -> Option<LightLiSample> {
         let sample = self.lights[self.finite[light]].sample(from, random)?;
-        sample.with_selection_pdf(probability)
-    }
-
-    /// Samples an emissive triangle; `probability` is the probability of selecting this kind of light.
-    fn sample_emissive_triangles(
-        &self,
-        world: &Geometry,
-        by: &LightSampleContexts,
-        probability: f64,
-        which: f64,
-        random: [f32; 2],
-    ) -> Option<LightLiSample> {
-        let sample = self.emissive_triangles.sample(world, &by.emissive_triangles(), which, random)?;
         sample.with_selection_pdf(probability)
     }
 

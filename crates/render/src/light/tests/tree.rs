@@ -6,7 +6,7 @@ use raycam_scene::Light;
 use super::*;
 use crate::light::bounds::LightBounds;
 use crate::light::light_sampling::LightSampling;
-use crate::light::tree::{LightTree, MAX_SPLIT_LIGHTS};
+use crate::light::tree::{LightTree, MAX_SPLIT_LIGHTS, RecentNodes};
 use crate::prepare::world::PreparedWorld;
 
 /// Point, spot and rectangle lights at random positions; one light has no power.
@@ -97,7 +97,7 @@ fn check_probabilities(lights: &[LightBounds], from: &LightSampleContext) {
     let (mut found, mut lost) = (vec![0.0; count], 0.0);
     for n in 0..DRAWS {
         let number = (f64::from(n) + 0.5) / f64::from(DRAWS);
-        let Some((light, probability)) = tree.sample(&from.into(), number) else {
+        let Some((light, probability)) = tree.sample(&from.into(), number, None) else {
             lost += 1.0;
             continue;
         };
@@ -110,6 +110,31 @@ fn check_probabilities(lights: &[LightBounds], from: &LightSampleContext) {
     }
     let off: f64 = lost / f64::from(DRAWS) - (1.0 - sum);
     assert!(off.abs() < 1e-3, "{lost} draws chose no light, but the probabilities sum to {sum}");
+}
+
+#[test]
+fn several_draws_at_a_point_equal_single_draws() {
+    let deep: Vec<LightBounds> = (0..100_000)
+        .map(|i| {
+            let ([x, y], [z, power]) = (random(2 * i), random(2 * i + 1));
+            let at = DVec3::new(x.into(), y.into(), z.into()) * 10.0;
+            LightBounds::isotropic(at, at, Vec3::splat(power))
+        })
+        .collect();
+    let mut found = 0;
+    for tree in [LightTree::new(&deep), LightTree::new(&panel())] {
+        for from in points() {
+            let mut recent = RecentNodes::default();
+            for n in 0..64 {
+                // The numbers increase, then they have any order.
+                let number = if n < 32 { f64::from(n) / 32.0 } else { f64::from(random(n)[0]) };
+                let again = tree.sample(&(&from).into(), number, Some(&mut recent));
+                assert_eq!(again, tree.sample(&(&from).into(), number, None));
+                found += usize::from(again.is_some());
+            }
+        }
+    }
+    assert!(found > 300, "{found}");
 }
 
 #[test]
@@ -205,7 +230,7 @@ fn large_light_trees_do_not_depend_on_thread_count() {
         let stated = |i| tree.pmf(&(&from).into(), i);
         let sum: f64 = (0..lights.len()).map(stated).sum();
         assert!((sum - 1.0).abs() < 1e-4 || from.normal != Vec3::ZERO, "{sum}");
-        let (light, probability) = tree.sample(&(&from).into(), 0.3).unwrap();
+        let (light, probability) = tree.sample(&(&from).into(), 0.3, None).unwrap();
         assert!((probability / stated(light) - 1.0).abs() < 1e-5);
     }
 }

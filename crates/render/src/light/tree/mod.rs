@@ -8,13 +8,15 @@ pub(crate) mod build;
 pub(crate) mod importance;
 pub(crate) mod node;
 mod power_table;
+mod recent_nodes;
 
 use crate::interaction::LightSampleContext;
 use crate::light::bounds::{LightBounds, PreparedLightBounds};
 use crate::light::tree::build::{build_node, union_of};
 use crate::light::tree::importance::LightTreeContext;
-use crate::light::tree::node::{Child, ChildProbabilities, LightTreeNode, ParentLink};
+use crate::light::tree::node::{Child, LightTreeNode, ParentLink};
 use crate::light::tree::power_table::PowerTable;
+pub(crate) use crate::light::tree::recent_nodes::RecentNodes;
 
 /// Tree over the bounds of lights; the light indices refer to the input.
 #[derive(Debug, Default)]
@@ -111,20 +113,40 @@ impl LightTree {
         self.bounds.map_or(0.0, |all| f64::from(all.importance(position, from.normal)))
     }
 
-    /// Samples a light by a number in 0..1; returns the light and its probability.
-    pub fn sample(&self, from: &LightTreeContext, number: f64) -> Option<(usize, f64)> {
+    /// Samples a light by a number in 0..1; returns the light and its probability. For several numbers at the same
+    /// point, `recent` contains the nodes of the previous descent.
+    pub fn sample(
+        &self,
+        from: &LightTreeContext,
+        number: f64,
+        recent: Option<&mut RecentNodes>,
+    ) -> Option<(usize, f64)> {
+        let compute = |node: u32| from.child_probabilities(&self.nodes[node as usize]);
+        match recent {
+            None => self.descend(from, number, |_, node, number| compute(node).sample(number)),
+            Some(recent) => self.descend(from, number, |level, node, number| {
+                recent.get_or_compute(level, node, compute).sample(number)
+            }),
+        }
+    }
+
+    /// Descends from the root to a light. `sample_child` receives a node's level and index and a number in 0..1, and
+    /// returns the same as [`node::ChildProbabilities::sample`].
+    #[inline(always)]
+    fn descend(
+        &self,
+        from: &LightTreeContext,
+        mut number: f64,
+        mut sample_child: impl FnMut(usize, u32, f64) -> Option<(usize, f64, f64)>,
+    ) -> Option<(usize, f64)> {
         if self.is_empty() {
             return None;
         }
-        let root = from.child_probabilities(&self.nodes[0]);
-        self.sample_below(&root, from, number)
-    }
-
-    /// [`LightTree::sample`] with known probabilities of the root's children.
-    fn sample_below(&self, root: &ChildProbabilities, from: &LightTreeContext, number: f64) -> Option<(usize, f64)> {
-        let (mut child, mut probability, mut number) = root.sample(number)?;
-        let mut at = 0;
-        loop {
+        let (mut at, mut probability) = (0, 1.0);
+        for level in 0.. {
+            let (child, child_probability);
+            (child, child_probability, number) = sample_child(level, at, number)?;
+            probability *= child_probability;
             match self.nodes[at as usize].children()[child] {
                 Child::Light(light) => return Some((light as usize, probability)),
                 Child::Node(_) if self.is_far(from, at, child) => {
@@ -133,11 +155,8 @@ impl LightTree {
                 }
                 Child::Node(next) => at = next,
             }
-            let probabilities = from.child_probabilities(&self.nodes[at as usize]);
-            let child_probability;
-            (child, child_probability, number) = probabilities.sample(number)?;
-            probability *= child_probability;
         }
+        None
     }
 
     /// Selects several lights: all lights if there are at most [`MAX_SPLIT_LIGHTS`]; otherwise this number of
@@ -146,15 +165,19 @@ impl LightTree {
         if self.is_empty() {
             return;
         }
-        let root = from.child_probabilities(&self.nodes[0]);
-        for index in 0..self.count.min(MAX_SPLIT_LIGHTS) {
-            if self.count > MAX_SPLIT_LIGHTS {
+        if self.count > MAX_SPLIT_LIGHTS {
+            let mut recent = RecentNodes::default();
+            for index in 0..MAX_SPLIT_LIGHTS {
                 let number = (number + index as f64) / MAX_SPLIT_LIGHTS as f64;
-                let chosen = self.sample_below(&root, from, number);
-                if let Some((light, probability)) = chosen {
+                if let Some((light, probability)) = self.sample(from, number, Some(&mut recent)) {
                     report(index, light, probability * MAX_SPLIT_LIGHTS as f64);
                 }
-            } else if let Child::Light(light) = self.nodes[0].children()[index]
+            }
+            return;
+        }
+        let root = from.child_probabilities(&self.nodes[0]);
+        for (index, child) in self.nodes[0].children().iter().enumerate() {
+            if let Child::Light(light) = *child
                 && root.is_possible(index)
             {
                 report(index, light as usize, 1.0);
