@@ -96,7 +96,12 @@ def test_png_with_8_bits_equals_the_srgb_values(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read, one.to_srgb8())
     with Image.open(io.BytesIO(one._repr_png_() or b"")) as image:
         np.testing.assert_array_equal(np.asarray(image), read)
-    assert frame(("depth",))._repr_png_() is None
+
+
+def test_notebooks_show_the_colour_or_the_only_channel() -> None:
+    assert frame()._repr_png_() == frame().to_png(channel="color")
+    assert frame(("depth",))._repr_png_() == frame(("depth",)).to_png(channel="depth")
+    assert frame(("depth", "instance"))._repr_png_() is None
 
 
 def test_png_with_16_bits_equals_the_srgb_values(tmp_path: Path) -> None:

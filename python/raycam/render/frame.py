@@ -376,8 +376,9 @@ class Frame(Mapping[str, npt.NDArray[Any]]):
         return npz_bytes(arrays, compressed=True)
 
     def _repr_png_(self) -> bytes | None:
-        """The PNG that a notebook shows; None without the channel `color`."""
-        return self.to_png() if "color" in self._channels else None
+        """The PNG that a notebook shows: the colour or the only channel; None for several channels without colour."""
+        is_clear = "color" in self._channels or len(self._channels) == 1
+        return self.to_png() if is_clear else None
 
     def reprojection_error(self) -> float:
         """The largest reprojection error in pixels.
