@@ -64,6 +64,8 @@ def hide(talk: Talk) -> None:
 
 
 def pick(talk: Talk) -> None:
+    if not talk.client.image:
+        talk.client.hear("picture")
     talk.client.say("pick", u=24, v=16)
     talk.wait("picked", lambda each: each["value"].startswith(("box, ", "floor, ")))
 

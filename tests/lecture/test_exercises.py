@@ -125,7 +125,17 @@ MISTAKES: list[tuple[Function, Function, str]] = [
     (exercises.check_center, lambda P: center(P) + 0j, "real numbers"),
     (exercises.check_ray, lambda P, u, v: ray(FIRST, u, v), "argument P"),
     (exercises.check_ray, lambda P, u, v: rotation(P) @ ray(P, u, v), "camera axes"),
-    (exercises.check_ray, lambda P, u, v: np.zeros(3), "length zero"),
+    (exercises.check_ray, lambda P, u, v: np.zeros(3), "pixel (0, 0) has length zero."),
+    (
+        exercises.check_ray,
+        lambda P, u, v: np.zeros(3) if (u, v) == (24, 18) else ray(P, u, v),
+        "pixel (24, 18) has length zero.",
+    ),
+    (
+        exercises.check_ray,
+        lambda P, u, v: np.zeros(3) if u % 1 else ray(P, u, v),
+        "pixel (40.25, 7.5) has length zero.",
+    ),
     (exercises.check_ray, lambda P, u, v: np.linalg.solve(P[:, :3], [u, v, 0]), "third coordinate"),
     (exercises.check_ray, lambda P, u, v: np.linalg.pinv(P) @ [u, v, 1], "4 numbers"),
     (exercises.check_ray, lambda P, u, v: ray(P, int(u), int(v)), "rounded"),

@@ -13,6 +13,8 @@ from websockets.sync.client import ClientConnection
 from .patience import PATIENCE
 
 SPACE = {"width": 48, "height": 32, "ratio": 1}
+IN_IMAGE = ("probe", "pick", "explain", "locate", "tile")
+"""The messages about a pixel, which contain the number of its image."""
 
 
 class Client:
@@ -21,10 +23,14 @@ class Client:
     def __init__(self, socket: ClientConnection, session: str = "") -> None:
         self.socket = socket
         self.pictures: list[tuple[dict[str, Any], bytes]] = []
+        self.image = 0
+        """The number of the image that was received last."""
         self.say("hello", session=session, **SPACE)
         self.welcome = self.hear("welcome")[0]
 
     def say(self, kind: str, /, **fields: Any) -> None:
+        if kind in IN_IMAGE:
+            fields.setdefault("image", self.image)
         self.socket.send(json.dumps({"type": kind, **fields}))
 
     def next(self) -> tuple[dict[str, Any], list[bytes]]:
@@ -40,6 +46,7 @@ class Client:
             at += size
         if message["type"] == "picture":
             self.pictures.append((message, buffers[0]))
+            self.image = message["image"]
             # The server may have closed in the meantime, but earlier messages can still be read.
             with contextlib.suppress(ConnectionClosed):
                 self.say("ack", picture=message["picture"])

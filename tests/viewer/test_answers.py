@@ -51,8 +51,8 @@ def test_answers_are_ordered_per_client_and_do_not_delay_others(
     all_answers = Answers()
     (one, _), (two, _) = listening(small_world), listening(small_world)
     for number in range(3):
-        all_answers.queue_message(one, Explain(number, 0, 0))
-    all_answers.queue_message(two, Explain(9, 0, 0))
+        all_answers.queue_message(one, Explain(number, 0, 0, 0))
+    all_answers.queue_message(two, Explain(9, 0, 0, 0))
     until(lambda: len(slow.begun) == 2)
     assert slow.begun == [(one, 0), (two, 9)]
     slow.gate.set()
@@ -65,11 +65,11 @@ def test_answers_in_progress_and_in_the_queue_are_limited(slow: Slow, small_worl
     all_answers = Answers()
     clients = [listening(small_world) for _ in range(AT_ONCE + 1)]
     for session, _ in clients:
-        all_answers.queue_message(session, Explain(0, 0, 0))
+        all_answers.queue_message(session, Explain(0, 0, 0, 0))
     until(lambda: len(slow.begun) == AT_ONCE)
     session, heard = clients[-1]
     for number in range(1, MOST_WAITING + 1):
-        all_answers.queue_message(session, Explain(number, 0, 0))
+        all_answers.queue_message(session, Explain(number, 0, 0, 0))
     assert [each["type"] for each in heard] == ["notice"]
     # No further answer is started for a client that has left.
     all_answers.forget(session)
@@ -84,8 +84,8 @@ def test_close_stops_videos_without_a_long_wait(
     monkeypatch.setattr(answers, "GRACE", 0.1)
     all_answers = Answers()
     session, _ = listening(small_world)
-    all_answers.queue_message(session, Explain(0, 0, 0))
-    all_answers.queue_message(session, Explain(1, 0, 0))
+    all_answers.queue_message(session, Explain(0, 0, 0, 0))
+    all_answers.queue_message(session, Explain(1, 0, 0, 0))
     until(lambda: len(slow.begun) == 1)
     all_answers.close()
     assert session.connection.film_stop.is_set()
@@ -108,7 +108,7 @@ def test_error_is_reported_and_the_next_answer_computed(
     all_answers = Answers()
     session, heard = listening(small_world)
     for number in range(2):
-        all_answers.queue_message(session, Explain(number, 0, 0))
+        all_answers.queue_message(session, Explain(number, 0, 0, 0))
     until(lambda: done == [0, 1])
     assert ["RuntimeError: broken" in each["text"] for each in heard] == [True]
     assert "broken" in capsys.readouterr().err

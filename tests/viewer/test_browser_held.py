@@ -13,7 +13,7 @@ from raycam.viewer.viewer import Viewer
 from support.chromium import Tab
 from support.patience import until
 from support.two_materials import two_materials
-from support.viewer_page import held, opened, place_of, readout
+from support.viewer_page import drag, held, opened, place_of, readout
 
 SAMPLES = 2
 
@@ -60,6 +60,40 @@ def test_click_on_an_outdated_image_selects_the_material_in_this_image(
     tab.wait(f"document.getElementById('status-picture').textContent !== '{size[0]} x {size[1]}'")
     tab.wait("document.getElementById('pixel-place').textContent.endsWith('(held)')")
     assert session.selection.slot == 1
+
+
+def test_click_before_the_image_of_a_moved_camera_is_evaluated_in_the_shown_image(
+    tab: Tab, viewer: Viewer, session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert viewer._server is not None
+    picked: list[dict[str, object]] = []
+    viewer.on_pick(picked.append)
+    view, (column, row) = session.view, middle_of_blue(session)
+    size, place = view.size, place_of(tab, column, row, view.size)
+    shown = raycam.render(view.world, view.still_camera, channels=["position"], samples=1)["position"]
+    expected = [float(each) for each in shown[row, column]]
+    with monkeypatch.context() as busy:  # no image is rendered
+        busy.setattr(viewer._server.scheduler, "_next", lambda: None)
+        drag(tab, place, (place[0] + 300, place[1]))
+        until(lambda: session.view.camera != view.camera)
+        tab.click(*place_of(tab, column, row, size))
+        tab.wait("document.getElementById('pixel-place').textContent.endsWith('(held)')")
+        until(lambda: [float(each) for each in readout(tab)["position"]] == expected)
+        tab.wait("document.querySelector('#slots [aria-current]').textContent === 'blue'")
+        until(lambda: len(picked) == 1)
+        assert [float(each) for each in picked[0]["position"]] == expected  # type: ignore[attr-defined]
+        assert picked[0]["camera"] == view.still_camera
+    viewer._server.scheduler.wake()
+    # The new image shows another point at this pixel.
+    tab.wait("document.getElementById('leave').disabled")
+    assert session.selection.slot == 1
+    tab.wait(f"document.getElementById('status').textContent.includes('{SAMPLES} samples')")
+    tab.click(*place_of(tab, column, row, size))
+    tab.wait("document.getElementById('pixel-place').textContent.endsWith('(held)')")
+    K, version = session.view.camera.K, session.images.version
+    session.show(session.view.with_lens(1.1 * K[0, 0], 1.1 * K[1, 1], K[0, 2], K[1, 2], []))
+    until(lambda: session.images.version > version and session.images.is_shown())
+    assert not tab.evaluate("document.getElementById('leave').disabled")  # only outdated clicks are released
 
 
 def test_held_pixel_stays_at_its_point_if_the_window_gets_another_size(tab: Tab, session: Session) -> None:

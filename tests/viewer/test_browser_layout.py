@@ -14,6 +14,7 @@ from raycam.viewer.session import Session
 from raycam.viewer.viewer import Viewer
 from support.chromium import Tab
 from support.patience import until
+from support.session_messages import receive
 from support.viewer_page import place_of
 
 SAMPLES = 4
@@ -59,6 +60,22 @@ def mean_of(session: Session) -> float:
         samples=16,
     )
     return float(frame["color"][frame["instance"] == 0].mean())
+
+
+BOXES_OVER_IMAGE = """(() => {
+  const stage = document.getElementById("stage").getBoundingClientRect();
+  return [...document.querySelectorAll("#tools, #sides, #up-axis")].map((each) => each.getBoundingClientRect())
+    .filter(({ width }) => width).map(({ left, top, right, bottom }) =>
+      [left - stage.left, top - stage.top, right - stage.left, bottom - stage.top].map(Math.round));
+})()"""
+
+
+def space_of(tab: Tab) -> tuple[int, int]:
+    """The size of the space for the image, CSS pixels."""
+    width, height = tab.evaluate(
+        "(({width, height}) => [width, height])(document.getElementById('picture').getBoundingClientRect())"
+    )
+    return round(width), round(height)
 
 
 def click(tab: Tab, selector: str) -> None:
@@ -109,6 +126,62 @@ def test_tree_selects_hides_isolates_and_searches(tab: Tab, viewer: Viewer) -> N
     assert tab.evaluate("document.querySelectorAll('#tree-list li').length") == 1
     assert tab.said == []
     assert tab.evaluate("document.getElementById('message').hidden")
+
+
+def test_buttons_over_the_image_do_not_cover_the_model(tab: Tab, viewer: Viewer) -> None:
+    wide = raycam.World()
+    wide.add_object(box={"size": [4, 3, 0.2]})
+    session = session_of(viewer, tab)
+    try:
+        for width, height in ((1280, 800), (900, 760), (390, 844)):
+            tab.show(width, height)
+            until(lambda: session.view.space == space_of(tab))
+            for world in (wide, model()):
+                viewer.world = world
+                receive(session, {"type": "home", "seq": 1})
+                view = session.view
+                hits = raycam.render(view.world, view.still_camera, channels=["instance"])["instance"] >= 0
+                for left, top, right, bottom in tab.evaluate(BOXES_OVER_IMAGE):
+                    assert not hits[max(0, top) : bottom, max(0, left) : right].any()
+    finally:
+        tab.show(1280, 800)
+
+
+def test_long_names_use_the_space_of_hidden_buttons(tab: Tab, viewer: Viewer) -> None:
+    session_of(viewer, tab)
+    tab.wait("document.querySelectorAll('#tree-list li').length === 2")
+    width = "document.querySelector('#tree-list li:nth-child(2) .row-name').getBoundingClientRect().width"
+    assert tab.evaluate(width) > 0.75 * tab.evaluate("document.getElementById('tree').clientWidth")
+
+
+def test_group_bar_leads_to_every_group_in_low_windows(tab: Tab, viewer: Viewer) -> None:
+    tab.show(1280, 480)
+    try:
+        session = session_of(viewer, tab)
+        until(lambda: session.view.space == space_of(tab))
+        size = session.view.size
+        tab.wait(f"document.getElementById('status-picture').textContent === '{size[0]} x {size[1]}'")
+        hold(tab, size[0] // 2, size[1] // 2, size)
+        for name, id in (
+            ("Save", "save"),
+            ("Light", "look"),
+            ("Compare", "compare"),
+            ("Pixel", "pixel-title"),
+        ):
+            tab.evaluate(
+                "[...document.querySelectorAll('#groups button')].find((each) => "
+                f"each.textContent === '{name}').click()"
+            )
+            tab.wait(f"document.querySelector('#groups [aria-current]').textContent === '{name}'")
+            top, bar, bottom, is_open = tab.evaluate(
+                f"(() => {{ const group = document.getElementById('{id}').closest('details'); return ["
+                "group.getBoundingClientRect().top, document.getElementById('groups').getBoundingClientRect().bottom,"
+                " document.getElementById('panel').getBoundingClientRect().bottom, group.open]; })()"
+            )
+            assert is_open
+            assert bar - 1 <= top < bottom
+    finally:
+        tab.show(1280, 800)
 
 
 def test_selection_stays_when_a_camera_is_added(tab: Tab, viewer: Viewer) -> None:

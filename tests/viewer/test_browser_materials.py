@@ -93,28 +93,28 @@ def test_placement_fields_show_few_digits_of_noisy_and_small_numbers(tab: Tab, v
         tab.wait(f"document.getElementById('{name}').value === '{text}'")
 
 
-def test_texture_slot_shows_a_thumbnail_and_accepts_another_file(
+def test_texture_shows_a_thumbnail_and_accepts_another_file(
     tab: Tab, session: Session, tmp_path: Path
 ) -> None:
     click(tab, "#tree-list li:nth-child(1) .row-name")
-    tab.wait("document.querySelector('[data-slot=color] img')?.complete")
+    tab.wait("document.querySelector('[data-texture=color] img')?.complete")
     corner = (
         "((u) => {{ const canvas = document.createElement('canvas'); canvas.width = canvas.height = 64;"
         " const context = canvas.getContext('2d');"
-        " context.drawImage(document.querySelector('[data-slot=color] img'), 0, 0);"
+        " context.drawImage(document.querySelector('[data-texture=color] img'), 0, 0);"
         " return [...context.getImageData(u, 20, 1, 1).data]; }})({})"
     )
     assert np.allclose(tab.evaluate(corner.format(10)), [255, 0, 0, 255], atol=6)
     assert np.allclose(tab.evaluate(corner.format(52)), [0, 0, 255, 255], atol=6)
     Image.new("RGB", (700, 500), (0, 200, 0)).save(tmp_path / "green paint.png")
-    click(tab, "[data-slot=color] button")
+    click(tab, "[data-texture=color] button")
     tab.said.clear()  # the browser opens no dialog for a click by script
     tab.call("DOM.enable")
     root = tab.call("DOM.getDocument")["root"]["nodeId"]
     (node,) = tab.call("DOM.querySelectorAll", nodeId=root, selector="input[type=file]")["nodeIds"]
     tab.call("DOM.setFileInputFiles", files=[str(tmp_path / "green paint.png")], nodeId=node)
-    tab.wait("document.querySelector('[data-slot=color] small')?.textContent === 'green paint.png'")
-    tab.wait("document.querySelector('[data-slot=color] img')?.complete")
+    tab.wait("document.querySelector('[data-texture=color] small')?.textContent === 'green paint.png'")
+    tab.wait("document.querySelector('[data-texture=color] img')?.complete")
     assert np.allclose(tab.evaluate(corner.format(30)), [0, 200, 0, 255], atol=6)
     camera = session.view.still_camera
     seen = raycam.render(session.view.base, camera, channels=["albedo", "instance"], samples=1)
@@ -122,8 +122,8 @@ def test_texture_slot_shows_a_thumbnail_and_accepts_another_file(
         seen["albedo"][seen["instance"] == 0], [0, (200 / 255 + 0.055) ** 2.4 / 1.055**2.4, 0], atol=0.01
     )
     click(tab, "#undo")
-    tab.wait("document.querySelector('[data-slot=color] small').textContent !== 'green paint.png'")
-    click(tab, "[data-slot=color] button[aria-label^=clear]")
+    tab.wait("document.querySelector('[data-texture=color] small').textContent !== 'green paint.png'")
+    click(tab, "[data-texture=color] button[aria-label^=clear]")
     until(lambda: _is_white(session))
     assert tab.said == []
 
@@ -246,8 +246,8 @@ def test_all_materials_get_a_roughness_and_keep_their_colours(
     viewer.world = two_materials(tmp_path)
     tab.open(viewer.url)
     tab.wait(LISTED_ALONE)
-    click(tab, "#slots [data-slot-number='-1']")
-    tab.wait("document.querySelector('#slots [aria-current] [data-slot-number]').dataset.slotNumber === '-1'")
+    click(tab, "#slots [data-slot='-1']")
+    tab.wait("document.querySelector('#slots [aria-current] [data-slot]').dataset.slot === '-1'")
     put(tab, "object-roughness", "0.35")
     until(lambda: viewer.world._core.materials(0).count("Principled") == 2)
     assert np.allclose(colors_of_triangles(viewer.world), [[0.8, 0.1, 0.1], [0.1, 0.1, 0.9]], atol=1e-3)

@@ -97,7 +97,8 @@ def test_error_of_a_pick_callback_is_shown(viewer: Viewer, capsys: pytest.Captur
     session = viewer._session()
     told: list[dict[str, Any]] = []
     session.connection.open(lambda message, buffers: told.append(message))
-    receive(session, {"type": "pick", "u": 1, "v": 1})
+    image = session.images.sent.add(session.view, session.images.version)
+    receive(session, {"type": "pick", "image": image, "u": 1, "v": 1})
     until(lambda: any(each["type"] == "error" and "broken" in each["text"] for each in told))
     assert "broken" in capsys.readouterr().err
 

@@ -93,7 +93,7 @@ def test_thirty_followers_show_the_images_that_are_rendered_once(
         assert each.hear("picture", moving=False, samples=SAMPLES)[1] == [leader.pictures[-1][1]]
     assert len(rendered) <= count + 2
     for each in (leader, *followers):
-        each.say("probe", id=7, u=24, v=16, size=[48, 32])
+        each.say("probe", id=7, u=24, v=16)
         values = each.hear("values", id=7)[0]["values"]
         assert values["instance"]["name"] == "box"
         assert [float(number) for number in values["depth"]["numbers"]] == [
@@ -144,8 +144,8 @@ def test_followers_change_nothing(class_server: Server, join: Join, message: dic
         follower.say(message["kind"], **fields)
     assert follower.hear("notice")[0]["text"]
     assert session_of(class_server, leader).view is before
-    follower.say("probe", id=1, u=1, v=1, size=[48, 32])  # the follower is still connected
-    follower.hear("values", id=1)
+    follower.say("locate", id=1, u=1, v=1)  # the follower is still connected
+    follower.hear("answer", id=1)
 
 
 def test_detached_follower_has_its_own_camera_until_it_follows_again(
@@ -227,8 +227,8 @@ def test_tokens_are_sent_only_to_clients_that_may_lead(class_server: Server, joi
     token = class_server.token
     seen: list[str] = []
     for each in (follower, leader):
-        each.say("probe", id=1, u=1, v=1, size=[48, 32])
-        while (message := each.next()[0])["type"] != "values":
+        each.say("locate", id=1, u=1, v=1)
+        while (message := each.next()[0])["type"] != "answer":
             seen.append(str(message))
         if each is follower:
             assert not any(token in text for text in seen)

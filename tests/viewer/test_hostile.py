@@ -194,7 +194,7 @@ def test_generated_hostile_requests_are_refused_without_effect(
     assert list(server.sessions) == [session.connection.id]
     assert session.images.version == version
     assert session.view.base is world is small_world
-    client.say("probe", id=5, u=24, v=16, size=[48, 32])
+    client.say("probe", id=5, u=24, v=16)
     assert client.hear("values", id=5)[0]["values"]["instance"]["name"] == "box"
     other = Client(open_socket())
     assert other.hear("picture", samples=16)[0]["samples"] == 16

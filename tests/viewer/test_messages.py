@@ -27,7 +27,7 @@ GOOD: dict[str, dict[str, Any]] = {
         "pivot": [0, 0, 0.5],
     },
     "home": {"seq": 2},
-    "locate": {"id": 3, "u": 3.25, "v": -4},
+    "locate": {"id": 3, "image": 4, "u": 3.25, "v": -4},
     "ground": {"id": 4, "begin": [0, 0, 1], "end": [0, 1, 1.5], "foot": 0.05},
     "camera": {"seq": 1, "name": "front"},
     "photograph": {"name": "front"},
@@ -48,8 +48,8 @@ GOOD: dict[str, dict[str, Any]] = {
     "scan": {"lidar": "top"},
     "select": {"number": 0, "slot": -1, "tool": "move"},
     "select_light": {"number": 1},
-    "texture": {"number": 0, "material": 1, "slot": "normal", "file": "bumps.png"},
-    "thumbnails": {"number": 2, "material": 0},
+    "texture": {"number": 0, "slot": 1, "texture": "normal", "file": "bumps.png"},
+    "thumbnails": {"number": 2, "slot": 0},
     "keep_camera": {"name": "over the table"},
     "remove_camera": {"name": "front"},
     "gizmo": {"handle": "x", "stroke": 7, "begin": [1.5, 2], "end": [-3, 4]},
@@ -65,18 +65,18 @@ GOOD: dict[str, dict[str, Any]] = {
     "channel": {"name": "depth"},
     "display": {"exposure": -1.5, "view": "agx"},
     "quality": {"integrator": "path"},
-    "probe": {"id": 7, "u": 0, "v": 1079, "size": [1920, 1080]},
-    "pick": {"u": 0, "v": 1079},
+    "probe": {"id": 7, "image": 4, "u": 0, "v": 1079},
+    "pick": {"image": 4, "u": 0, "v": 1079},
     "hold": {"pixel": [24, 16]},
     "follow": {"mode": "detach"},
     "forget": {},
-    "explain": {"id": 7, "u": 1919, "v": 0},
+    "explain": {"id": 7, "image": 4, "u": 1919, "v": 0},
     "snapshot": {"format": "png"},
     "copy": {"format": "toml"},
     "ack": {"picture": 3},
     "control": {"id": 3, "value": 0.5},
     "planes": {"wanted": True},
-    "tile": {"id": 7, "u": 0, "v": 1079, "width": 32, "height": 256},
+    "tile": {"id": 7, "image": 4, "u": 0, "v": 1079, "width": 32, "height": 256},
     "visible": {"visible": False},
 }
 WRONG: list[Any] = [
@@ -118,8 +118,7 @@ TAKEN = {
     **{(kind, "name"): (PATH,) for kind in ("upload", "open")},  # refused when the message is handled
     ("edit", "value"): ([], True, 1.5, -1, PATH),
     ("edit_material", "value"): (1.5, -1, PATH),
-    **{(kind, "slot"): (-1,) for kind in ("edit_material", "select")},  # all slots
-    **{(kind, "material"): (-1,) for kind in ("texture", "thumbnails")},
+    **{(kind, "slot"): (-1,) for kind in ("edit_material", "select", "texture", "thumbnails")},  # all slots
     ("visible", "visible"): (True,),
     ("texture", "file"): (PATH,),  # refused when the message is handled
     **{(kind, "name"): (PATH,) for kind in ("keep_camera", "remove_camera")},  # any text is a valid name

@@ -157,7 +157,7 @@ def stairs(up: str) -> raycam.World:
 
 WALK = """
 const sent = [];
-const navigator = new Navigator((message) => sent.push(message));
+const navigator = new Navigator((message) => sent.push(message), () => 1);
 navigator.welcome({ ...camera, seq: 0 });
 const step = async (right, upwards, forward) => {
   const walking = navigator.walk(right / navigator.step, upwards / navigator.step, forward / navigator.step);
@@ -226,7 +226,7 @@ def test_ground_is_found_below_and_across_cracks() -> None:
 
 NAVIGATOR = """
 const sent = [];
-const navigator = new Navigator((message) => sent.push(message));
+const navigator = new Navigator((message) => sent.push(message), () => 1);
 navigator.welcome({ ...camera, seq: 4 });
 """
 

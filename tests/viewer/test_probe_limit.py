@@ -27,13 +27,13 @@ def test_probes_beyond_60_per_second_are_dropped_except_the_newest(
     # The clock is stopped, so that no probe becomes allowed again.
     monkeypatch.setattr(probe_limit, "time", SimpleNamespace(monotonic=lambda: now))
     for id in range(300):
-        client.say("probe", id=id, u=1, v=1, size=[48, 32])
+        client.say("probe", id=id, u=1, v=1)
     client.say("copy", format="toml")
     client.hear("copied")  # the server handles this message after all probes
     assert answered == list(range(MOST_PROBES))
     now += 1.5
     until(lambda: len(answered) > MOST_PROBES)
-    client.say("probe", id=300, u=1, v=1, size=[48, 32])
+    client.say("probe", id=300, u=1, v=1)
     client.say("copy", format="toml")
     client.hear("copied")
     assert answered[MOST_PROBES:] == [299, 300]
@@ -54,9 +54,9 @@ def test_newer_probe_replaces_a_probe_that_waits(session: Session, monkeypatch: 
         nonlocal now
         limit = ProbeLimit(session)
         for id in range(MOST_PROBES + 1):
-            await limit.answer(Probe(id, 1, 1, [48, 32]))
+            await limit.answer(Probe(id, 1, 1, 1))
         now = 1.5
-        await limit.answer(Probe(100, 1, 1, [48, 32]))
+        await limit.answer(Probe(100, 1, 1, 1))
         await asyncio.sleep(1.2)
         limit.close()
 
@@ -77,7 +77,7 @@ def test_error_of_a_late_probe_is_shown(session: Session, monkeypatch: pytest.Mo
     async def hover() -> None:
         limit = ProbeLimit(session)
         for id in range(MOST_PROBES + 1):
-            await limit.answer(Probe(id, 1, 1, [48, 32]))
+            await limit.answer(Probe(id, 1, 1, 1))
         while not said:
             await asyncio.sleep(0.02)
 
@@ -92,7 +92,7 @@ def test_closed_limit_answers_nothing(session: Session, monkeypatch: pytest.Monk
     async def leave() -> None:
         limit = ProbeLimit(session)
         for id in range(MOST_PROBES + 1):
-            await limit.answer(Probe(id, 1, 1, [48, 32]))
+            await limit.answer(Probe(id, 1, 1, 1))
         limit.close()
         await asyncio.sleep(1.2)
 

@@ -202,7 +202,8 @@ def test_three_invalid_messages_disconnect_only_their_client(client: Client, ope
     for junk in ("junk", json.dumps({"type": "move"}), json.dumps({"type": "hello", "session": "", **SPACE})):
         bad.socket.send(junk)
     assert_ended(bad)
-    client.say("probe", id=1, u=1, v=1, size=[48, 32])
+    client.hear("picture")
+    client.say("probe", id=1, u=1, v=1)
     assert client.hear("values")[0]["id"] == 1
 
 
@@ -346,21 +347,53 @@ def test_probes_return_the_values_of_the_image(client: Client, small_world: rayc
     names = [channel["name"] for channel in client.welcome["channels"] if channel["name"] != "error"]
     expected = raycam.render(small_world, small_world.camera("front"), samples=16, channels=names)
     for id, (u, v) in enumerate([(24, 16), (0, 0), (47, 31), (10, 25)]):
-        client.say("probe", id=id, u=u, v=v, size=[48, 32])
+        client.say("probe", id=id, u=u, v=v)
         values = client.hear("values", id=id)[0]["values"]
         assert set(values) == set(names)
         for name in names:
             numbers = np.array([float(number) for number in values[name]["numbers"]], expected[name].dtype)
             assert numbers.tobytes() == np.atleast_1d(expected[name][v, u]).tobytes(), name
-    client.say("probe", id=9, u=24, v=16, size=[48, 32])
+    client.say("probe", id=9, u=24, v=16)
     values = client.hear("values", id=9)[0]["values"]
     assert (values["instance"]["name"], values["category"]["name"]) == ("box", "crate")
 
 
-def test_probe_of_an_image_of_another_size_is_not_answered(client: Client) -> None:
-    client.say("probe", id=1, u=24, v=16, size=[96, 64])
-    client.say("probe", id=2, u=24, v=16, size=[48, 32])
+def test_pixel_of_an_outdated_image_is_evaluated_with_the_camera_of_its_image(
+    server: Server, client: Client, small_world: raycam.World
+) -> None:
+    client.hear("picture", samples=16)
+    camera, before = small_world.camera("front"), client.image
+    image = {"image": before}
+    client.socket.send(json.dumps(orbited(client.welcome["camera"], 35)))
+    while client.image == before:
+        client.hear("picture")
+    client.say("probe", id=1, u=24, v=16, **image)
+    exact = raycam.render(small_world, camera, samples=1, channels=["position"])["position"][16, 24]
+    values = client.hear("values")[0]["values"]
+    assert [float(each) for each in values["position"]["numbers"]] == exact.tolist()
+    client.say("probe", id=2, u=24, v=16)
+    values = client.hear("values")[0]["values"]
+    assert [float(each) for each in values["position"]["numbers"]] != exact.tolist()
+    client.say("locate", id=3, u=24.5, v=16.5, **image)
+    np.testing.assert_allclose(client.hear("answer")[0]["point"], exact, atol=1e-6)
+    client.say("explain", id=4, u=24, v=16, **image)
+    assert client.hear("explained")[0]["text"] == str(raycam.explain(small_world, camera, (24, 16)))
+    client.say("tile", id=5, u=0, v=0, width=48, height=32)
+    client.hear("tile", id=5)
+
+
+def test_pixel_of_an_unknown_image_is_not_evaluated(client: Client) -> None:
+    client.hear("picture", samples=16)
+    unknown = client.image + 1000
+    client.say("probe", id=1, u=24, v=16, image=unknown)
+    client.say("tile", id=1, u=0, v=0, width=8, height=8, image=unknown)
+    client.say("tile", id=2, u=0, v=0, width=8, height=8)
+    assert client.hear("tile")[0]["id"] == 2
+    client.say("probe", id=2, u=24, v=16)
     assert client.hear("values")[0]["id"] == 2
+    for kind in ("pick", "explain"):
+        client.say(kind, **({"id": 3} if kind == "explain" else {}), u=24, v=16, image=unknown)
+        assert client.hear("error")[0]["text"] == "image: out of date; click again in the new image"
 
 
 def test_image_versions_never_decrease(client: Client) -> None:

@@ -168,7 +168,7 @@ def test_notice_names_the_up_axis_that_no_file_specifies(
     raycam.load(tmp_path / "a.obj").to_gltf(tmp_path / "a.glb")
     view = Session(load(tmp_path)).view
     notice = view.up_notice()
-    assert view.camera_message(0)["assumed"] == (axis is not None)
+    assert view.camera_message(0)["up_assumed"] == (axis is not None)
     assert (notice.code if notice else None) == ("assumed_up_axis" if axis else None)
     assert axis is None or f"{axis} is assumed" in str(notice)
 
@@ -185,7 +185,7 @@ def test_notice_about_the_up_axis_is_shown_until_the_user_chooses_an_axis(tmp_pa
     assert is_shown()
     receive(session, {"type": "up", "axis": "y"})
     assert not is_shown()
-    assert session.view.camera_message(0)["assumed"] is False
+    assert session.view.camera_message(0)["up_assumed"] is False
     receive(session, {"type": "undo"})
     assert is_shown()
 
@@ -413,12 +413,13 @@ def test_clicked_pixels_call_the_callback(
         viewer.on_pick(fail)
         session = viewer._session()
         width, height = session.view.size
+        image = session.images.sent.add(session.view, session.images.version)
         for u, v in (
             (width // 2, height // 2),
             (0, 0),
             (1279, 1000),
         ):  # the last pixel is outside of the image
-            receive(session, {"type": "pick", "u": u, "v": v})
+            receive(session, {"type": "pick", "image": image, "u": u, "v": v})
         until(lambda: len(told) == 2)
     seen = raycam.render(
         small_world, session.view.still_camera, channels=["position", "instance", "triangle"]

@@ -57,7 +57,7 @@ def test_notebook_cell_receives_images_and_replies_to_requests(channel: Channel)
     assert channel.hear("a", "welcome")[0]["title"] == "raycam"
     picture, buffers = channel.hear("a", "picture")
     assert (picture["width"], picture["height"], len(buffers)) == (48, 32, 1)
-    channel.say("a", {"type": "probe", "id": 5, "u": 24, "v": 16, "size": [48, 32]})
+    channel.say("a", {"type": "probe", "id": 5, "u": 24, "v": 16, "image": picture["image"]})
     assert channel.hear("a", "values")[0]["values"]["instance"]["name"] == "box"
     channel.say("a", {"type": "copy", "format": "python"})
     assert channel.hear("a", "copied")[0]["text"].startswith("camera = ")

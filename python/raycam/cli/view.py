@@ -39,6 +39,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         "more",
         metavar="MODEL|FRAME",
         nargs="*",
+        default=[],  # otherwise, argparse reports this argument as required
         help="further models, shown in the same world; or a second frame, to compare with the first",
     )
     add_texture_memory(command)

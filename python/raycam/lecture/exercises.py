@@ -96,8 +96,9 @@ def check_ray(ray: Callable[[Floats, float, float], Any]) -> Verdict:
                 return Verdict(False, problem)
             if not given.any():
                 other, _ = _numbers(ray, (3,), P, 24, 18)
-                has_direction = other is not None and other.any()
-                return Verdict(False, THIRD_COORDINATE if has_direction else "The ray has length zero.")
+                is_third_missing = (u, v) == (0, 0) and other is not None and other.any()
+                zero = f"The ray of pixel ({u}, {v}) has length zero."
+                return Verdict(False, THIRD_COORDINATE if is_third_missing else zero)
             expected = _direction(P, u, v)
             given = _unit(given)
             if _close(given, expected):

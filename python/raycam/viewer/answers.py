@@ -24,7 +24,7 @@ from .client_messages import (
 from .files.outputs import film, snapshot
 from .probe import explained, values_at
 from .scene.scan_points import scan_points
-from .scene.texture_slots import texture_slots, thumbnail
+from .scene.textures import list_textures, thumbnail
 from .scheduler import failure
 from .session import Session
 from .session.copied import copied
@@ -118,16 +118,16 @@ class Answers:
 
 
 def probe(session: Session, message: Probe) -> None:
-    """Sends the values of the pixel that the message specifies.
+    """Sends the values of a pixel in the image that the client shows.
 
-    After a change of the window's size, the client may still show an image of the old size. The values are those of
-    this image, unless a newer image was sent: then nothing is sent, and the client repeats the request.
+    After a change of the camera or of the window's size, the client shows the previous image until the new image
+    arrives. The values are those of the shown image. If its view is no longer stored, nothing is sent, and the client
+    repeats the request with the next image.
     """
-    with session.lock:
-        views, still = (session.view, session.images.sent_view), session.images.still
-    view = next((each for each in views if each is not None and each.size == tuple(message.size)), None)
-    if view is None or message.u >= view.size[0] or message.v >= view.size[1]:
+    found = session.view_of_image(message.image)
+    if found is None or message.u >= found[0].size[0] or message.v >= found[0].size[1]:
         return
+    view, still = found
     camera = view.still_camera
     still = still if still and still.size == camera.size else None
     values = values_at(view.world, camera, still, message.u, message.v, view.object_names)
@@ -139,10 +139,13 @@ def probe(session: Session, message: Probe) -> None:
 def send_tile(session: Session, message: Tile) -> None:
     """Sends the exact numbers of a part of the shown channel.
 
-    Nothing is sent for a part outside of the image.
+    Nothing is sent for a part outside of the image, or if the image is out of date: then the client repeats the request
+    with the next image.
     """
-    with session.lock:
-        view, still = session.view, session.images.still
+    found = session.view_of_image(message.image)
+    if found is None:
+        return
+    view, still = found
     width, height = view.size
     region = (
         message.u,
@@ -164,15 +167,14 @@ def send_tile(session: Session, message: Tile) -> None:
     session.connection.send({"type": "tile", "plane": header, **place}, [data])
 
 
-def send_thumbnails(session: Session, world: World, number: int, material: int) -> None:
+def send_thumbnails(session: Session, world: World, number: int, slot: int) -> None:
     """Sends small images of the textures of a material, or none if the object or its slot is unknown."""
-    slots = texture_slots(world, number, material)
     images = {}
-    for slot in (each["slot"] for each in slots if each["used"]):
-        image = thumbnail(world, number, slot, material)
+    for key in (each["texture"] for each in list_textures(world, number, slot) if each["used"]):
+        image = thumbnail(world, number, key, slot)
         if image is not None:
-            images[slot] = data_url("image/jpeg", encode_jpeg(image))
-    session.connection.send({"type": "thumbnails", "number": number, "material": material, "images": images})
+            images[key] = data_url("image/jpeg", encode_jpeg(image))
+    session.connection.send({"type": "thumbnails", "number": number, "slot": slot, "images": images})
 
 
 def answer(session: Session, message: Message) -> None:
@@ -180,6 +182,7 @@ def answer(session: Session, message: Message) -> None:
     view = session.view
     try:
         if isinstance(message, Explain):
+            view = session.require_image(message.image)
             if message.u >= view.size[0] or message.v >= view.size[1]:
                 raise SettingsError(
                     f"pixel {message.u}, {message.v} is outside the image of {view.size[0]} x {view.size[1]} pixels",
@@ -193,7 +196,7 @@ def answer(session: Session, message: Message) -> None:
         elif isinstance(message, Tile):
             send_tile(session, message)
         elif isinstance(message, Thumbnails):
-            send_thumbnails(session, view.opened.edits.world, message.number, max(message.material, 0))
+            send_thumbnails(session, view.opened.edits.world, message.number, max(message.slot, 0))
         elif isinstance(message, Copy):
             text = copied(view, message.format, session.images.samples_of(view), session.notify)
             session.connection.send({"type": "copied", "text": text})

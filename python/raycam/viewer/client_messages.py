@@ -4,6 +4,8 @@ The annotations contain the types and ranges of the fields.
 
 `client/messages.d.ts` contains the same messages as TypeScript types; `python -m raycam.viewer.message_types` writes
 it. To add a message, add a dataclass here and a method to `Session.ACTIONS`; CONTRIBUTING.md describes the steps.
+
+The field `image` contains the number of the image in which the user chose a pixel. The camera may have moved since.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from .scene.floor_handle import FLOOR_HANDLE
 from .scene.gizmo import HANDLES, TOOLS
 from .scene.look import LIGHTS
 from .scene.material_edits import MATERIAL_KEYS
-from .scene.texture_slots import SLOTS
+from .scene.textures import TEXTURE_KEYS
 
 __all__ = [
     "MAX_IMAGE_SIZE",
@@ -188,6 +190,7 @@ class Locate(Message):
 
     KIND = "locate"
     id: Number
+    image: Number
     u: Place
     v: Place
 
@@ -410,8 +413,8 @@ class Texture(Message):
     KIND = "texture"
     CHANGES = "world"
     number: Annotated[int, Range(0, 10**6)]
-    material: Slot
-    slot: Annotated[str, OneOf(SLOTS)]
+    slot: Slot
+    texture: Annotated[str, OneOf(TEXTURE_KEYS)]
     file: Name
 
 
@@ -421,7 +424,7 @@ class Thumbnails(Message):
 
     KIND = "thumbnails"
     number: Annotated[int, Range(0, 10**6)]
-    material: Slot
+    slot: Slot
 
 
 @dataclass(frozen=True)
@@ -501,17 +504,17 @@ class Quality(Message):
 
 @dataclass(frozen=True)
 class Probe(Message):
-    """Requests the values of a pixel in an image of `size` (width, height).
+    """Requests the values of a pixel.
 
-    If neither the view nor the image that was sent last has this size, the request is not answered: the client
-    repeats it with the next image.
+    If the image is out of date and its view is no longer stored, the request is not answered: the client repeats it
+    with the next image.
     """
 
     KIND = "probe"
     id: Number
+    image: Number
     u: Annotated[int, Range(0, MAX_IMAGE_SIZE[0] - 1)]
     v: Annotated[int, Range(0, MAX_IMAGE_SIZE[1] - 1)]
-    size: Annotated[list[int], Length(2, 2), Range(1, max(MAX_IMAGE_SIZE))]
 
 
 @dataclass(frozen=True)
@@ -520,6 +523,7 @@ class Tile(Message):
 
     KIND = "tile"
     id: Number
+    image: Number
     u: Annotated[int, Range(0, MAX_IMAGE_SIZE[0] - 1)]
     v: Annotated[int, Range(0, MAX_IMAGE_SIZE[1] - 1)]
     width: Annotated[int, Range(1, 256)]
@@ -532,6 +536,7 @@ class Pick(Message):
 
     KIND = "pick"
     CHANGES = "world"
+    image: Number
     u: Annotated[int, Range(0, MAX_IMAGE_SIZE[0] - 1)]
     v: Annotated[int, Range(0, MAX_IMAGE_SIZE[1] - 1)]
 
@@ -558,6 +563,7 @@ class Explain(Message):
 
     KIND = "explain"
     id: Number
+    image: Number
     u: Annotated[int, Range(0, MAX_IMAGE_SIZE[0] - 1)]
     v: Annotated[int, Range(0, MAX_IMAGE_SIZE[1] - 1)]
 

@@ -320,12 +320,14 @@ class Scheduler(threading.Thread):
         """Sends an image to a client and its followers."""
         if session.role.is_attached:  # the session was attached after the image was started
             return
-        session.images.sent_view = view
+        number = session.images.sent.add(view, version)
         width, height = view.size
         message = {
             "type": "picture",
             "overlay": session.overlay(view),
             "version": version,
+            "image": number,
+            "camera": session.images.sent.camera,
             "channel": view.channel,
             "width": width,
             "height": height,

@@ -409,7 +409,7 @@ async def _send_all(connection: Any, outgoing: asyncio.Queue[bytes]) -> None:
 
 
 REMEDIES = {
-    errno.EADDRINUSE: "use another port, or omit it for the next free one",
+    errno.EADDRINUSE: "use another port, or omit the port to use the next free port",
     errno.EADDRNOTAVAIL: "expected an address of this machine, such as 127.0.0.1, or 0.0.0.0 for all addresses",
     errno.EACCES: "ports below 1024 require administrator rights; use a larger port number",
 }
@@ -432,8 +432,10 @@ def _listening(host: str, port: int | None) -> socket.socket:
         except OSError as error:
             made.close()
             if port is not None or error.errno != errno.EADDRINUSE:
-                remedy = "".join(f" ({each})" for each in [REMEDIES.get(error.errno or 0)] if each)
-                text = f"cannot listen on {host}:{tried}: {error.strerror}{remedy}"
+                remedy = "".join(f"; {each}" for each in [REMEDIES.get(error.errno or 0)] if each)
+                text = (
+                    f"cannot listen on {host}:{tried}: {(error.strerror or 'unknown error').lower()}{remedy}"
+                )
                 raise NetworkError(error.errno, text, code="cannot_listen") from None
     raise NetworkError(
         errno.EADDRINUSE,

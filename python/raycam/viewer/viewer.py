@@ -36,7 +36,7 @@ from .recording import Recording
 from .scene.edits import Edits
 from .scene.look import Look
 from .server import Server
-from .session import DEFAULT_SAMPLES, Opened, Session, world_at
+from .session import DEFAULT_SAMPLES, Opened, Pixel, Session, world_at
 from .stills import truth
 from .wire import data_url
 
@@ -387,15 +387,14 @@ class Viewer:
         self._listeners.append(callback(function))
         return function
 
-    def _pick(self, session: Session, what: Control | tuple[int, int]) -> None:
+    def _pick(self, session: Session, what: Control | Pixel) -> None:
         if isinstance(what, Control):
             self._telling.submit(self._call, session, what)
             return
-        u, v = what
-        world, camera = session.view.world, session.view.still_camera
-        is_inside = u < camera.size[0] and v < camera.size[1]
+        camera = what.view.still_camera
+        is_inside = what.u < camera.size[0] and what.v < camera.size[1]
         if self._listeners and is_inside and self._free_picks.acquire(blocking=False):
-            self._telling.submit(self._tell, session, world, camera, (u, v))
+            self._telling.submit(self._tell, session, what.view.world, camera, (what.u, what.v))
 
     def _call(self, session: Session, control: Control) -> None:
         with _reporting(session, control.label):

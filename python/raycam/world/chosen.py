@@ -10,6 +10,7 @@ import numpy as np
 from .. import _core
 from ..arguments import Bools, as_number
 from ..errors import WorldError, nearest
+from ..one_line import counted
 
 __all__ = ["Chosen", "object_mask", "object_number", "one_object"]
 
@@ -77,7 +78,7 @@ def _numbers(names: list[str], chosen: Chosen) -> list[int]:
             number = one_object(which)
             if isinstance(number, str) or not 0 <= number < len(names):
                 raise WorldError(
-                    f"object {number} does not exist; the world has {len(names)} objects, numbered from 0",
+                    f"object {number} does not exist; the world has {counted(len(names), 'object')}, numbered from 0",
                     code="index_out_of_range",
                 )
             found.append(number)

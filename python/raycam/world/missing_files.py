@@ -19,6 +19,8 @@ from .endings import MODEL_ENDINGS
 __all__ = ["check_exists", "nearest_names", "recipe_named"]
 
 SHOWN = 3
+ADDRESS = re.compile(r"[a-z][a-z0-9+.-]+:/", re.I)
+"""The start of a web address; pathlib removes one of the slashes."""
 DRAWS = re.compile(r"^\s*(see|on|gap|count|see\.\w+)\s*=|\{\s*(uniform|log_uniform|integer|choice)\s*=", re.M)
 """Keys and random draws that occur in recipes but not in worlds."""
 
@@ -45,6 +47,9 @@ def check_exists(path: str | os.PathLike[str]) -> None:
                 errno.ENOENT, f"a symbolic link to {target}, which does not exist{way}", os.fspath(path)
             )
         )
+    if ADDRESS.match(os.fspath(path)):
+        text = "web addresses are not supported; download the file first"
+        raise with_code(FileNotFoundError(errno.ENOENT, text, os.fspath(path)))
     raise with_code(
         FileNotFoundError(errno.ENOENT, f"No such file or directory{_hint(Path(path))}", os.fspath(path))
     )
@@ -113,4 +118,5 @@ def _close(name: str, names: list[str], cutoff: float) -> list[str]:
 
 
 def _did_you_mean(folder: Path, names: list[str]) -> str:
-    return f"; did you mean {' or '.join(str(folder / name) for name in names)}?"
+    *first, last = (str(folder / name) for name in names)
+    return f"; did you mean {', '.join(first)}{' or ' if first else ''}{last}?"

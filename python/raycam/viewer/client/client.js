@@ -8,7 +8,7 @@ import { ComparePanel } from "./panel/compare.js";
 import { DisplayControls } from "./panel/display.js";
 import { byId, fillSelect, saveFile } from "./dom.js";
 import { listExplanations, showExplaining, showExplanation } from "./panel/explain.js";
-import { showSize } from "./held.js";
+import { ShownImage } from "./held.js";
 import { fillLegend, fillScale } from "./panel/legend.js";
 import { sixDigits } from "./image/numbers.js";
 import { NoticeBox } from "./panel/notices.js";
@@ -37,6 +37,7 @@ export class Client {
     /** @type {string[]} */
     this.channels = [];
     this.channel = "";
+    this.shown = new ShownImage(this);
     /** @type {Plane | null} */
     this.plane = null;
     /** True if a server sends exact numbers; otherwise it sends compressed images and rounded numbers. */
@@ -102,7 +103,7 @@ export class Client {
 
   /** @param {Message} welcome */
   welcome(welcome) {
-    this.wantsPlanes = false;
+    [this.wantsPlanes, this.shown.number] = [false, 0];
     document.body.classList.toggle("live", this.transport.live);
     byId("title", HTMLElement).textContent = welcome.title;
     document.title = welcome.title;
@@ -140,14 +141,14 @@ export class Client {
   }
 
   /** @param {Message} message */
-  showPicture({ channel, plane, other, image, width, height, moving, exact = true }) {
+  showPicture({ channel, plane, other, bitmap, image, camera, width, height, moving, exact = true }) {
     if (channel !== this.channel) return;
     this.plane = plane || null;
     this.isExact = Boolean(plane) && exact;
     this.tiles.forget();
     this.frameB = other || null;
     byId("status-picture", HTMLElement).textContent = `${width} x ${height}`;
-    showSize(this, { width, height });
+    this.shown.replace({ image, camera, moving, width, height });
     if (plane) {
       this.controls.show(plane, this.isExact);
       this.repaint();
@@ -156,7 +157,7 @@ export class Client {
     } else {
       this.controls.showLight();
       fillScale(byId("scale", HTMLElement), null, this.controls.display);
-      this.picture.show({ a: layerOf(image), mode: differenceKind(this.mode) ? "off" : this.picture.layers.mode });
+      this.picture.show({ a: layerOf(bitmap), mode: differenceKind(this.mode) ? "off" : this.picture.layers.mode });
       this.showCompare(null, []); // the numbers belong to an earlier image
       if (!moving) this.probe();
     }
@@ -298,7 +299,7 @@ export class Client {
    * @param {Pixel | null} pixel */
   pick(pixel) {
     this.hold(pixel);
-    if (pixel && this.transport.live) this.transport.send({ type: "pick", u: pixel.column, v: pixel.row });
+    if (pixel && this.transport.live) this.transport.send({ type: "pick", image: this.shown.number, u: pixel.column, v: pixel.row });
   }
 
   /** Empties the readout, because its values are out of date. */
@@ -320,9 +321,8 @@ export class Client {
   askForValues() {
     this.probed = performance.now();
     const pixel = this.held || this.hovered;
-    if (pixel && pixel.column < this.picture.width && pixel.row < this.picture.height) {
-      this.transport.send({ type: "probe", id: ++this.probes, u: pixel.column, v: pixel.row, size: [this.picture.width, this.picture.height] });
-    }
+    if (!this.shown.number || !pixel || pixel.column >= this.picture.width || pixel.row >= this.picture.height) return;
+    this.transport.send({ type: "probe", id: ++this.probes, image: this.shown.number, u: pixel.column, v: pixel.row });
   }
 
   /** @param {Message} message */
@@ -349,7 +349,7 @@ export class Client {
     if (!pixel) return this.say("No pixel is held; click the image to hold a pixel.", "notice");
     if (pixel !== this.held) this.hold(pixel);
     showExplaining(this.transport.live);
-    this.transport.send({ type: "explain", id: ++this.probes, u: pixel.column, v: pixel.row });
+    this.transport.send({ type: "explain", id: ++this.probes, image: this.shown.number, u: pixel.column, v: pixel.row });
     this.probe();
   }
 

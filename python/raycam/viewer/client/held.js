@@ -1,20 +1,43 @@
-// The held pixel in images of different sizes.
+// The shown image, and the held pixel when the next image has another size or another camera.
 
 /** @typedef {{ width: number, height: number }} Size */
+/** @typedef {Size & { image: number, camera: number, moving: boolean }} Image the message `picture` */
 
-/**
- * Shows images of another size. The held pixel moves to the same point of the new image, and is released if this point
- * is outside.
- * @param {import("./client.js").Client} client
- * @param {Size} size
- */
-export function showSize(client, size) {
-  const { picture, held } = client;
-  if (size.width === picture.width && size.height === picture.height) return;
-  const isInside = held !== null && moveWithImage(held, picture, size);
-  picture.setSize(size.width, size.height);
-  if (isInside) client.onHold(held);
-  else if (held) client.hold(null);
+export class ShownImage {
+  /** @param {import("./client.js").Client} client */
+  constructor(client) {
+    this.client = client;
+    /** The number of the image that is shown, which clicks specify; 0 before the first image. */
+    this.number = 0;
+    /** The number of the image's camera. */
+    this.camera = 0;
+    /** The camera of the image that was shown when the user moved the camera; null if the image is up to date. @type {number | null} */
+    this.movedFrom = null;
+  }
+
+  /** Called when the user moves the camera: until the new image arrives, the user clicks on an outdated image. */
+  outdate() {
+    this.movedFrom = this.camera;
+  }
+
+  /**
+   * Shows the next image. A pixel that was clicked in an outdated image is released, because the new image shows another
+   * point there. If only the size changes, the held pixel moves to the same point, and is released if this point is
+   * outside.
+   * @param {Image} next
+   */
+  replace({ image, camera, moving, width, height }) {
+    const { client, client: { picture, held }, movedFrom } = this;
+    const isReleased = held !== null && movedFrom !== null && camera !== this.camera;
+    if (!moving && camera !== movedFrom) this.movedFrom = null;
+    [this.number, this.camera] = [image, camera];
+    if (isReleased) client.hold(null);
+    if (width === picture.width && height === picture.height) return;
+    const isInside = held !== null && !isReleased && moveWithImage(held, picture, { width, height });
+    picture.setSize(width, height);
+    if (isInside) client.onHold(held);
+    else if (held && !isReleased) client.hold(null);
+  }
 }
 
 /**

@@ -58,7 +58,7 @@ export class LiveView {
     this.panes = new Panes(client, (name) => this.lookThrough(name));
     this.script = new ScriptControls((id, value) => client.transport.send({ type: "control", id, value }));
     this.axes = new Axes((side) => this.viewFrom(side), (axis) => client.transport.send({ type: "up", axis }));
-    this.navigator = new Navigator((message) => client.transport.send(message));
+    this.navigator = new Navigator((message) => client.transport.send(message), () => client.shown.number);
     this.navigator.onMove = () => this.moved();
     this.navigator.onCamera = (camera) => this.axes.show(camera);
     this.flying = new Flying(this.navigator);
@@ -247,6 +247,7 @@ export class LiveView {
     this.kept.show("");
     this.photograph.showFor("");
     this.measure.forget();
+    this.client.shown.outdate();
     if (this.client.held) this.client.hold(null);
   }
 
@@ -262,6 +263,7 @@ export class LiveView {
     if (this.panes.panes.length) this.panes.show([]);
     this.camera.value = name;
     this.looked = name || this.looked;
+    this.client.shown.outdate();
     this.navigator.lookThrough(name);
   }
 
@@ -294,6 +296,7 @@ export class LiveView {
       }),
       home: moving(() => {
         client.picture.fit();
+        client.shown.outdate();
         this.navigator.home();
       }),
       step: moving((dx, dy) => {

@@ -9,6 +9,7 @@ import { serve } from "./core/worker.js";
 import { LIVE_MOUSE, LiveView } from "./live.js";
 import { FrameTransport } from "./transport/frame.js";
 import { Playground, playgroundOfPage } from "./core/playground.js";
+import { GroupBar } from "./panel/groups.js";
 import { RelightPanel } from "./panel/relight.js";
 import { PageTransport } from "./transport/page.js";
 import { SocketTransport } from "./transport/socket.js";
@@ -27,6 +28,7 @@ function openLive(transport) {
   client.onMessage = (message) => live.receive(message);
   client.controls.onDisplay = ({ exposure, view }) => transport.send({ type: "display", exposure, view: /** @type {import("./messages").Display["view"]} */ (view) });
   bindCommands(client, { commands: live.commands(), pointers: live.pointers(), mouse: LIVE_MOUSE });
+  new GroupBar();
   client.open();
   if (!(transport instanceof WorkerTransport)) return listenToDrops(client, () => live.opens);
   document.body.classList.add("in-page");
@@ -39,6 +41,7 @@ function openPage() {
   const client = new Client(page);
   bindCommands(client, { commands: {}, pointers: {}, mouse: PAGE_MOUSE });
   new RelightPanel(page, client);
+  new GroupBar();
   client.open();
 }
 

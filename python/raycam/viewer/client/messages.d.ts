@@ -37,6 +37,7 @@ export interface Home {
 export interface Locate {
   type: "locate";
   id: number;
+  image: number;
   u: number;
   v: number;
 }
@@ -175,8 +176,8 @@ export interface SelectLight {
 export interface Texture {
   type: "texture";
   number: number;
-  material: number;
-  slot: "color" | "normal" | "roughness" | "metallic" | "emission";
+  slot: number;
+  texture: "color" | "normal" | "roughness" | "metallic" | "emission";
   file: string;
 }
 
@@ -184,7 +185,7 @@ export interface Texture {
 export interface Thumbnails {
   type: "thumbnails";
   number: number;
-  material: number;
+  slot: number;
 }
 
 /** Adds the present camera to the world, under a name (empty: "view"). */
@@ -237,23 +238,24 @@ export interface Quality {
   integrator: "direct" | "path";
 }
 
-/** Requests the values of a pixel in an image of `size` (width, height).
+/** Requests the values of a pixel.
 
-    If neither the view nor the image that was sent last has this size, the request is not answered: the client
-    repeats it with the next image.
+    If the image is out of date and its view is no longer stored, the request is not answered: the client repeats it
+    with the next image.
      */
 export interface Probe {
   type: "probe";
   id: number;
+  image: number;
   u: number;
   v: number;
-  size: number[];
 }
 
 /** Requests the exact numbers of a part of the shown channel, of at most 65,536 pixels. */
 export interface Tile {
   type: "tile";
   id: number;
+  image: number;
   u: number;
   v: number;
   width: number;
@@ -263,6 +265,7 @@ export interface Tile {
 /** Reports a clicked pixel to the callbacks of `Viewer.on_pick`. */
 export interface Pick {
   type: "pick";
+  image: number;
   u: number;
   v: number;
 }
@@ -283,6 +286,7 @@ export interface Follow {
 export interface Explain {
   type: "explain";
   id: number;
+  image: number;
   u: number;
   v: number;
 }

@@ -10,7 +10,7 @@ import { apply, cross, dot, lengthOf, minus, plusTimes, product, rowOf, transpos
  * @property {number[]} K in pixels of the image
  * @property {number[]} size of the image
  * @property {number[]} up the world's vertical axis
- * @property {boolean} [assumed] true if neither the file nor the user has chosen the vertical axis
+ * @property {boolean} [up_assumed] true if neither the file nor the user has chosen the vertical axis
  * @property {boolean} parallel true if all rays are parallel
  * @property {number[][]} edges unit rays through the middles of the image's edges, in the camera's frame
  * @property {number[][]} bounds of the world

@@ -12,9 +12,13 @@ export const DOLLY_STEP = 1.15; // the zoom factor of one notch of the wheel
 const MAX_NOTCHES = 20;
 
 export class Navigator {
-  /** @param {(message: ClientMessage) => void} send */
-  constructor(send) {
+  /**
+   * @param {(message: ClientMessage) => void} send
+   * @param {() => number} imageNumber returns the number of the image that is shown
+   */
+  constructor(send, imageNumber) {
     this.send = send;
+    this.imageNumber = imageNumber;
     /** @type {CameraState | null} */
     this.camera = null;
     this.seq = 0;
@@ -146,7 +150,7 @@ export class Navigator {
 
   /** @param {number} u @param {number} v @returns {Promise<Located>} */
   locate(u, v) {
-    return this.ask({ type: "locate", id: ++this.questions, u, v });
+    return this.ask({ type: "locate", id: ++this.questions, image: this.imageNumber(), u, v });
   }
 
   /**

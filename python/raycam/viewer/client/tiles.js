@@ -27,7 +27,7 @@ export class Tiles {
     this.timer = setTimeout(() => {
       const [u, v, right, bottom] = this.client.picture.visible();
       const [width, height] = [Math.min(right - u, TILE_SIDE), Math.min(bottom - v, TILE_SIDE)];
-      if (width > 0 && height > 0) this.client.transport.send({ type: "tile", id: ++this.count, u, v, width, height });
+      if (width > 0 && height > 0) this.client.transport.send({ type: "tile", id: ++this.count, image: this.client.shown.number, u, v, width, height });
     }, TILE_PAUSE);
   }
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...arguments import Floats
 from ...errors import WorldError
+from ...one_line import counted
 from ...world import World
 
 __all__ = ["check_object", "materials_of_object", "matrix_of_object", "names_of_objects", "visibilities"]
@@ -34,7 +35,7 @@ def check_object(world: World, number: int) -> None:
     count = world._core.object_count
     if number >= count:
         raise WorldError(
-            f"object {number} does not exist; the world has {count} objects, numbered from 0",
+            f"object {number} does not exist; the world has {counted(count, 'object')}, numbered from 0",
             code="index_out_of_range",
         )
 

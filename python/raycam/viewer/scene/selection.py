@@ -18,7 +18,7 @@ from .material_edits import describe_material, list_slots
 from .overlay import polylines
 from .placement import placement_of_matrix
 from .sun_handle import center_of_objects, sun_handles, turn_sun
-from .texture_slots import texture_slots
+from .textures import list_textures
 
 __all__ = ["Selection"]
 
@@ -73,7 +73,7 @@ class Selection:
             said["material"] = describe_material(self.world, self.number, self.slot or 0)
             said["animated"] = is_animated(self.world, self.number)
             said["place"] = placement_of_matrix(matrix_of_object(self.world, self.number), self.world.up)
-            said["textures"] = texture_slots(self.world, self.number, self.slot or 0)
+            said["textures"] = list_textures(self.world, self.number, self.slot or 0)
         return said
 
     def handles(self, world: World, camera: Camera) -> list[dict[str, Any]]:

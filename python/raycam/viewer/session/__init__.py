@@ -5,6 +5,7 @@ from .following import MOST_FOLLOWERS, MOST_FREE, Following
 from .images import DEFAULT_SAMPLES, Images
 from .pace import Pace
 from .panes import Pane
+from .sent_views import Pixel
 from .session import Session
 from .view import MAX_STILL_SIZE, Opened, View, lens_of, pose_of, world_at
 
@@ -19,6 +20,7 @@ __all__ = [
     "Opened",
     "Pace",
     "Pane",
+    "Pixel",
     "Session",
     "View",
     "lens_of",

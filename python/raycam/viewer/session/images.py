@@ -11,6 +11,7 @@ from ..._core import Cancel
 from ...render.frame import Frame
 from ..stills import COLORS, SAMPLED, Refinement, refinement
 from .pace import Pace
+from .sent_views import SentViews
 from .view import View
 
 __all__ = ["DEFAULT_SAMPLES", "Images"]
@@ -42,8 +43,7 @@ class Images:
         self.preview: Frame | None = None
         """The moving image of this version in full size, which is blended with the first samples."""
         self._shown: tuple[int, str] = (-1, "")
-        self.sent_view: View | None = None
-        """The view of the image that was sent last; a client shows this image until the next one."""
+        self.sent = SentViews()
 
     def restart(self) -> None:
         """Starts a new version; its first image is a moving image: fast, with one sample."""

@@ -16,6 +16,7 @@ from ...camera import Camera
 from ...errors import Error, SettingsError, WorldError
 from ...explanation.scene_figure import Line
 from ...notices import collected
+from ...render.frame import Frame
 from ...world import World
 from .. import client_messages as messages
 from ..client_messages import MAX_IMAGE_SIZE, Message, chosen_slot
@@ -28,7 +29,7 @@ from ..scene.look import Look
 from ..scene.overlay import MAX_CAMERAS
 from ..scene.scan_points import ScanPoints, lidar_names
 from ..scene.selection import Selection
-from ..scene.texture_slots import set_texture
+from ..scene.textures import set_texture
 from ..stills import SAMPLED, TRUTH
 from .connection import Connection
 from .history import History
@@ -36,6 +37,7 @@ from .images import Images
 from .overlays import Overlays
 from .panes import Pane, update_panes
 from .role import Role
+from .sent_views import Pixel
 from .view import Opened, View
 
 __all__ = ["Session"]
@@ -69,7 +71,7 @@ class Session:
         look: Look | None = None,
         is_model: bool = False,
         controls: Controls | None = None,
-        picked: Callable[[Session, Control | tuple[int, int]], None] = lambda session, what: None,
+        picked: Callable[[Session, Control | Pixel], None] = lambda session, what: None,
     ) -> None:
         """Starts a session with `camera` and the values in `start`, see `View.start`.
 
@@ -114,6 +116,26 @@ class Session:
         """The view and its version, which belong together."""
         with self.lock:
             return self.view, self.images.version
+
+    def view_of_image(self, image: int) -> tuple[View, Frame | None] | None:
+        """Returns the view and the newest still image of an image that the client shows.
+
+        The still image is None for an older view than the current view. The result is None if the image is unknown or
+        shows a world that is no longer open.
+        """
+        with self.lock:
+            view, images = self.view, self.images
+            if image == images.sent.number and images.sent.version == images.version:
+                return view, images.still
+            sent = images.sent.find(image)
+        return None if sent is None or sent.opened.edits is not view.opened.edits else (sent, None)
+
+    def require_image(self, image: int) -> View:
+        """Returns the view of an image. Raises `SettingsError` if the image is out of date."""
+        found = self.view_of_image(image)
+        if found is None:
+            raise SettingsError("image: out of date; click again in the new image", code="out_of_range")
+        return found[0]
 
     def show(self, view: View) -> None:
         """Shows another view and sends the changes to the client.
@@ -396,8 +418,13 @@ class Session:
         self.send_camera()
 
     def _locate(self, message: messages.Locate) -> None:
-        found = locate(self.view.world, self.view.still_camera, message.u, message.v)
+        known = self.view_of_image(message.image)
+        view = self.view if known is None else known[0]
+        found = locate(view.world, view.still_camera, message.u, message.v)
         self.connection.send({"type": "answer", "id": message.id, **found})
+
+    def _pick(self, message: messages.Pick) -> None:
+        self._picked(self, Pixel(self.require_image(message.image), message.u, message.v))
 
     def _find_ground(self, message: messages.Ground) -> None:
         view = self.view
@@ -465,7 +492,7 @@ class Session:
             raise SettingsError(READ_ONLY, code="read_only")
         file = self.uploads.image(message.file) if message.file else None
         edits.replace(
-            set_texture(edits.world, message.number, message.slot, file, chosen_slot(message.material))
+            set_texture(edits.world, message.number, message.texture, file, chosen_slot(message.slot))
         )
 
     def _keep_camera(self, message: messages.KeepCamera) -> None:
@@ -568,7 +595,7 @@ class Session:
         messages.Acknowledge: lambda self, message: self.connection.acknowledge(message.picture),
         messages.Planes: _send_planes,
         messages.Control: _change_control,
-        messages.Pick: lambda self, message: self._picked(self, (message.u, message.v)),
+        messages.Pick: _pick,
         messages.Visible: lambda self, message: self.connection.set_visible(message.visible),
         messages.Stop: lambda self, message: self.connection.film_stop.set(),
     }

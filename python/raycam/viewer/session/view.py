@@ -530,7 +530,7 @@ class View:
             "K": camera.K.ravel().tolist(),
             "size": [width, height],
             "up": [0, 0, 1] if camera.up == "z" else [0, 1, 0],
-            "assumed": self.base._is_up_assumed,
+            "up_assumed": self.base._is_up_assumed,
             "parallel": camera.is_parallel,
             "edges": [each.tolist() for each in edges @ camera.R.T if np.isfinite(each).all()],
             "bounds": self.bounds.tolist(),

@@ -15,6 +15,7 @@ const COLORS = ["color", "alpha", "coverage"]; // the channels that improve with
 const LEFT_OUT = [...COLORS, "shadow", "error"];
 const MOVING_TIME = 60; // maximum render time of an image during a movement, in milliseconds
 const BAND_TIME = 60; // milliseconds between two checks for new messages
+const MAX_SENT = 4; // stored cameras of images that were sent
 const REST = 150; // milliseconds without a change after which still images are rendered
 
 export class Session {
@@ -48,6 +49,8 @@ export class Session {
     this.channel = this.first;
     this.seq = 0;
     this.version = 0;
+    /** @type {Map<number, any>} cameras of the newest images by version: the page may still show an older image */
+    this.sent = new Map();
     this.touched = 0;
     this.moved = -1;
     this.samples = 0;
@@ -125,9 +128,7 @@ export class Session {
   changed() {
     this.version += 1;
     this.touched = performance.now();
-    this.samples = 0;
-    this.still = null;
-    this.shown = "";
+    [this.samples, this.still, this.shown] = [0, null, ""];
   }
 
   /** Executes a message; messages of controls that pages do not show are ignored. @param {ClientMessage} message */
@@ -197,8 +198,8 @@ export class Session {
   }
 
   /** @param {import("../messages").Locate} message */
-  locate({ id, u, v }) {
-    const { camera } = this;
+  locate({ id, image, u, v }) {
+    const camera = this.sent.get(image) || this.camera;
     const corner = camera.offset - 0.5;
     const ray = [...camera.ray(u + corner, v + corner)];
     const [origin, direction] = ray.every(Number.isFinite) ? [ray.slice(0, 3), ray.slice(3)] : [null, null];
@@ -213,8 +214,7 @@ export class Session {
 
   /** @param {any} camera @param {number} u @param {number} v @returns {number[] | null} the surface point at this position, and its object */
   pointAt(camera, u, v) {
-    const [width, height] = camera.size;
-    const [column, row] = [Math.floor(u), Math.floor(v)];
+    const [[width, height], column, row] = [camera.size, Math.floor(u), Math.floor(v)];
     if (column < 0 || row < 0 || column >= width || row >= height) return null;
     const position = [...this.render(camera, { channels: ["position"], region: [column, row, 1, 1] }, true).get("position").values];
     return position.every(Number.isFinite) ? position : null;
@@ -313,17 +313,19 @@ export class Session {
     if (!plane) return;
     if (!moving) this.shown = this.channel;
     const [width, height] = this.size;
-    this.say({ type: "picture", version: this.version, channel: this.channel, plane, width, height, samples, wanted: COLORS.includes(this.channel) ? this.target : 0, integrator: this.integrator, ms, moving });
+    if (!this.sent.has(this.version)) this.sent = new Map(/** @type {[number, any][]} */ ([...this.sent, [this.version, this.camera]]).slice(-MAX_SENT));
+    this.say({ type: "picture", version: this.version, image: this.version, camera: this.seq, channel: this.channel, plane, width, height, samples, wanted: COLORS.includes(this.channel) ? this.target : 0, integrator: this.integrator, ms, moving });
   }
 
   /** @param {import("../messages").Probe} message */
-  probe({ id, u, v }) {
-    const { camera } = this;
+  probe({ id, image, u, v }) {
+    const camera = this.sent.get(image);
+    if (!camera) return; // the page repeats the request with the next image
     const planes = this.render(camera, { channels: this.truth, region: [u, v, 1, 1] }, true);
     /** @type {Record<string, any>} */
     const values = {};
     for (const name of COLORS) {
-      const plane = this.still?.get(name);
+      const plane = image === this.version ? this.still?.get(name) : undefined;
       const at = plane ? (v * plane.width + u) * plane.components : 0;
       if (plane) values[name] = { dtype: plane.dtype, numbers: [...plane.values.subarray(at, at + plane.components)] };
     }
@@ -334,8 +336,7 @@ export class Session {
   }
 
   shownTriangles() {
-    this.triangles ||= trianglesOf(this.world);
-    return this.triangles;
+    return (this.triangles ||= trianglesOf(this.world));
   }
 
   /** The triangles as they are in the middle of the exposure of a pixel's line. @param {any} camera @param {number} u @param {number} v */
@@ -348,9 +349,8 @@ export class Session {
   }
 
   /** @param {import("../messages").Explain} message */
-  explain({ u, v }) {
-    const { camera } = this;
-    const { offset } = camera;
+  explain({ image, u, v }) {
+    const camera = this.sent.get(image) || this.camera, { offset } = camera;
     const triangles = this.trianglesAt(camera, u + offset, v + offset);
     const lensRay = JSON.parse(camera.lensRay(u + offset, v + offset));
     try {

@@ -30,11 +30,11 @@ export class Axes {
     }));
   }
 
-  /** @param {{ R: number[], up: number[], assumed?: boolean }} camera rotation camera_from_world by rows; `assumed` is true if neither the file nor the user has chosen the up axis */
-  show({ R, up, assumed }) {
+  /** @param {{ R: number[], up: number[], up_assumed?: boolean }} camera rotation camera_from_world by rows; `up_assumed` is true if neither the file nor the user has chosen the up axis */
+  show({ R, up, up_assumed: isAssumed }) {
     this.axis = up[2] ? "z" : "y";
-    this.up.textContent = `Up: ${this.axis.toUpperCase()}${assumed ? " (assumed)" : ""}`;
-    this.up.title = `${assumed ? "The file does not specify its up axis. " : ""}The ${this.axis} axis points up. If the model lies on its side, click to use the ${this.axis === "z" ? "y" : "z"} axis`;
+    this.up.textContent = `Up: ${this.axis.toUpperCase()}${isAssumed ? " (assumed)" : ""}`;
+    this.up.title = `${isAssumed ? "The file does not specify its up axis. " : ""}The ${this.axis} axis points up. If the model lies on its side, click to use the ${this.axis === "z" ? "y" : "z"} axis`;
     const sides = SIDES_OF_UP[this.axis];
     const ends = NAMES.flatMap((name, axis) => [1, -1].map((sign, i) => ({
       name, sign, side: sides[axis][i], color: `var(--axis-${name})`,

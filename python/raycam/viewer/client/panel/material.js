@@ -2,7 +2,7 @@
 
 import { byId, element, numbersOf } from "../dom.js";
 import { grouped } from "../image/numbers.js";
-import { TextureSlots } from "./textures.js";
+import { Textures } from "./textures.js";
 
 /** @typedef {import("../client.js").Client} Client */
 /** @typedef {import("../messages").EditMaterial} EditMaterial */
@@ -14,7 +14,7 @@ export class MaterialFields {
   constructor(client, onSelect) {
     this.client = client;
     this.onSelect = onSelect;
-    this.textures = new TextureSlots(client);
+    this.textures = new Textures(client);
     this.number = -1;
     /** The selected slot of the object, or `ALL_SLOTS`. */
     this.slot = 0;
@@ -77,7 +77,7 @@ export class MaterialFields {
    */
   row(slot, name, color, textured) {
     const row = element("li", "", slot === this.slot ? { "aria-current": "true" } : {});
-    const button = element("button", "", { type: "button", class: "row-name", title: name, "data-slot-number": String(slot) });
+    const button = element("button", "", { type: "button", class: "row-name", title: name, "data-slot": String(slot) });
     const swatch = element("span", "", { class: "swatch" });
     if (color) swatch.style.background = color;
     button.append(swatch, element("span", name, { class: "slot-name" }));

@@ -112,7 +112,7 @@ export class Panes {
   /** @param {Pane} pane */
   draw({ canvas, newest }) {
     if (!newest) return;
-    const layer = layerOf(newest.plane ? paint(newest.plane, this.display()) : newest.image);
+    const layer = layerOf(newest.plane ? paint(newest.plane, this.display()) : newest.bitmap);
     [canvas.width, canvas.height] = [layer.width, layer.height];
     canvas.getContext("2d")?.drawImage(layer, 0, 0);
   }

@@ -40,11 +40,11 @@ export class PhotographControls {
   }
 
   /** @param {import("../client.js").Message} photograph */
-  receive({ camera, image }) {
+  receive({ camera, bitmap }) {
     if (camera !== this.camera) return;
     if (this.isFirst) this.opacity.value = String(FIRST_OPACITY);
     this.isFirst = false;
-    this.client.picture.show({ photo: layerOf(image) });
+    this.client.picture.show({ photo: layerOf(bitmap) });
     this.show();
   }
 

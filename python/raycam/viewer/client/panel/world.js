@@ -156,9 +156,10 @@ export class WorldControls {
   reveal() {
     const panel = byId("panel", HTMLElement);
     const [seen, group] = [panel, byId("edit", HTMLElement)].map((each) => each.getBoundingClientRect());
+    const top = byId("groups", HTMLElement).getBoundingClientRect().bottom;
     const below = group.top + Math.min(group.height, REVEALED_HEIGHT) - seen.bottom;
     if (below > 0) panel.scrollTop += below;
-    else if (group.top < seen.top) panel.scrollTop -= seen.top - group.top;
+    else if (group.top < top) panel.scrollTop -= top - group.top;
   }
 
   /** Shows an object in the panel. @param {number} number */

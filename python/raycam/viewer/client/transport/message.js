@@ -15,7 +15,7 @@ export async function completed(message, buffers) {
   if (message.type === "file") message.bytes = buffers[0];
   if (message.type === "tile") message.plane = await unpackPlane(message.plane, buffers[0]);
   if (!["picture", "pane", "photograph"].includes(message.type)) return message;
-  if (message.encoding === "jpeg" || message.type === "photograph") message.image = await createImageBitmap(new Blob([buffers[0]], { type: "image/jpeg" }));
+  if (message.encoding === "jpeg" || message.type === "photograph") message.bitmap = await createImageBitmap(new Blob([buffers[0]], { type: "image/jpeg" }));
   else message.plane = await unpackPlane(message.plane, buffers[0]);
   return message;
 }

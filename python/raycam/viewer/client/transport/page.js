@@ -108,7 +108,7 @@ export class PageTransport {
     try {
       const plane = name === "color" && this.factors.size ? await this.relitPlane() : await this.plane(keyA);
       const other = keyB ? await this.plane(keyB) : null;
-      this.say?.({ type: "picture", channel: name, plane, other, width: plane.width, height: plane.height, moving: false });
+      this.say?.({ type: "picture", channel: name, plane, other, width: plane.width, height: plane.height, image: 1, camera: 1, moving: false });
     } catch (error) {
       this.sayDamaged(name, error);
     }

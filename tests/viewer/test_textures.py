@@ -1,4 +1,4 @@
-"""Textures of an object in a view: slots, thumbnails, replacement and removal."""
+"""Textures of an object in a view: lists, thumbnails, replacement and removal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from PIL import Image
 from raycam.viewer import client_messages as messages
 from raycam.viewer.answers import answer
 from raycam.viewer.scene.edits import Edits
-from raycam.viewer.scene.texture_slots import set_texture, texture_slots, thumbnail
+from raycam.viewer.scene.textures import list_textures, set_texture, thumbnail
 from raycam.viewer.session import Session
 from support.bending_plate import bending_plate
 from support.raises import raises
@@ -51,10 +51,10 @@ def painted() -> raycam.World:
     return world
 
 
-def test_slots_of_a_principled_material_are_listed(painted: raycam.World) -> None:
-    used = {each["slot"]: each["used"] for each in texture_slots(painted, 1)}
+def test_textures_of_a_principled_material_are_listed(painted: raycam.World) -> None:
+    used = {each["texture"]: each["used"] for each in list_textures(painted, 1)}
     assert used == {"color": True, "normal": True, "roughness": False, "metallic": False, "emission": False}
-    assert [each["slot"] for each in texture_slots(painted, 0)] == ["color"]
+    assert [each["texture"] for each in list_textures(painted, 0)] == ["color"]
 
 
 def test_thumbnail_of_a_deforming_object_gives_no_notice(tmp_path: Path) -> None:
@@ -64,11 +64,11 @@ def test_thumbnail_of_a_deforming_object_gives_no_notice(tmp_path: Path) -> None
         assert thumbnail(world, 0, "color") is not None
 
 
-@pytest.mark.parametrize(("slot", "image"), [("color", PAINT), ("normal", BUMPS)])
+@pytest.mark.parametrize(("key", "image"), [("color", PAINT), ("normal", BUMPS)])
 def test_thumbnail_shows_the_texture_in_its_orientation_on_the_surface(
-    painted: raycam.World, slot: str, image: np.ndarray
+    painted: raycam.World, key: str, image: np.ndarray
 ) -> None:
-    found = thumbnail(painted, 1, slot)
+    found = thumbnail(painted, 1, key)
     assert found is not None
     expected = np.asarray(Image.fromarray(image).resize((64, 64), Image.Resampling.NEAREST), int)
     inner = np.r_[10:22, 42:54]  # excludes pixels at edges, where texels are interpolated
@@ -102,7 +102,7 @@ def test_uploaded_image_becomes_the_texture_and_undo_restores_it(painted: raycam
     session.receive(messages.Texture(1, -1, "color", "green.png"))
     world = session.view.opened.edits.world
     assert np.array_equal(thumbnail(world, 1, "color"), np.full((64, 64, 3), (0, 255, 0)))
-    assert texture_slots(world, 1)[0]["file"] == "green.png"
+    assert list_textures(world, 1)[0]["file"] == "green.png"
     sent: list[dict[str, Any]] = []
     session.connection.open(lambda message, buffers: sent.append(message))
     answer(session, messages.Thumbnails(1, 0))
@@ -116,12 +116,12 @@ def test_uploaded_image_becomes_the_texture_and_undo_restores_it(painted: raycam
     )
 
 
-@pytest.mark.parametrize("slot", ["roughness", "metallic", "emission"])
-def test_cleared_texture_keeps_the_value_of_the_material(painted: raycam.World, slot: str) -> None:
+@pytest.mark.parametrize("key", ["roughness", "metallic", "emission"])
+def test_cleared_texture_keeps_the_value_of_the_material(painted: raycam.World, key: str) -> None:
     world = painted.copy()
     world.set_object(1, roughness=0.3, metallic=0.6, emission=2.0)
     before = json.loads(world._core.material(1, 0))
-    after = json.loads(set_texture(world, 1, slot, None)._core.material(1, 0))
+    after = json.loads(set_texture(world, 1, key, None)._core.material(1, 0))
     values = [
         [
             found["emission"]["value"],
@@ -160,9 +160,9 @@ def test_texture_of_one_material_keeps_the_other_material(tmp_path: Path) -> Non
     world = two_materials(tmp_path)
     Image.new("RGB", (4, 4), (0, 255, 0)).save(tmp_path / "green.png")
     changed = set_texture(world, 0, "color", str(tmp_path / "green.png"), 1)
-    assert [texture_slots(changed, 0, slot)[0]["used"] for slot in range(2)] == [False, True]
-    assert texture_slots(changed, 0, 1)[0]["file"] == "green.png"
-    assert texture_slots(changed, 0, 2) == []
+    assert [list_textures(changed, 0, slot)[0]["used"] for slot in range(2)] == [False, True]
+    assert list_textures(changed, 0, 1)[0]["file"] == "green.png"
+    assert list_textures(changed, 0, 2) == []
     shown = thumbnail(changed, 0, "color", 1)
     assert shown is not None
     assert np.allclose(shown, (0, 255, 0))

@@ -23,11 +23,11 @@ from ...render import render
 from ...world import World
 from .contents import materials_of_object
 
-__all__ = ["SLOTS", "Slot", "set_texture", "texture_slots", "thumbnail"]
+__all__ = ["TEXTURE_KEYS", "TextureKey", "list_textures", "set_texture", "thumbnail"]
 
-Slot = Literal["color", "normal", "roughness", "metallic", "emission"]
-SLOTS: tuple[Slot, ...] = ("color", "normal", "roughness", "metallic", "emission")
-"""The slots that the client shows; other textures of the material stay unchanged."""
+TextureKey = Literal["color", "normal", "roughness", "metallic", "emission"]
+TEXTURE_KEYS: tuple[TextureKey, ...] = ("color", "normal", "roughness", "metallic", "emission")
+"""The textures that the client shows; other textures of the material stay unchanged."""
 THUMBNAIL_SIDE = 64
 GLTF_TEXTURES = {
     "normal": "normalTexture",
@@ -36,18 +36,18 @@ GLTF_TEXTURES = {
     "emission": "emissiveTexture",
 }
 NEUTRAL: dict[str, tuple[int, int, int]] = {"normal": (128, 128, 255)}
-"""The sRGB texel values without effect, by slot; white for slots that are not listed."""
+"""The sRGB texel values without effect, by texture key; white for keys that are not listed."""
 
 
-def texture_slots(world: World, number: int, material: int = 0) -> list[dict[str, Any]]:
-    """The texture slots of the material in an object's slot `material`: name, image file, and whether each is used.
+def list_textures(world: World, number: int, slot: int = 0) -> list[dict[str, Any]]:
+    """The possible textures of the material in an object's slot: key, image file, and whether each is used.
 
-    The image file is empty for a slot without an image. The result is empty for an unknown object or material.
+    The image file is empty for a texture without an image. The result is empty for an unknown object or slot.
     """
     materials = materials_of_object(world, number)
-    if material >= len(materials):
+    if slot >= len(materials):
         return []
-    found = materials[material]
+    found = materials[slot]
     names = world._core.textures
     values = found["model"].get("Principled", {}) if isinstance(found["model"], dict) else {}
     places = {
@@ -56,65 +56,63 @@ def texture_slots(world: World, number: int, material: int = 0) -> list[dict[str
         "emission": found["emission"].get("texture"),
         **{key: values.get(key, {}).get("texture") for key in ("roughness", "metallic")},
     }
-    slots = []
-    for slot in SLOTS:
-        place = places[slot]
-        if place is None and slot not in ("color",) and not values:
-            continue  # only principled materials have other slots
+    textures = []
+    for key in TEXTURE_KEYS:
+        place = places[key]
+        if place is None and key != "color" and not values:
+            continue  # only principled materials have other textures
         name = "" if place is None else names[place["texture"]]
-        slots.append({"slot": slot, "file": os.path.basename(name), "used": place is not None})
-    return slots
+        textures.append({"texture": key, "file": os.path.basename(name), "used": place is not None})
+    return textures
 
 
-def set_texture(
-    world: World, number: int, slot: str, image: str | None, material: int | None = None
-) -> World:
-    """Returns a copy of a world with another texture in the texture slot `slot` of a material.
+def set_texture(world: World, number: int, key: str, image: str | None, slot: int | None = None) -> World:
+    """Returns a copy of a world with another texture of a material.
 
-    The material is in the object's slot `material`; None changes all materials of the object. If `image` is None, the
-    texture is neutral. Raises `WorldError` for an unknown object or material, for an object without texture
-    coordinates, and the errors of the image file.
+    The material is in the object's slot `slot`; None changes all materials of the object. If `image` is None, the
+    texture is neutral. Raises `WorldError` for an unknown object or slot, for an object without texture coordinates,
+    and the errors of the image file.
     """
-    one_of("slot", slot, list(SLOTS))
+    one_of("texture", key, list(TEXTURE_KEYS))
     texture: Any = image
     if image is None:
-        texture = np.full((1, 1, 3), NEUTRAL.get(slot, (255, 255, 255)), np.uint8)
+        texture = np.full((1, 1, 3), NEUTRAL.get(key, (255, 255, 255)), np.uint8)
     changed = world.copy()
-    keys: dict[str, Any] = {"texture": texture} if slot == "color" else {"textures": {slot: texture}}
+    keys: dict[str, Any] = {"texture": texture} if key == "color" else {"textures": {key: texture}}
     factors: dict[str | int, dict[str, Any]] = {
-        i: _factor(each, slot) for i, each in enumerate(materials_of_object(world, number))
+        i: _factor(each, key) for i, each in enumerate(materials_of_object(world, number))
     }
-    if material is None:
+    if slot is None:
         changed.set_object(number, **keys, slots=factors)
     else:
-        changed.set_object(number, slots={material: keys | factors.get(material, {})})
+        changed.set_object(number, slots={slot: keys | factors.get(slot, {})})
     return changed
 
 
-def _factor(found: dict[str, Any], slot: str) -> dict[str, Any]:
-    """Returns the key and value of the material that a texture in a slot multiplies, so that the value is kept."""
-    if slot == "color" and "color" in found:
+def _factor(found: dict[str, Any], key: str) -> dict[str, Any]:
+    """Returns the key and value of the material that a texture multiplies, so that the value is kept."""
+    if key == "color" and "color" in found:
         return {"color": found["color"]}
     values = found["model"].get("Principled", {}) if isinstance(found.get("model"), dict) else {}
-    if slot in ("roughness", "metallic") and slot in values:
-        return {slot: values[slot]["value"]}
-    if slot == "emission" and max(found["emission"]["value"], default=0) > 0:
+    if key in ("roughness", "metallic") and key in values:
+        return {key: values[key]["value"]}
+    if key == "emission" and max(found["emission"]["value"], default=0) > 0:
         return {"emission": found["emission"]["value"]}
     return {}
 
 
-def thumbnail(world: World, number: int, slot: str, material: int = 0) -> npt.NDArray[np.uint8] | None:
-    """The image [64, 64, 3] of the texture in the slot `slot` of a material, over the unit square.
+def thumbnail(world: World, number: int, key: str, slot: int = 0) -> npt.NDArray[np.uint8] | None:
+    """The image [64, 64, 3] of a texture of a material, over the unit square.
 
-    The material is in the object's slot `material`, which must exist. The result is None if the file cannot be shown.
+    The material is in the object's slot `slot`, which must exist. The result is None if the file cannot be shown.
     """
-    square = World._of(world._core.material_square(number, material))
+    square = World._of(world._core.material_square(number, slot))
     try:
-        if slot == "color":
+        if key == "color":
             square.set_object(0, color=[1.0, 1.0, 1.0])
             return _picture(square)
         with tempfile.TemporaryDirectory(prefix="raycam-thumbnail-") as folder:
-            file = _extract(square, slot, Path(folder))
+            file = _extract(square, key, Path(folder))
             if file is None:
                 return None
             shown = World()
@@ -136,8 +134,8 @@ def _picture(square: World) -> npt.NDArray[np.uint8]:
     )
 
 
-def _extract(square: World, slot: str, folder: Path) -> Path | None:
-    """Writes the image of a material's slot into a folder, and returns the file's path.
+def _extract(square: World, key: str, folder: Path) -> Path | None:
+    """Writes the image of a material's texture into a folder, and returns the file's path.
 
     The material belongs to the world's only object. The image is extracted from a GLB file. Without an image,
     the result is None.
@@ -148,8 +146,8 @@ def _extract(square: World, slot: str, folder: Path) -> Path | None:
     length = int.from_bytes(data[12:16], "little")
     document, binary = json.loads(data[20 : 20 + length]), data[28 + length :]
     material = document["materials"][document["meshes"][0]["primitives"][0]["material"]]
-    place = material["pbrMetallicRoughness"] if slot in ("roughness", "metallic") else material
-    info = place.get(GLTF_TEXTURES[slot])
+    place = material["pbrMetallicRoughness"] if key in ("roughness", "metallic") else material
+    info = place.get(GLTF_TEXTURES[key])
     if info is None:
         return None
     image = document["images"][document["textures"][info["index"]]["source"]]
