@@ -23,6 +23,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import raycam
 import report
 from websockets.exceptions import ConnectionClosed
@@ -30,6 +31,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from support.session_messages import SEQUENCE, orbited
 from support.viewer_client import Client
 
 SPACES = [(640, 480), (640, 480), (480, 360), (320, 240)]
@@ -39,7 +41,7 @@ WARM_UP = 5  # minutes
 SPAN = 5  # minutes over which means are computed
 CHANNELS = ["color", "depth", "normal", "instance", "position", "error"]
 # Errors that a client may receive: undo without an edit, images that are not ready, pixels outside the image.
-REFUSALS = ("nothing to", "no samples yet", "not in the picture")
+REFUSALS = ("nothing to", "no samples yet", "outside the image", "out of date")
 # The percentage of each kind of message.
 KINDS = {
     **{"orbit": 40, "pan": 8, "dolly": 8, "home": 2, "probe": 24, "channel": 3, "edit": 6, "undo": 4},
@@ -101,7 +103,7 @@ class Visitor:
         self.wrong: list[str] = []
         self.thrown_out = 0
         self._version = -1
-        self._moves = 0
+        self._camera = self._client.welcome["camera"]
         self._thread = threading.Thread(target=self._hear, daemon=True)
         self._thread.start()
 
@@ -111,6 +113,8 @@ class Visitor:
                 message, _ = self._client.next()
                 self._client.pictures.clear()
                 self.heard[message["type"]] = self.heard.get(message["type"], 0) + 1
+                if message["type"] == "camera":
+                    self._camera = message
                 if message["type"] == "picture":
                     if message["version"] < self._version:
                         self.wrong.append(f"view {message['version']} after {self._version}")
@@ -126,20 +130,21 @@ class Visitor:
         chance = self._chance
         (kind,) = chance.choices(list(KINDS), KINDS.values())
         u, v = chance.randrange(300), chance.randrange(200)
-        if kind in ("orbit", "pan", "dolly", "home"):
-            step = {name: chance.uniform(-9, 9) for name in ("dx", "dy")}
-            dz = chance.choice([-1, 1]) if kind == "dolly" else 0
-            self._moves += 1
-            self._send("nav", seq=self._moves, kind=kind, **step, dz=dz, u=u, v=v)
+        if kind in ("orbit", "pan", "dolly"):
+            self._client.socket.send(json.dumps(self._moved(kind)))
+        elif kind == "home":
+            self._send("home", seq=next(SEQUENCE))
         elif kind in ("probe", "explain"):
-            self._send(kind, id=chance.randrange(1000), u=u, v=v)
+            if self._client.image:
+                self._client.say(kind, id=chance.randrange(1000), u=u, v=v)
         elif kind == "edit":
             key, value = chance.choice(
-                [("move", [chance.uniform(-0.05, 0.05) for _ in range(3)]), ("turn", 5), ("color", "#80a0c0")]
+                [("move", [chance.uniform(-0.05, 0.05) for _ in range(3)]), ("turn", 5)]
             )
             self._send("edit", kind="object", number=0, key=key, value=value)
+            self._send("edit_material", number=0, slot=-1, key="color", value="#80a0c0")
         elif kind == "gizmo":
-            self._send("select", number=0, tool=chance.choice(["move", "turn", "scale"]))
+            self._send("select", number=0, slot=-1, tool=chance.choice(["move", "turn", "scale"]))
             stroke = chance.randrange(2**40)
             for step in range(6):
                 self._send("gizmo", handle="x", stroke=stroke, begin=[u, v], end=[u + step, v])
@@ -157,6 +162,17 @@ class Visitor:
                 },
             }
             self._send(kind, **fields.get(kind, {}))
+
+    def _moved(self, kind: str) -> dict[str, Any]:
+        """The message `move` of an orbit, a pan or a dolly from the newest camera."""
+        chance, move = self._chance, orbited(self._camera, 0)
+        if kind == "orbit":
+            return orbited(self._camera, chance.uniform(-9, 9))
+        pivot, location = np.array(move["pivot"]), np.array(move["C"])
+        if kind == "pan":
+            shift = np.array([chance.uniform(-0.05, 0.05), chance.uniform(-0.05, 0.05), 0])
+            return {**move, "C": (location + shift).tolist(), "pivot": (pivot + shift).tolist()}
+        return {**move, "C": (pivot + chance.choice([0.95, 1 / 0.95]) * (location - pivot)).tolist()}
 
     def _send(self, kind: str, /, **fields: Any) -> None:
         self._client.socket.send(json.dumps({"type": kind, **fields}))

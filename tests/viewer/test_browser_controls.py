@@ -264,8 +264,8 @@ def test_click_on_the_image_scrolls_to_the_selection_and_keeps_the_focus(tab: Ta
     width, height = session.view.size
     tab.evaluate("document.getElementById('panel').scrollTop = document.getElementById('panel').scrollHeight")
     visible = (
-        "(() => { const [seen, group] = ['panel', 'edit'].map((name) => document.getElementById(name)"
-        ".getBoundingClientRect()); return group.top >= seen.top - 1 && group.top + 200 < seen.bottom; })()"
+        "(() => { const [seen, group, bar] = ['panel', 'edit', 'groups'].map((name) => document.getElementById(name)"
+        ".getBoundingClientRect()); return group.top >= bar.bottom - 1 && group.top + 200 < seen.bottom; })()"
     )
     assert not tab.evaluate(visible)
     tab.click(*place_of(tab, width // 2, height // 2, (width, height)))
@@ -295,7 +295,8 @@ def test_click_on_the_image_shows_the_first_values_and_the_selection(
             "(() => { const box = (each) => each.getBoundingClientRect();"
             " const [panel, place, values, edit] = ['panel', 'pixel-place', 'values-box', 'edit'].map((id) =>"
             " box(document.getElementById(id))); const row = box(document.querySelector('#values tr:nth-child(6)'));"
-            " return [panel.top, panel.bottom, place.top, values.bottom, row.bottom, edit.top]; })()"
+            " const bar = box(document.getElementById('groups'));"
+            " return [bar.bottom, panel.bottom, place.top, values.bottom, row.bottom, edit.top]; })()"
         )
         assert top <= place
         assert row <= values <= edit

@@ -11,7 +11,7 @@ import { SceneTree } from "./tree.js";
 
 const TURN = 15; // degrees by which the turn buttons rotate the selected object
 const GROWTH = 1.1;
-const REVEALED_HEIGHT = 260; // CSS pixels of the group Selection that are visible after a click on the image
+const REVEALED_HEIGHT = 256; // CSS pixels of the group Selection that are visible after a click on the image
 const THIRD_STOP = 2 ** (1 / 3);
 
 export class WorldControls {
