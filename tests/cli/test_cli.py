@@ -126,6 +126,14 @@ def test_camera_option_selects_a_camera_by_name(folder: Path, capsys: pytest.Cap
     assert 'did you mean "front"' in capsys.readouterr().err
 
 
+def test_view_without_a_file_reports_only_the_required_argument(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["view"])
+    error = capsys.readouterr().err
+    assert "WORLD|FRAME" in error
+    assert "MODEL" not in error
+
+
 def test_at_option_moves_an_animated_camera(folder: Path) -> None:
     document = Document()
     document.node(mesh=document.square(pbrMetallicRoughness={"baseColorFactor": [1, 0, 0, 1]}))
