@@ -9,10 +9,10 @@ use glam::Vec3;
 use crate::lobes::shading_frame::sample_cosine_hemisphere;
 
 /// Number of bins within the critical angle, and of bins beyond it.
-const BINS: usize = 4;
+const BINS: usize = 6;
 
 /// Distribution of directions whose density, relative to a cosine distribution, is constant in bins of the squared
-/// cosine.
+/// cosine. The bins are narrow near the critical angle, where the transmittance of smooth interfaces changes quickly.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BaseDirections {
     /// Squared cosine of the critical angle, which separates the two kinds of bins.
@@ -42,12 +42,13 @@ impl BaseDirections {
 
     /// Start and width of a bin, in squared cosines.
     fn bin(&self, bin: usize) -> [f32; 2] {
-        let beyond = self.critical_cos2 / BINS as f32;
-        let within = (1.0 - self.critical_cos2) / BINS as f32;
-        match bin.checked_sub(BINS) {
-            None => [beyond * bin as f32, beyond],
-            Some(number) => [self.critical_cos2 + within * number as f32, within],
-        }
+        let edge = |edge: usize| {
+            let offset = (edge as f32 - BINS as f32) / BINS as f32;
+            let side = if edge < BINS { -self.critical_cos2 } else { 1.0 - self.critical_cos2 };
+            self.critical_cos2 + side * offset * offset
+        };
+        let start = edge(bin);
+        [start, edge(bin + 1) - start]
     }
 
     /// Probability of a bin.
@@ -57,12 +58,11 @@ impl BaseDirections {
 
     /// Density of a direction with this cosine, relative to a cosine distribution.
     pub fn relative_density(&self, cosine: f32) -> f32 {
-        let cos2 = cosine * cosine;
-        let bins = BINS as f32;
-        let bin = if cos2 < self.critical_cos2 {
-            (cos2 / self.critical_cos2 * bins).min(bins - 1.0)
+        let (bins, from_critical) = (BINS as f32, cosine * cosine - self.critical_cos2);
+        let bin = if from_critical < 0.0 {
+            bins - (bins * (-from_critical / self.critical_cos2).sqrt()).min(bins)
         } else {
-            bins + ((cos2 - self.critical_cos2) / (1.0 - self.critical_cos2) * bins).min(bins - 1.0)
+            bins + (bins * (from_critical / (1.0 - self.critical_cos2)).sqrt()).min(bins - 1.0)
         };
         self.densities[bin as usize]
     }

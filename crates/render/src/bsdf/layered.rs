@@ -39,6 +39,9 @@ pub(crate) struct LayeredBsdf<'a> {
     /// base.
     internal_transmittance: Option<InternalTransmittance<'a>>,
     pub(crate) multiscatter: Option<MultiscatterDielectric<'a>>,
+    /// Albedo of a single reflection or refraction at the interface if [`SPECULAR`] is sampled in proportion to its
+    /// value; `None` if it is sampled by visible normals.
+    pub(crate) exact_interface_albedo: Option<f32>,
     /// Fraction of light that the interface passes to the base: from `wo`, and the cosine-weighted mean.
     pub(crate) base_transmittance: f32,
     mean_base_transmittance: f32,
@@ -101,6 +104,7 @@ impl<'a> LayeredBsdf<'a> {
             directional_albedo,
             internal_transmittance: None,
             multiscatter: MultiscatterDielectric::new(&stack, directional_albedo, wo),
+            exact_interface_albedo: None,
             base_transmittance: 0.0,
             mean_base_transmittance: 1.0,
             base_directions: None,
@@ -113,6 +117,7 @@ impl<'a> LayeredBsdf<'a> {
             this.base_transmittance = this.base_transmittance(wo);
             this.mean_base_transmittance = this.mean_base_transmittance();
             this.base_directions = this.base_directions();
+            this.exact_interface_albedo = this.exact_interface_albedo();
         }
         let weights = this.lobe_weights();
         this.base_fractions = this.base_fractions(&weights);
@@ -198,6 +203,18 @@ impl<'a> LayeredBsdf<'a> {
         if critical_cos2 > 0.0 { BaseDirections::new(critical_cos2, transmittance) } else { None }
     }
 
+    /// Albedo of a single reflection or refraction at a rough interface seen from inside, averaged over the colours;
+    /// `None` if no table contains it, or if the interface does not refract.
+    fn exact_interface_albedo(&self) -> Option<f32> {
+        let internal = self.internal_transmittance.filter(|_| self.stack.transmission != Vec3::ZERO)?;
+        let (stack, cosine) = (&self.stack, self.wo.z);
+        let mirror = Vec3::splat(1.0 - self.directional_albedo.energy_loss(self.wo));
+        let reflected = mirror - internal.at(cosine, stack.fresnel.f0_f90());
+        let refracted = internal.refraction_at(cosine, stack.base_fresnel.f0_f90()) * stack.transmission;
+        let albedo = (reflected + refracted).element_sum() / 3.0;
+        (albedo > 1e-6).then_some(albedo)
+    }
+
     /// Density of [`LayeredBsdf::sample_diffuse`] at a direction with this cosine, for the reflected (0) or transmitted
     /// (1) diffuse lobe.
     fn diffuse_pdf(&self, cosine: f32, side: usize) -> f32 {
@@ -280,9 +297,9 @@ impl<'a> LayeredBsdf<'a> {
         let mut pdf = self.diffuse_pdf(wi.z, 0) * self.lobe_probabilities[DIFFUSE_REFLECTION];
         if !stack.ggx.effectively_smooth() {
             let facets = MicrofacetEval::reflection(&stack.ggx, wo, wi);
-            value += stack.fresnel.reflectance(facets.cosine) * facets.weight;
-            let probability = self.reflect_probability(facets.cosine);
-            pdf += facets.pdf * (probability * self.lobe_probabilities[SPECULAR]);
+            let reflected = stack.fresnel.reflectance(facets.cosine) * facets.weight;
+            value += reflected;
+            pdf += self.interface_pdf(reflected, facets.pdf, self.reflect_probability(facets.cosine));
             value += multi_scatter_lobe(
                 self.directional_albedo.multi_scatter_color(stack.fresnel.f0_f90()),
                 [wo, wi].map(|w| self.directional_albedo.energy_loss(w)),
@@ -324,11 +341,22 @@ impl<'a> LayeredBsdf<'a> {
         } else {
             MicrofacetEval::refraction(&stack.ggx, stack.eta, wo, wi)
         };
-        let refracted = (Vec3::ONE - stack.base_fresnel.reflectance(facets.cosine)) * stack.transmission;
-        eval.value += refracted * facets.weight;
-        let probability = 1.0 - self.reflect_probability(facets.cosine);
-        eval.pdf += facets.pdf * (probability * self.lobe_probabilities[SPECULAR]);
+        let refracted =
+            (Vec3::ONE - stack.base_fresnel.reflectance(facets.cosine)) * stack.transmission * facets.weight;
+        eval.value += refracted;
+        eval.pdf += self.interface_pdf(refracted / scale, facets.pdf, 1.0 - self.reflect_probability(facets.cosine));
         eval
+    }
+
+    /// Part of the density that comes from [`SPECULAR`], for a direction into which the interface scatters the fraction
+    /// `scattered` of the light per solid angle. `facets_pdf` is the density of this direction if visible normals are
+    /// sampled, and `probability` the probability that a microfacet reflects or refracts.
+    fn interface_pdf(&self, scattered: Vec3, facets_pdf: f32, probability: f32) -> f32 {
+        let lobe_probability = self.lobe_probabilities[SPECULAR];
+        match self.exact_interface_albedo {
+            Some(albedo) => scattered.element_sum() / (3.0 * albedo) * lobe_probability,
+            None => facets_pdf * (probability * lobe_probability),
+        }
     }
 
     /// Directional albedo, at most 1.

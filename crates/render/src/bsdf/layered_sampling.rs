@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use crate::bsdf::BsdfEval;
 use crate::bsdf::BsdfSample;
+use crate::bsdf::exact_interface::sample_interface;
 use crate::bsdf::layered::{
     COAT, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, LOBE_COUNT, LayeredBsdf, REFRACTION, SPECULAR, reflect_probability,
 };
@@ -42,6 +43,9 @@ impl LayeredBsdf<'_> {
             // Each microfacet either reflects or refracts, so both are sampled as a single lobe.
             weights[SPECULAR] += weights[REFRACTION];
             weights[REFRACTION] = 0.0;
+        }
+        if let Some(albedo) = self.exact_interface_albedo {
+            weights[SPECULAR] = albedo;
         }
         weights
     }
@@ -101,6 +105,9 @@ impl LayeredBsdf<'_> {
             SPECULAR if self.stack.ggx.effectively_smooth() => {
                 let weight = self.stack.fresnel.reflectance(wo.z) / probability;
                 return self.specular_sample(frame, Vec3::new(-wo.x, -wo.y, wo.z), weight);
+            }
+            SPECULAR if self.exact_interface_albedo.is_some() => {
+                frame.to_world(sample_interface(&self.stack, wo, [rest / probability, x, y])?)
             }
             SPECULAR => frame.to_world(self.sample_microfacet(rest, [x, y])?),
             DIFFUSE_REFLECTION => frame.to_world(self.sample_diffuse(rest / probability, 0, [x, y])),

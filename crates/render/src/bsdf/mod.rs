@@ -6,13 +6,14 @@
 //!
 //! [`diffuse`], [`specular`], [`phong`] and [`layered`] are the BSDFs of one point; [`conductor`], [`dielectric`] and
 //! [`principled`] are layers; [`batch`] evaluates the frequent BSDFs for many points at once. This folder uses `lobes`,
-//! `interaction` and `prepare`.
+//! `sampling`, `interaction` and `prepare`.
 
 pub(crate) mod base_directions;
 pub(crate) mod batch;
 pub(crate) mod conductor;
 pub(crate) mod dielectric;
 pub(crate) mod diffuse;
+pub(crate) mod exact_interface;
 pub(crate) mod hit_layers;
 pub(crate) mod layer_stack;
 pub(crate) mod layered;

@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 use glam::Vec3;
 
 use crate::lobes::albedo_grid::{ROUGHNESS_ROWS, ggx_of_row, mean_over_visible_normals, roughness_row};
-use crate::lobes::fresnel::{reflect, refracted_cosine, schlick_weight};
+use crate::lobes::fresnel::{reflect, refract, refracted_cosine, schlick_weight};
 use crate::lobes::ggx::Ggx;
 
 /// Number of nodes in a row.
@@ -23,7 +23,7 @@ const ANGULAR_POINTS: u32 = 48;
 const TRANSITION_WIDTH: f32 = 0.7;
 
 /// Table by roughness and angle: the part of a perfect mirror's single-scatter albedo that a dielectric
-/// transmits.
+/// transmits, and the albedo of a single refraction.
 #[derive(Debug)]
 pub(crate) struct InternalTransmittanceTable {
     /// Index of refraction of the far side relative to the near side, below 1.
@@ -35,6 +35,8 @@ pub(crate) struct InternalTransmittanceTable {
 #[derive(Debug)]
 struct Row {
     transmittance: [[f32; 3]; ANGLE_STEPS],
+    /// Albedo of a single refraction. It differs from the transmittance because other microfacets block refracted light.
+    refraction: [[f32; 3]; ANGLE_STEPS],
     /// Cosine-weighted mean of the transmittance.
     mean: [f32; 3],
 }
@@ -90,33 +92,37 @@ impl InternalTransmittanceTable {
     fn row(&self, row: usize) -> Row {
         let ggx = ggx_of_row(row);
         let grid = AngleGrid::new(self.eta, &ggx);
-        let mut transmittance = [[0.0; 3]; ANGLE_STEPS];
-        for (node, value) in transmittance.iter_mut().enumerate() {
+        let (mut transmittance, mut refraction) = ([[0.0; 3]; ANGLE_STEPS], [[0.0; 3]; ANGLE_STEPS]);
+        for node in 0..ANGLE_STEPS {
             let (angle, _) = grid.angle(node as f64 / (ANGLE_STEPS - 1) as f64);
-            *value = self.transmittance(&ggx, (angle.cos() as f32).max(1e-4));
+            [transmittance[node], refraction[node]] = self.transmitted(&ggx, (angle.cos() as f32).max(1e-4));
         }
         Row {
             mean: [0, 1, 2].map(|term| cosine_weighted_mean(&grid, &transmittance.map(|value| value[term]))),
             transmittance,
+            refraction,
         }
     }
 
-    /// Fraction of light that a perfect mirror with these microfacets reflects once and a dielectric transmits.
-    fn transmittance(&self, ggx: &Ggx, cosine: f32) -> [f32; 3] {
-        let of = |v: Vec3, h: Vec3| {
-            let (Some(other), Some(l)) = (refracted_cosine(v.dot(h), self.eta), reflect(v, h)) else {
-                return [0.0; 3];
-            };
-            let (up, f0) = (ggx.g_given_g1(v, l), schlick_weight(other));
-            [up, -up * f0, -up * (1.0 - f0)]
-        };
+    /// Fraction of light that a perfect mirror with these microfacets reflects once and a dielectric transmits, and the
+    /// albedo of a single refraction.
+    fn transmitted(&self, ggx: &Ggx, cosine: f32) -> [[f32; 3]; 2] {
+        let terms = |visible: f32, f0: f32| [visible, -visible * f0, -visible * (1.0 - f0)];
         if ggx.effectively_smooth() {
-            return match refracted_cosine(cosine, self.eta) {
-                Some(other) => [1.0, -schlick_weight(other), schlick_weight(other) - 1.0],
-                None => [0.0; 3],
-            };
+            return [refracted_cosine(cosine, self.eta).map_or([0.0; 3], |other| terms(1.0, schlick_weight(other))); 2];
         }
-        mean_over_visible_normals(ggx, cosine, [RADIAL_POINTS, ANGULAR_POINTS], of)
+        let of = |v: Vec3, h: Vec3| {
+            let Some(other) = refracted_cosine(v.dot(h), self.eta) else {
+                return [0.0; 6];
+            };
+            let up = reflect(v, h).map_or(0.0, |l| ggx.g_given_g1(v, l));
+            let down = refract(v, h, self.eta).map_or(0.0, |l| ggx.g_given_g1(v, Vec3::new(l.x, l.y, -l.z)));
+            let f0 = schlick_weight(other);
+            let ([a, b, c], [d, e, f]) = (terms(up, f0), terms(down, f0));
+            [a, b, c, d, e, f]
+        };
+        let [a, b, c, d, e, f] = mean_over_visible_normals(ggx, cosine, [RADIAL_POINTS, ANGULAR_POINTS], of);
+        [[a, b, c], [d, e, f]]
     }
 }
 
@@ -140,11 +146,25 @@ impl InternalTransmittance<'_> {
     /// The fraction of light at a cosine that a perfect mirror with the same microfacets reflects once and
     /// this interface transmits.
     pub fn at(&self, cosine: f32, f0_f90: (Vec3, Vec3)) -> Vec3 {
+        self.interpolate_at(cosine, f0_f90, |row| &row.transmittance)
+    }
+
+    /// Albedo of a single refraction, for light at a cosine.
+    pub fn refraction_at(&self, cosine: f32, f0_f90: (Vec3, Vec3)) -> Vec3 {
+        self.interpolate_at(cosine, f0_f90, |row| &row.refraction)
+    }
+
+    fn interpolate_at(
+        &self,
+        cosine: f32,
+        f0_f90: (Vec3, Vec3),
+        nodes: impl Fn(&Row) -> &[[f32; 3]; ANGLE_STEPS],
+    ) -> Vec3 {
         let position = self.grid.position(cosine) * (ANGLE_STEPS - 1) as f32;
         let first = (position as usize).min(ANGLE_STEPS - 2);
         let part = position - first as f32;
         self.interpolate(f0_f90, |row, term| {
-            let (low, high) = (row.transmittance[first][term], row.transmittance[first + 1][term]);
+            let (low, high) = (nodes(row)[first][term], nodes(row)[first + 1][term]);
             low + (high - low) * part
         })
     }

