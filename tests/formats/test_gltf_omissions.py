@@ -132,3 +132,12 @@ def test_thousands_of_invalid_values_are_omitted_with_one_notice(tmp_path: Path)
         made.node(mesh=mesh, translation=[1, 2, 3, 1])
     world = load(made, tmp_path)
     assert (len(world.objects), len(world.notices)) == (3000, 1)
+
+
+def test_file_whose_values_exceed_its_memory_is_refused_instead_of_repaired(tmp_path: Path) -> None:
+    """The tree of all values that a repair needs is limited in proportion to the file, like all other decoded data."""
+    made = document({"translation": [1, 2]}, extras=[1] * 4_000_000)
+    with raises(raycam.FormatError, mentions=["nodes[0].translation"]):
+        load(made, tmp_path)
+    made.json["extras"] = [1] * 1000
+    assert len(load(made, tmp_path).objects) == 2

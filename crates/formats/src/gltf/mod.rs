@@ -35,7 +35,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot) -> Result<World> 
     let json = &source.bytes[container.json.clone()];
     let objects = json.iter().filter(|&&byte| byte == b'{').count();
     allowance.charge(path, "the JSON", objects as u64, 700)?;
-    let root = container.document(&source.bytes, path, &mut diagnostics)?;
+    let root = container.document(&source.bytes, path, &mut diagnostics, &allowance)?;
     allowance.charge(path, "materials", root.materials.len() as u64, 1536)?;
     document::extensions::check(&root, path, &mut diagnostics)?;
     let resources = Resources::read(source, &container, &root, assets, &mut diagnostics, &allowance)?;

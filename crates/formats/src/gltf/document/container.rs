@@ -7,9 +7,10 @@ use std::path::Path;
 
 use raycam_scene::{ErrorCode, NoticeCode, counted};
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, IgnoredAny};
 
 use crate::error::{FormatError, Result};
+use crate::gltf::document::memory_allowance::MemoryAllowance;
 use crate::gltf::json::Root;
 use crate::gltf::json::lenient::json_words;
 use crate::gltf::json::objects_only::ObjectsOnly;
@@ -114,7 +115,13 @@ impl Container {
 
     /// Parses the document: JSON text of a supported glTF version. Invalid optional values are omitted, with a notice for
     /// each.
-    pub(crate) fn document(&self, bytes: &[u8], path: &Path, diagnostics: &mut Diagnostics) -> Result<Root> {
+    pub(crate) fn document(
+        &self,
+        bytes: &[u8],
+        path: &Path,
+        diagnostics: &mut Diagnostics,
+        allowance: &MemoryAllowance,
+    ) -> Result<Root> {
         let text = std::str::from_utf8(&bytes[self.json.clone()]).map_err(|error| {
             let at = self.json.start + error.valid_up_to();
             FormatError::byte(path, at, ErrorCode::NotText.message("invalid UTF-8 (INVALID_JSON)"))
@@ -133,7 +140,10 @@ impl Container {
                     let text = version.as_str().map_or(version.to_string(), str::to_owned);
                     check_version(&text, path)
                 })?;
-                without_invalid_values(text, diagnostics).ok_or_else(|| json_error(text, path, &error))?
+                let is_readable = serde_json::from_str::<IgnoredAny>(text).is_ok()
+                    && allowance.charge(path, "the JSON", values_of(text), 64).is_ok();
+                let root = is_readable.then(|| without_invalid_values(text, diagnostics)).flatten();
+                root.ok_or_else(|| json_error(text, path, &error))?
             }
         };
         let Some(asset) = &root.asset else {
@@ -218,6 +228,11 @@ fn parse_objects<T: DeserializeOwned>(text: &str) -> serde_json::Result<T> {
 
 /// Codes of the glTF Validator for values of another type or length, and for missing values.
 const INVALID_VALUE: &str = "TYPE_MISMATCH, ARRAY_LENGTH_NOT_IN_LIST or UNDEFINED_PROPERTY";
+
+/// Upper limit of the number of values in a JSON text, apart from the root.
+fn values_of(text: &str) -> u64 {
+    text.bytes().filter(|byte| matches!(byte, b',' | b'[' | b'{')).count() as u64
+}
 
 /// Parses a document without its invalid optional values; `None` if other values are invalid as well.
 fn without_invalid_values(text: &str, diagnostics: &mut Diagnostics) -> Option<Root> {
