@@ -257,3 +257,193 @@ def test_json_lines_are_read_as_a_list(tmp_path: Path) -> None:
     lines = [json.dumps({"name": name, **BASE}) for name in ("front", "back")]
     cameras = load(tmp_path / "a.jsonl", "\n".join(lines) + "\n")
     assert list(cameras) == ["front", "back"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[500 0 320; 0 510 240; 0 0 1]",
+        "500 0 320 0 510 240 0 0 1",
+        "500, 0, 320, 0, 510, 240, 0, 0, 1",
+        "[[500., 0., 320.], [0., 510., 240.], [0., 0., 1.]]",
+        "[[500 0 320]\n [0 510 240]\n [0 0 1]]",
+        "np.array([[500.0, 0, 320], [0, 510, 240], [0, 0, 1]])",
+        "500;0;320;0;510;240;0;0;1",
+        "(500, 510, 320, 240)",
+    ],
+)
+def test_camera_matrix_and_coefficients_may_be_texts(tmp_path: Path, text: str) -> None:
+    cameras = load(
+        tmp_path / "a.json",
+        {"K": text, "dist": "[0.1, -0.2, 0, 0]", "img_size": [640, 480], "model": "opencv"},
+    )
+    np.testing.assert_array_equal(cameras["a"].K, K)
+    np.testing.assert_array_equal(cameras["a"].distortion, [0.1, -0.2, 0, 0])
+
+
+def test_text_with_decimal_commas_is_refused(tmp_path: Path) -> None:
+    with raises(raycam.FormatError, mentions=["K", "320,5", "decimal commas"]):
+        load(tmp_path / "a.json", {"K": "500,0 510,0 320,5 240,5", "img_size": [640, 480]})
+
+
+@pytest.mark.parametrize(
+    ("content", "names"),
+    [
+        ({**FOCALS, "flx": 600}, ["flx", "fx"]),
+        ({**FOCALS, "u0": 321}, ["u0", "cx"]),
+        ({**FOCALS, "principal_point": [310, 240]}, ["principal_point", "cx"]),
+        ({"K": K.tolist(), "fx": 600}, ["fx", "K"]),
+        ({"K": K.tolist(), "cy": 250}, ["cy", "K"]),
+        ({**FOCALS, "resolution": [1280, 960]}, ["width", "resolution"]),
+    ],
+)
+def test_two_values_of_one_quantity_are_refused_with_both_names(
+    tmp_path: Path, content: dict[str, Any], names: list[str]
+) -> None:
+    with raises(raycam.FormatError, mentions=[*names, "different value for the same quantity"]):
+        load(tmp_path / "a.json", {"width": 640, "height": 480, **content})
+
+
+def test_equal_and_rounded_values_of_one_quantity_are_accepted(tmp_path: Path) -> None:
+    content = {**BASE, "fx": 500.0001, "cx": 320, "width": 640, "height": 480}
+    np.testing.assert_array_equal(load(tmp_path / "a.json", content)["a"].K, K)
+
+
+@pytest.mark.parametrize("key", ["units", "unit", "length_unit", "translation_units"])
+@pytest.mark.parametrize("name", ["mm", "Millimeters"])
+def test_unit_of_a_file_is_reported(tmp_path: Path, key: str, name: str) -> None:
+    cameras = load(tmp_path / "a.json", {key: name, **BASE, "R": R.tolist(), "T": (1000 * T).tolist()})
+    check(cameras["a"], 1000 * T)
+    assert has_notice(cameras.notices, "placed_cameras", key, "mm", "not converted to metres"), (
+        cameras.notices
+    )
+
+
+def test_metres_as_the_unit_of_a_file_give_no_notice(tmp_path: Path) -> None:
+    assert load(tmp_path / "a.json", {"units": "m", **BASE, "R": R.tolist(), "T": T.tolist()}).notices == ()
+
+
+def test_unit_of_a_list_of_poses_is_reported(tmp_path: Path) -> None:
+    content = {"unit": "cm", "poses": [MATRIX.tolist(), MATRIX.tolist()]}
+    camera = raycam.Camera(K, np.eye(3), np.zeros(3), (640, 480))
+    cameras = load(
+        tmp_path / "a.json", content, intrinsics=camera, direction="camera_from_world", axes="opencv"
+    )
+    assert has_notice(cameras.notices, "placed_cameras", "unit", "cm"), cameras.notices
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {
+            "focal_length": {"fx": 500, "fy": 510},
+            "principal_point": {"cx": 320, "cy": 240},
+            "width": 640,
+            "height": 480,
+        },
+        {"focal": {"x": 500, "y": 510}, "principal_point": {"x": 320, "y": 240}, "resolution_hw": [480, 640]},
+        {"camera_matrix_3x3": K.tolist(), "image_size": [640, 480]},
+        {
+            "intrinsic_settings": {"resX": 640, "resY": 480, **FOCALS},
+            "captured_image_size": {"width": 640, "height": 480},
+        },
+    ],
+)
+def test_intrinsics_are_read_from_further_forms(tmp_path: Path, content: dict[str, Any]) -> None:
+    cameras = load(tmp_path / "a.json", content)
+    np.testing.assert_array_equal(cameras["a"].K, K)
+    assert cameras["a"].size == (640, 480)
+
+
+def test_rotation_and_position_in_unknown_keys_are_refused(tmp_path: Path) -> None:
+    content = {**BASE, "position_world_m": [1, 2, 3], "quaternion_world_opengl": [0.5, 0.5, 0.5, 0.5]}
+    with raises(raycam.FormatError, mentions=["quaternion_world_opengl", "position_world_m", "c2w"]):
+        load(tmp_path / "a.json", content)
+
+
+def test_position_next_to_a_pose_of_unknown_direction_asks_for_the_direction(tmp_path: Path) -> None:
+    content = {**BASE, "camera_rt_matrix": MATRIX.tolist(), "camera_location": [1, 2, 3]}
+    with raises(raycam.FormatError, mentions=["camera_rt_matrix", "direction"]):
+        load(tmp_path / "a.json", content)
+    check(load(tmp_path / "a.json", content, direction="camera_from_world")["a"])
+
+
+@pytest.mark.parametrize(
+    ("key", "is_inverse"),
+    [
+        ("camera_to_robot_transform", True),
+        ("c2w", True),
+        ("w2c", False),
+        ("robot_to_camera", False),
+        ("extrinsics", False),
+    ],
+)
+def test_key_of_a_map_with_rotation_and_translation_states_the_direction(
+    tmp_path: Path, key: str, is_inverse: bool
+) -> None:
+    content = {**BASE, key: {"rotation_matrix": R.tolist(), "translation": T.tolist()}}
+    camera = load(tmp_path / "a.json", content)["a"]
+    np.testing.assert_allclose(camera.R, R.T if is_inverse else R, atol=1e-12)
+    np.testing.assert_allclose(camera.C, T if is_inverse else -R.T @ T, atol=1e-12)
+
+
+def test_direction_applies_to_a_map_with_rotation_and_translation(tmp_path: Path) -> None:
+    content = {**BASE, "extrinsics": {"R": R.tolist(), "T": T.tolist()}}
+    camera = load(tmp_path / "a.json", content, direction="world_from_camera")["a"]
+    np.testing.assert_allclose(camera.C, T, atol=1e-12)
+
+
+def test_matrix_of_a_pose_under_a_key_of_the_camera_matrix_is_the_pose(tmp_path: Path) -> None:
+    """OpenPose's files contain [R | t] in CameraMatrix, and K in Intrinsics."""
+    content = {
+        "CameraMatrix": MATRIX[:3].tolist(),
+        "Intrinsics": K.tolist(),
+        "Distortion": [0.1, 0, 0, 0, 0, 0, 0, 0],
+    }
+    cameras = load(tmp_path / "a.json", content, size=(640, 480))
+    check(cameras["a"])
+    assert has_notice(cameras.notices, "assumed_convention", "CameraMatrix"), cameras.notices
+
+
+def test_coefficients_under_k_are_not_the_camera_matrix(tmp_path: Path) -> None:
+    content = {"camera_mtx": K.tolist(), "k": [0.03, -0.03, -0.0007, -0.001, 0.002], "img_size": [640, 480]}
+    with raises(raycam.FormatError, mentions=["k", "dist_coeffs"]):
+        load(tmp_path / "a.json", content)
+
+
+def test_camera_matrix_under_cam_k_without_images_is_not_a_bop_file(tmp_path: Path) -> None:
+    content = {"cam_D": [0.1, 0, 0, 0, 0], "cam_K": K.ravel().tolist(), "width": 640, "height": 480}
+    np.testing.assert_array_equal(load(tmp_path / "a.json", content)["a"].K, K)
+
+
+def test_identity_rotation_without_translation_is_no_pose(tmp_path: Path) -> None:
+    """The form of iai_kinect2, whose rotation and projection belong to the rectified image."""
+    camera = load(tmp_path / "a.json", {**BASE, "rotation": np.eye(3).tolist()})["a"]
+    np.testing.assert_array_equal(camera.C, np.zeros(3))
+
+
+@pytest.mark.parametrize(("model", "lens"), [("fisheye", "fisheye"), ("opencv", "opencv"), ("omni", "omni")])
+def test_xi_of_zero_does_not_override_the_stated_lens_model(tmp_path: Path, model: str, lens: str) -> None:
+    camera = load(tmp_path / "a.json", {**BASE, "model": model, "xi": 0, "D": [0.1, 0.01, 0.001, 0.0001]})[
+        "a"
+    ]
+    assert camera.model == lens
+
+
+def test_xi_next_to_another_lens_model_is_refused(tmp_path: Path) -> None:
+    with raises(raycam.FormatError, mentions=["fisheye", "xi", 1.2]):
+        load(tmp_path / "a.json", {**BASE, "model": "fisheye", "xi": 1.2, "D": [0.1, 0.01, 0.001, 0.0001]})
+
+
+def test_maps_of_matrices_by_camera_name_are_cameras(tmp_path: Path) -> None:
+    content = {
+        "K": {"a": K.tolist(), "b": K.tolist()},
+        "dist": {"a": [0.1, 0, 0, 0, 0]},
+        "w2c": {"a": MATRIX.tolist(), "b": np.eye(4).tolist()},
+        "image_size": [640, 480],
+    }
+    cameras = load(tmp_path / "a.json", content)
+    assert list(cameras) == ["a", "b"]
+    check(cameras["a"])
+    np.testing.assert_array_equal(cameras["a"].distortion, [0.1, 0, 0, 0, 0])
+    assert cameras["b"].model == "pinhole"

@@ -235,3 +235,38 @@ def test_times_of_euroc_are_nanoseconds_even_if_they_are_short(tmp_path: Path) -
     rows = [[251_410_000_000 + i, *PLACES[i], W[i], X[i], Y[i], Z[i], *[0.0] * 9] for i in range(4)]
     cameras = check(written(tmp_path / "data.csv", f"#timestamp, {names}, {others}", rows, ","))
     assert list(cameras.times.values()) == pytest.approx([251.41 + i * 1e-9 for i in range(4)], abs=1e-12)
+
+
+def test_groups_in_a_row_above_the_names_determine_the_columns(tmp_path: Path) -> None:
+    """The header of OptiTrack's Motive, whose rotation precedes the position."""
+    path = tmp_path / "take.csv"
+    groups = [
+        ",,Rigid Body,Rigid Body",
+        ",,camera,camera",
+        ",,Rotation,Rotation,Rotation,Rotation,Position,Position,Position",
+    ]
+    lines = ["Format Version,1.23,Take Name,a", "", *groups, "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z"]
+    lines += [",".join(map(str, [i, i / 120, X[i], Y[i], Z[i], W[i], *PLACES[i]])) for i in range(4)]
+    path.write_text("\n".join(lines) + "\n")
+    assert list(check(path).times.values()) == pytest.approx([i / 120 for i in range(4)])
+
+
+def test_letters_of_a_quaternion_before_the_position_are_refused(tmp_path: Path) -> None:
+    rows = [[float(i), X[i], Y[i], Z[i], W[i], *PLACES[i]] for i in range(4)]
+    path = written(tmp_path / "poses.csv", "timestamp,x,y,z,w,x,y,z", rows, ",")
+    with raises(FormatError, mentions=["length"]):
+        raycam.load_cameras(path)
+
+
+def test_time_before_a_matrix_is_reported(tmp_path: Path) -> None:
+    matrix = np.column_stack([np.eye(3), [1, 2, 3]]).ravel()
+    path = tmp_path / "global_pose.csv"
+    path.write_text(f"1561000444355750404,{','.join(map(str, matrix))}\n")
+    with raises(FormatError, mentions=["3x4", "time", "kitti-poses"]):
+        raycam.load_cameras(path)
+
+
+def test_array_of_pose_columns_is_refused_with_the_call_that_writes_a_text(tmp_path: Path) -> None:
+    np.save(tmp_path / "poses.npy", np.column_stack([PLACES, X, Y, Z, W]))
+    with raises(FormatError, mentions=["7 columns", "np.savetxt", "qx qy qz qw"]):
+        raycam.load_cameras(tmp_path / "poses.npy")

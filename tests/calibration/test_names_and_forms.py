@@ -351,8 +351,21 @@ def test_lens_next_to_a_camera_matrix_p_is_refused(tmp_path: Path) -> None:
             "omni_pol_inv: [0.0, 0.0]\nomni_affine: [0.0, 0.0, 1.0]\n",
             ["OCamCalib"],
         ),
+        (
+            '{"extrinsics": {}, "intrinsics_w_distortion": {"f": [1, 1], "k": [0, 0, 0]}}',
+            ["CHI3D", "camera_center"],
+        ),
+        ('{"0": {"campos": {}, "camrot": {}, "focal": {}, "princpt": {}}}', ["InterHand2.6M", "millimetres"]),
+        ("m_colorWidth = 640\nm_calibrationColorIntrinsic = 1 0 0 0\n", ["BundleFusion"]),
+        (
+            "dataset matterport\nn_images 1\n\nintrinsics_matrix 1 0 1 0 1 1 0 0 1\n",
+            ["Matterport3D", "opengl"],
+        ),
+        ("cam_uid,tx_world_cam,qx_world_cam,intrinsics_0\na,0,0,1\n", ["Ego-Exo4D", "fisheye"]),
+        ("Camera-system parameters:\n projection: [1 1 1 1] +- [0 0 0 0]\n", ["Kalibr", "camchain"]),
+        ("400 400 500 511\n0 0 1 0\n1 0 0 0\n0 1 0 0\n0 0 0 1\n", ["RobotCar", "fx fy cx cy"]),
+        ('{"rig": {"sensors": [{"name": "a:120fov", "nominalSensor2Rig_FLU": {}}]}}', ["DRIVE", "f-theta"]),
     ],
-    ids=["poses without times", "OCamCalib as JSON", "Kimera"],
 )
 def test_errors_of_recognised_formats_name_the_format(tmp_path: Path, text: str, mentions: list[str]) -> None:
     with raises(FormatError, code="unsupported_feature", mentions=mentions):

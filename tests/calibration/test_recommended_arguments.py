@@ -30,8 +30,8 @@ WITHOUT_CALIBRATIONS = (
 """Commands that read no calibration."""
 RIG_OPTIONS = {"--rig", "--poses"}
 """Options that messages recommend together with the name of the command `raycam dataset`."""
-OTHER_WORDS = {"version", "type_id", "lmer", "fov", "encoding", "id"}
-"""Words before an equals sign that are not arguments: XML attributes, and arguments of `Camera`."""
+OTHER_WORDS = {"version", "type_id", "lmer", "fov", "encoding", "id", "header"}
+"""Words before an equals sign that are not arguments: XML attributes, and arguments of `Camera` and NumPy."""
 
 
 def texts() -> dict[str, str]:

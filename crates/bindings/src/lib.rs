@@ -25,7 +25,9 @@ mod core {
     use raycam_scene::foreign_terms::{FOREIGN_TERMS, schema_names};
 
     #[pymodule_export]
-    use crate::camera::calibration::{PyCameraRecord, calibration_formats, read_cameras, write_cameras};
+    use crate::camera::calibration::{
+        PyCameraRecord, calibration_endings, calibration_formats, read_cameras, write_cameras,
+    };
     #[pymodule_export]
     use crate::camera::rig::Rig;
     #[pymodule_export]

@@ -19,7 +19,9 @@ use raycam_formats::{FormatError, Result};
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
     // Other programs store a map with a matrix under cam_K.
     let list = |rest: &str| rest.trim_start().trim_start_matches(':').trim_start().starts_with('[');
-    text.split("\"cam_K\"").nth(1).is_some_and(list)
+    // BOP's files contain a map for each image.
+    let is_in_image = |before: &str| before.matches('{').count() > before.matches('}').count() + 1;
+    text.split_once("\"cam_K\"").is_some_and(|(before, rest)| is_in_image(before) && list(rest))
         || text.contains("\"cam_model\"")
         || text.contains("\"depth_scale\"") && text.contains("\"fx\"")
 }

@@ -14,9 +14,9 @@ use crate::datasets::{
 };
 use crate::devices::{aria, aria_mps, real_sense, zed};
 use crate::document::number_lines::{line_with_decimal_commas, looks_like};
-use crate::document::{unread, yaml, zip_members};
+use crate::document::world_file::is_world_file;
+use crate::document::{npy, unread, yaml, zip_members};
 use crate::files::{about_cameras, notice_of_repairs};
-use crate::opencv::storage::is_world_file;
 use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::radiance_fields::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
 use crate::slam_settings::{ncamera, orb_slam, ov2slam, vins};
@@ -263,8 +263,6 @@ fn read_only_file(
     if found.is_empty() {
         found = of_camera_folders(folder, wanted, budget)?;
     }
-    let is_set = is_set_of_cameras(found.iter().map(|(source, ..)| source))
-        || found.len() > 1 && found.iter_mut().all(|file| is_placed_camera(file, known));
     match &found[..] {
         [] => Err(FormatError::unsupported(
             &folder.path,
@@ -282,31 +280,45 @@ fn read_only_file(
             );
             Ok(calibration)
         }
-        _ if is_set => read_single_cameras(folder, found, known),
-        several => {
-            let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let some = several.iter().take(8);
-            let names: Vec<_> =
-                some.map(|(source, format, _)| format!("{} ({})", name(&source.path), format.name)).collect();
-            Err(FormatError::unsupported(
-                &folder.path,
-                format!(
-                    "the folder contains {} calibrations, but no file that lists all cameras; open one of {}{}",
-                    several.len(),
-                    names.join(", "),
-                    if several.len() > 8 { ", ..." } else { "" }
-                ),
-            ))
-        }
+        _ => read_several_files(folder, found, known),
     }
 }
 
-/// True for a file that contains exactly one camera, with K and with a pose.
-fn is_placed_camera(
-    (source, format, inside): &mut (InputFile, &'static CalibrationFormat, AssetRoot),
+/// Reads the cameras of a folder with several files, if the files contain one camera each.
+fn read_several_files(
+    folder: &Folder,
+    found: Vec<(InputFile, &'static CalibrationFormat, AssetRoot)>,
     known: &ReadHints,
-) -> bool {
-    (format.read)(source, inside, known).is_ok_and(
+) -> Result<Calibration> {
+    let is_named_set = is_set_of_cameras(found.iter().map(|(source, ..)| source));
+    let read = |(source, format, mut inside): (InputFile, &'static CalibrationFormat, AssetRoot)| {
+        let calibration = (format.read)(&source, &mut inside, known);
+        (source, format, calibration)
+    };
+    let files: Vec<ReadFile> = found.into_iter().map(read).collect();
+    if is_named_set || files.iter().all(is_placed_camera) {
+        return join_single_cameras(folder, files, known);
+    }
+    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let some = files.iter().take(8);
+    let names: Vec<_> = some.map(|(source, format, _)| format!("{} ({})", name(&source.path), format.name)).collect();
+    Err(FormatError::unsupported(
+        &folder.path,
+        format!(
+            "the folder contains {} calibrations, but no file that lists all cameras; open one of {}{}",
+            files.len(),
+            names.join(", "),
+            if files.len() > 8 { ", ..." } else { "" }
+        ),
+    ))
+}
+
+/// File of a folder with its format and the cameras in it.
+type ReadFile = (InputFile, &'static CalibrationFormat, Result<Calibration>);
+
+/// True for a file that contains exactly one camera, with K and with a pose.
+fn is_placed_camera((.., calibration): &ReadFile) -> bool {
+    calibration.as_ref().is_ok_and(
         |calibration| matches!(&calibration.records[..], [camera] if camera.k.is_some() && camera.pose.is_some()),
     )
 }
@@ -380,18 +392,14 @@ fn is_set_of_names(names: impl Iterator<Item = String>) -> bool {
     bases.len() > 1 && bases.iter().all(|name| *name == bases[0])
 }
 
-/// Reads the cameras of a folder with one file per camera, with their mounts.
-fn read_single_cameras(
-    folder: &Folder,
-    found: Vec<(InputFile, &'static CalibrationFormat, AssetRoot)>,
-    known: &ReadHints,
-) -> Result<Calibration> {
+/// Joins the cameras of a folder with one file per camera, with their mounts.
+fn join_single_cameras(folder: &Folder, files: Vec<ReadFile>, known: &ReadHints) -> Result<Calibration> {
     let mut all = Calibration::default();
-    let format = found[0].1;
-    for (source, format, mut inside) in found {
+    let format = files[0].1;
+    for (source, _, calibration) in files {
         let inner = source.path.parent().filter(|parent| *parent != folder.path).and_then(Path::file_name);
         let stem = inner.map_or_else(|| source.stem().unwrap_or_default(), |name| name.to_string_lossy().into_owned());
-        let calibration = (format.read)(&source, &mut inside, known)?;
+        let calibration = calibration?;
         let alone = calibration.records.len() == 1;
         for mut record in calibration.records {
             record.name = if alone { stem.clone() } else { format!("{stem}/{}", record.name) };
@@ -496,12 +504,25 @@ fn unknown_file(source: &InputFile) -> FormatError {
             "this is a raycam world file, not a calibration; read its cameras with raycam.load(path).cameras",
         );
     }
-    if text.len() < MAX_EXAMINED_BYTES && ["fov", "field_of_view"].iter().any(|word| text.contains(word)) {
+    let has = |words: &[&str]| words.iter().any(|word| text.contains(word));
+    if text.len() < MAX_EXAMINED_BYTES && has(&["fov", "field_of_view"]) && !has(&["fx", "focal", "intrinsic"]) {
         return FormatError::unsupported(
             &source.path,
             "no focal length or camera matrix found, only a field of view; write \
              fx = fy = (width / 2) / tan(horizontal angle / 2), cx = (width - 1) / 2 and cy = (height - 1) / 2, or \
              create a camera with raycam.Camera.from_pose(location, fov=VERTICAL_DEGREES, size=(width, height))",
+        );
+    }
+    if npy::is_npy(&source.bytes)
+        && let Ok([_, columns @ (7 | 8)]) = npy::array(&source.bytes).as_ref().map(|array| &array.shape[..])
+    {
+        return FormatError::unsupported(
+            &source.path,
+            format!(
+                "an array of {columns} columns; if these are poses, write a text whose header names the columns: \
+                 np.savetxt(\"poses.txt\", array, header=\"{}tx ty tz qx qy qz qw\")",
+                if *columns == 8 { "time " } else { "" }
+            ),
         );
     }
     if looks_like(text, 7) {

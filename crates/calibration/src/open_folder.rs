@@ -44,26 +44,36 @@ const FILES: [&[&str]; 30] = [
 
 /// Extensions of calibration files; the extension of a compressed file is the extension before `.gz`. If several files
 /// could be a calibration, `MAX_BYTES` and `MAX_FILES` limit the files that are examined.
-const ENDINGS: [&str; 18] = [
+const ENDINGS: [&str; 22] = [
     "yaml",
     "yml",
     "json",
+    "jsonl",
     "xml",
     "txt",
     "csv",
     "npz",
     "npy",
     "ini",
+    "cfg",
     "conf",
     "out",
     "sfm",
     "log",
     "traj",
+    "tum",
     "pincam",
     "xmp",
     "cameramodel",
+    "camera",
     "r3d",
 ];
+
+/// Extensions of the files that are examined as calibrations if a folder is opened, without the point.
+pub fn file_endings() -> impl Iterator<Item = &'static str> {
+    ENDINGS.into_iter()
+}
+
 const MAX_BYTES: u64 = 4 << 20;
 pub(crate) const MAX_FILES: usize = 64;
 

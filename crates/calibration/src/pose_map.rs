@@ -8,7 +8,7 @@ use crate::document::Cursor;
 use crate::quaternion_key::QuaternionKey;
 use raycam_formats::Result;
 
-const ROTATION: [&str; 6] = ["rotation", "orientation", "quaternion", "quat", "q", "r"];
+const ROTATION: [&str; 7] = ["rotation", "orientation", "quaternion", "quat", "q", "r", "heading"];
 /// Names of a quaternion's numbers w, x, y and z, in a map of other numbers.
 pub(crate) const FLAT_QUATERNIONS: [[&str; 4]; 3] =
     [["qw", "qx", "qy", "qz"], ["q_w", "q_x", "q_y", "q_z"], ["rw", "rx", "ry", "rz"]];

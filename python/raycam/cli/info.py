@@ -13,36 +13,6 @@ from .options.worlds import add_folder, find_file
 if TYPE_CHECKING:
     from ..calibration import Cameras
 
-CALIBRATION_ENDINGS = frozenset(
-    [
-        ".yaml",
-        ".yml",
-        ".json",
-        ".jsonl",
-        ".xml",
-        ".txt",
-        ".bin",
-        ".csv",
-        ".npz",
-        ".npy",
-        ".ini",
-        ".cfg",
-        ".conf",
-        ".out",
-        ".sfm",
-        ".log",
-        ".traj",
-        ".tum",
-        ".pincam",
-        ".xmp",
-        ".cameramodel",
-        ".r3d",
-        ".camera",
-        ".gz",
-    ]
-)
-"""Extensions of files that `raycam info` reads as calibrations: at least `ENDINGS` of the core's open_folder.rs."""
-
 
 def _add(command: argparse.ArgumentParser) -> None:
     command.add_argument("world", metavar="FILE", help="world, mesh or calibration to describe")
@@ -83,10 +53,12 @@ def _calibration_in_toml(options: argparse.Namespace) -> Cameras | None:
 
 def _is_calibration(path: Path) -> bool:
     """Returns True for endings of calibration files, but False for a robot in an .xml file."""
+    from .._core import calibration_endings
     from ..robots import has_robot_root
 
     ending = path.suffix.lower()
-    return ending in CALIBRATION_ENDINGS and not (ending == ".xml" and has_robot_root(path))
+    is_known = ending in (".bin", ".gz") or ending.removeprefix(".") in calibration_endings()
+    return is_known and not (ending == ".xml" and has_robot_root(path))
 
 
 COMMAND = Command(

@@ -138,3 +138,9 @@ pub(crate) fn write_cameras(
 pub(crate) fn calibration_formats() -> (Vec<&'static str>, Vec<&'static str>) {
     (raycam_calibration::formats().collect(), raycam_calibration::written_formats().collect())
 }
+
+/// Extensions of calibration files, without the point.
+#[pyfunction]
+pub(crate) fn calibration_endings() -> Vec<&'static str> {
+    raycam_calibration::file_endings().collect()
+}

@@ -6,8 +6,10 @@ pub(crate) mod lens_keys;
 pub(crate) mod npy;
 pub(crate) mod number_format;
 pub(crate) mod number_lines;
+pub(crate) mod number_text;
 pub(crate) mod toml_tree;
 pub(crate) mod unread;
+pub(crate) mod world_file;
 pub(crate) mod xml;
 pub(crate) mod xml_element;
 pub(crate) mod yaml;
@@ -16,8 +18,9 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 use raycam_scene::camera::nearest_rotation;
-use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, counted, suggestion};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, counted, suggestion};
 
+use crate::length_unit::notice_of_unread_key;
 use raycam_formats::{FormatError, Result};
 
 /// Maximum nesting depth of a tree; deeper documents are rejected.
@@ -226,12 +229,18 @@ impl<'a> Cursor<'a> {
             }
             return Ok(numbers);
         }
-        if let Some(numbers) = self.spaced_numbers() {
+        if let Some(numbers) = self.numbers_of_text() {
             return Ok(numbers);
+        }
+        if let Value::Scalar(word) = &self.node.value
+            && number_text::has_decimal_commas(word)
+        {
+            let message = format!("{word:?}: numbers with decimal commas; expected decimal points");
+            return Err(self.fail_as(ErrorCode::WrongType, message));
         }
         let mut numbers = Vec::new();
         for item in self.list()? {
-            match (&item.node.value, item.spaced_numbers()) {
+            match (&item.node.value, item.numbers_of_text()) {
                 (_, Some(row)) => numbers.extend(row),
                 (Value::Scalar(_), None) => numbers.push(item.number()?),
                 _ => numbers.extend(item.numbers()?),
@@ -240,11 +249,10 @@ impl<'a> Cursor<'a> {
         Ok(numbers)
     }
 
-    /// The finite numbers of a text that contains at least two numbers separated by spaces, as in `K: 500 0 320`.
-    fn spaced_numbers(&self) -> Option<Vec<f64>> {
+    /// The numbers of a text, as in `K: 500 0 320` and `K: "[500, 0, 320]"`.
+    fn numbers_of_text(&self) -> Option<Vec<f64>> {
         let Value::Scalar(word) = &self.node.value else { return None };
-        let numbers = word.split_whitespace().map(|word| word.parse().ok().filter(|value: &f64| value.is_finite()));
-        numbers.collect::<Option<Vec<f64>>>().filter(|numbers| numbers.len() > 1)
+        number_text::numbers(word)
     }
 
     /// The numbers of the node; an error unless there are exactly `N`.
@@ -290,12 +298,9 @@ impl<'a> Cursor<'a> {
         let place = if self.key.is_empty() { String::new() } else { format!("{}: ", self.key) };
         let mut notices = Vec::new();
         for (key, node) in entries.iter().filter(|(key, _)| !is_known(key)) {
-            self.child(key, node).refuse_lens(key)?;
-            notices.push(Notice::about(
-                NoticeCode::IgnoredKey,
-                format!("{place}{key} (line {})", node.line),
-                "ignored",
-            ));
+            let at = self.child(key, node);
+            at.refuse_lens(key)?;
+            notices.extend(notice_of_unread_key(key, &at, format!("{place}{key} (line {})", node.line)));
         }
         Ok(notices)
     }

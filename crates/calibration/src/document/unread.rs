@@ -88,7 +88,7 @@ const fn unread_format(name: &'static str, detect: fn(&str) -> bool, remedy: &'s
 const AS_JSON: &str = "write K, dist, img_size and R, T (camera_from_world) of each camera as JSON";
 
 /// Unsupported formats that readers of other formats would accept by mistake; they are checked before those readers.
-const UNREAD_FORMATS: [UnreadFormat; 23] = [
+const UNREAD_FORMATS: [UnreadFormat; 31] = [
     unread_format(
         "BAL (bundle adjustment in the large)",
         is_bal,
@@ -212,6 +212,46 @@ const UNREAD_FORMATS: [UnreadFormat; 23] = [
          (direction=\"world_from_camera\", --direction world_from_camera)",
     ),
     unread_format(
+        "CHI3D, FIT3D or HumanSC3D",
+        |text| has_all(text, &["\"intrinsics_w_distortion\"", "\"extrinsics\""]),
+        "write f and c as fx fy cx cy, dist as [k[0], k[1], p[0], p[1], k[2]], R, and the file's T, which is the camera's centre, as camera_center (JSON)",
+    ),
+    unread_format(
+        "InterHand2.6M",
+        |text| has_all(text, &["\"campos\"", "\"camrot\"", "\"princpt\""]),
+        "camrot is R (camera_from_world), campos is the centre in millimetres: write K (focal and princpt), img_size, R and camera_center of each camera as JSON",
+    ),
+    unread_format(
+        "BundleFusion or ScanNet's sensor information",
+        |text| has_all(text, &["m_calibrationColorIntrinsic", "m_colorWidth"]),
+        "write the first three columns of the first three rows of m_calibrationColorIntrinsic as K, with img_size, as JSON",
+    ),
+    unread_format(
+        "Matterport3D",
+        |text| text.starts_with("dataset ") && text.contains("\nn_images ") && text.contains("\nintrinsics_matrix "),
+        "write the nine numbers of intrinsics_matrix as K; the 16 numbers of each scan line are world_from_camera with OpenGL axes: save them as one matrix per line, and load them with axes=\"opengl\" (--axes opengl)",
+    ),
+    unread_format(
+        "Ego-Exo4D's gopro_calibs.csv",
+        |text| text.lines().next().is_some_and(|line| has_all(line, &["tx_world_cam", "intrinsics_0"])),
+        "intrinsics_0 to 3 are fx fy cx cy, intrinsics_4 to 7 are the coefficients of lens model fisheye: write them with img_size, model, c2w_quaternion_xyzw and position of each camera as JSON",
+    ),
+    unread_format(
+        "Kalibr's report (results-cam.txt)",
+        |text| has_all(text, &["Camera-system parameters:", "projection: ["]),
+        "load the file camchain.yaml, which Kalibr writes at the same time",
+    ),
+    unread_format(
+        "NVIDIA DRIVE's rig",
+        |text| has_all(text, &["\"nominalSensor2Rig_FLU\"", "\"sensors\""]),
+        "raycam has no lens model for the f-theta polynomial; fit cv2.fisheye to the polynomial, then write K, D and the size with \"fisheye\": 1 as JSON",
+    ),
+    unread_format(
+        "RobotCar's intrinsics",
+        is_robot_car,
+        "the first line is fx fy cx cy: write it with the size as JSON (intrinsics, img_size)",
+    ),
+    unread_format(
         "Kubric's scene",
         |text| has_all(text, &["\"kubasic\"", "\"instances\""]),
         "load the metadata.json of the scene",
@@ -271,6 +311,18 @@ fn is_hloc(text: &str) -> bool {
             && models.contains(&words[1])
             && words[2..].iter().all(|word| word.parse::<f64>().is_ok())
     })
+}
+
+fn is_robot_car(text: &str) -> bool {
+    let rows: Vec<Vec<f64>> = first_numbers(text, 6).into_iter().flatten().collect();
+    let is_turn = |rows: &[Vec<f64>]| {
+        rows[..3].iter().all(|row| row.iter().map(|value| value.abs()).sum::<f64>() == 1.0)
+            && rows[3] == [0.0, 0.0, 0.0, 1.0]
+    };
+    rows.len() == 5
+        && rows.iter().all(|row| row.len() == 4)
+        && rows[0].iter().all(|value| *value > 8.0)
+        && is_turn(&rows[1..])
 }
 
 fn is_infinitam(text: &str) -> bool {

@@ -8,14 +8,20 @@ use crate::opencv::directed_pose::DirectedPose;
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::{lens, pose};
 use crate::rig::on_a_body;
-use crate::{Calibration, CameraRecord, ReadHints};
+use crate::{Calibration, CameraRecord, ReadHints, pose_map};
 use raycam_formats::{FormatError, Result};
 
 /// Reads K; `None` if the camera has no K.
 pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
     let skew = view.inherited(&keys::SKEW)?.map(|at| Ok::<_, FormatError>((at.number()?, at))).transpose()?;
+    let [fx, fy, cx, cy] = keys::FOCALS.map(|names| view.find_value(names));
+    let [fx, fy, cx, cy] = [fx?, fy?, cx?, cy?];
     if let Some(at) = view.find_value(&keys::K)? {
         let k = matrix(&at)?;
+        let entries = [fx, fy, cx, cy].into_iter().zip([k.x_axis.x, k.y_axis.y, k.z_axis.x, k.z_axis.y]);
+        for (other, value) in entries.filter_map(|(other, value)| Some((other?, value))) {
+            check_equal(&other, &[value], &at)?;
+        }
         return match skew {
             Some((skew, at)) if skew != 0.0 && skew != k.y_axis.x => {
                 Err(at.fail(format_args!("{skew}, but K[0, 1] is {}; expected equal values", k.y_axis.x)))
@@ -23,7 +29,6 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
             _ => Ok(Some(k)),
         };
     }
-    let [fx, fy, cx, cy] = keys::FOCALS.map(|names| view.find_value(names).ok().flatten());
     let [fx, fy] = match (fx, fy) {
         (Some(fx), Some(fy)) => [fx.number()?, fy.number()?],
         _ => match view.find_value(&keys::FOCAL_PAIR)? {
@@ -32,9 +37,15 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
         },
     };
     let [cx, cy] = match (cx, cy) {
-        (Some(cx), Some(cy)) => [cx.number()?, cy.number()?],
+        (Some(cx), Some(cy)) => {
+            let own = [cx.number()?, cy.number()?];
+            if let Some(pair) = view.find_value(&keys::PRINCIPAL_POINT)?.filter(|at| at.array::<2>().is_ok()) {
+                check_equal(&pair, &own, &cx)?;
+            }
+            own
+        }
         _ => match view.find_value(&keys::PRINCIPAL_POINT)? {
-            Some(at) => at.array()?,
+            Some(at) => pair_of_map(&at).map_or_else(|| at.array(), Ok)?,
             None => return Ok(None),
         },
     };
@@ -49,6 +60,20 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
     Ok(Some(k))
 }
 
+/// Returns an error if the numbers of `at` differ from `values`, the same quantity in the key `first`. Rounded numbers
+/// count as equal.
+fn check_equal(at: &Cursor<'_>, values: &[f64], first: &Cursor<'_>) -> Result<()> {
+    let numbers = at.numbers().or_else(|_| at.number().map(|number| vec![number]))?;
+    let is_equal = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-4 * b.abs().max(1.0);
+    if numbers.len() == values.len() && numbers.iter().zip(values).all(is_equal) {
+        return Ok(());
+    }
+    Err(at.fail(format_args!(
+        "{} (line {}) has a different value for the same quantity; remove one of the two keys",
+        first.key, first.node.line
+    )))
+}
+
 /// If the principal point's coordinates are more focal lengths than this, a value under `focal_length` is refused.
 const MAX_FOCALS_PER_CENTER: f64 = 4.0;
 
@@ -58,19 +83,32 @@ pub(super) fn has_focal_pair(view: &KeyView<'_>) -> bool {
     let [fx, fy, cx, cy] = keys::FOCALS.map(|names| !view.all(names).is_empty());
     let numbers = |names: &[&str]| {
         let few = |at: &Cursor<'_>| at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 1 | 2));
-        view.all(names).iter().any(|at| at.number().is_ok() || few(at))
+        view.all(names).iter().any(|at| at.number().is_ok() || few(at) || pair_of_map(at).is_some())
     };
     (fx && fy || numbers(&keys::FOCAL_PAIR)) && (cx && cy || numbers(&keys::PRINCIPAL_POINT))
 }
 
-/// True for a key from which K is read because the map contains no camera matrix.
+/// True for a key from which K is read because the map contains neither a camera matrix nor fx and fy (or cx and cy).
 pub(super) fn is_focal_key(view: &KeyView<'_>, key: &str) -> bool {
-    view.all(&keys::K).is_empty()
-        && (view.has_name(key, &keys::FOCAL_PAIR) || view.has_name(key, &keys::PRINCIPAL_POINT))
+    let has = |names: &[&str]| !view.all(names).is_empty();
+    let [fx, fy, cx, cy] = keys::FOCALS.map(has);
+    !has(&keys::K)
+        && (view.has_name(key, &keys::FOCAL_PAIR) && !(fx && fy)
+            || view.has_name(key, &keys::PRINCIPAL_POINT) && !(cx && cy))
+}
+
+/// Two numbers in a map, such as `focal_length: {fx: 500, fy: 500}` and `principal_point: {x: 320, y: 240}`.
+fn pair_of_map(at: &Cursor<'_>) -> Option<[f64; 2]> {
+    let names = [["fx", "fy"], ["cx", "cy"], ["x", "y"], ["u", "v"]];
+    let [x, y] = pose_map::named(at, &names)?.map(|at| at.number().ok());
+    Some([x?, y?])
 }
 
 /// Reads fx and fy from two numbers, or from one number for both.
 fn focal_pair(at: &Cursor<'_>) -> Result<[f64; 2]> {
+    if let Some(pair) = pair_of_map(at) {
+        return Ok(pair);
+    }
     match at.node.value {
         Value::Scalar(_) if at.numbers().is_err() => at.number().map(|focal| [focal; 2]),
         _ if at.numbers()?.len() == 1 => at.array::<1>().map(|[focal]| [focal; 2]),
@@ -123,6 +161,10 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
     // The size may be in a map of the image's properties: `image: {width: 640, height: 480}`.
     let of_image = || view.all(&["image"]).into_iter().find(|at| keys::is_keyed(at) && sides(at).is_ok());
     let pair = pair.or_else(of_image);
+    let sides_of_map = match (view.find_value(&keys::WIDTH)?, view.find_value(&keys::HEIGHT)?) {
+        (Some(width), Some(height)) => Some((width, height)),
+        _ => None,
+    };
     if let Some(at) = pair.as_ref().or(shape.as_ref()) {
         let mut numbers = match keys::is_keyed(at) {
             true => sides(at)?,
@@ -171,12 +213,14 @@ pub(super) fn size(view: &KeyView<'_>) -> Result<Option<[u32; 2]>> {
                 )));
             }
         }
+        for (own, side) in sides_of_map.iter().flat_map(|(w, h)| [(w, width), (h, height)]) {
+            if own.key != at.key && own.number().is_ok() {
+                check_equal(own, &[side], at)?;
+            }
+        }
         return Ok(Some([width as u32, height as u32]));
     }
-    match (view.find_value(&keys::WIDTH)?, view.find_value(&keys::HEIGHT)?) {
-        (Some(width), Some(height)) => Ok(Some([width.count()?, height.count()?])),
-        _ => Ok(None),
-    }
+    sides_of_map.map(|(width, height)| Ok([width.count()?, height.count()?])).transpose()
 }
 
 /// Reads the camera of a map; several cameras if the map contains several poses of the board. `directed` is the camera's
@@ -207,6 +251,12 @@ pub(super) fn read(
     } else {
         record.pose = pose::read_pose(view, hints.poses)?;
         calibration.used_convention |= !hints.poses.is_empty() && record.pose.is_some() && pose::needs_direction(view)?;
+    }
+    if record.pose.is_none()
+        && let Some((key, found)) = pose::in_key_of_k(view)
+    {
+        calibration.note_about(NoticeCode::AssumedConvention, key, "read as the pose [R | t], camera_from_world");
+        record.pose = Some(found);
     }
     pose::note_units(view, record.pose.as_ref(), calibration)?;
     if record.pose.is_none() {

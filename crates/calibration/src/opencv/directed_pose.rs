@@ -10,6 +10,9 @@ use crate::quaternion_key::unknown_order_error;
 use crate::{Pose, ReadHints};
 use raycam_formats::Result;
 
+/// Words for a translation in the keys of poses, next to a direction: `t_wc`, `position_c2w`.
+pub(super) const TRANSLATIONS: [&str; 6] = ["translation", "trans", "position", "pos", "t", "p"];
+
 /// A pose that is the value of two keys.
 pub(super) struct DirectedPose<'a> {
     /// Keys of the rotation and the translation.
@@ -44,8 +47,7 @@ pub(super) fn read<'a>(view: &KeyView<'a>, hints: &ReadHints) -> Result<Option<D
             None => Ok(None),
         };
     };
-    let places = ["translation", "trans", "position", "pos", "t", "p"];
-    let Some((t_key, t_at, _)) = find(&places, &[3], Some(&end)) else {
+    let Some((t_key, t_at, _)) = find(&TRANSLATIONS, &[3], Some(&end)) else {
         return Err(at.fail(
             "a rotation without a translation; add the translation under a similar key, such as t_wc for R_wc, or \
              camera_ext_t for camera_ext_R",

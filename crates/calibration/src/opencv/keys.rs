@@ -1,11 +1,12 @@
 //! Common keys of cameras, lenses and poses, compared without case, `_`, `-`, `.` and spaces.
 
-use crate::document::Cursor;
 use crate::document::lens_keys::plain;
+use crate::document::{Cursor, check_rotation, number_text, rigid};
+use crate::length_unit::LengthUnit;
 use raycam_formats::Result;
 
 /// Keys of K, as 9 numbers or as 4: fx, fy, cx, cy.
-pub(super) const K: [&str; 26] = [
+pub(super) const K: [&str; 28] = [
     "cameramatrix",
     "cameramat",
     "cammatrix",
@@ -26,6 +27,8 @@ pub(super) const K: [&str; 26] = [
     "intrinsicmat",
     "intrinsicparameters",
     "intrinsicparams",
+    "intrinsicsettings",
+    "intrinsicssettings",
     "calibrationmatrix",
     "cameraintrinsicmatrix",
     "cameraintrinsicsmatrix",
@@ -101,7 +104,7 @@ pub(super) const PRINCIPAL_POINT: [&str; 5] =
     ["principalpoint", "principalpoints", "pp", "opticalcenter", "principalpointoffset"];
 pub(super) const SKEW: [&str; 1] = ["skew"];
 /// Keys of the image size as columns and rows.
-pub(super) const SIZE: [&str; 17] = [
+pub(super) const SIZE: [&str; 20] = [
     "imagesize",
     "imgsize",
     "imsize",
@@ -119,10 +122,14 @@ pub(super) const SIZE: [&str; 17] = [
     "videoresolution",
     "videosize",
     "calibdimension",
+    "capturedimagesize",
+    "resolutionwh",
+    "imagesizewh",
 ];
 /// Keys of the image size as rows and columns, as in NumPy's `shape`.
-pub(super) const SHAPE: [&str; 4] = ["shape", "imageshape", "imgshape", "hw"];
-pub(super) const WIDTH: [&str; 12] = [
+pub(super) const SHAPE: [&str; 8] =
+    ["shape", "imageshape", "imgshape", "hw", "resolutionhw", "imagesizehw", "imghw", "sizehw"];
+pub(super) const WIDTH: [&str; 13] = [
     "imagewidth",
     "imgwidth",
     "width",
@@ -135,8 +142,9 @@ pub(super) const WIDTH: [&str; 12] = [
     "camwidth",
     "widthpx",
     "imgdistw",
+    "resx",
 ];
-pub(super) const HEIGHT: [&str; 12] = [
+pub(super) const HEIGHT: [&str; 13] = [
     "imageheight",
     "imgheight",
     "height",
@@ -149,6 +157,7 @@ pub(super) const HEIGHT: [&str; 12] = [
     "camheight",
     "heightpx",
     "imgdisth",
+    "resy",
 ];
 pub(super) const MODEL: [&str; 17] = [
     "distortionmodel",
@@ -312,6 +321,40 @@ fn is_deviation(base: &str) -> bool {
         || base.starts_with("stddev")
 }
 
+/// Words in the keys of other sensors and bodies than cameras.
+const OTHER_SENSORS: [&str; 20] = [
+    "lidar",
+    "velodyne",
+    "velo",
+    "livox",
+    "laser",
+    "radar",
+    "sonar",
+    "ultrasonic",
+    "imu",
+    "gps",
+    "gnss",
+    "odometry",
+    "body",
+    "base",
+    "vehicle",
+    "robot",
+    "ego",
+    "marker",
+    "board",
+    "chessboard",
+];
+
+/// True for the map of another sensor or body than a camera, by its key or by the name or type in it.
+pub(super) fn is_other_sensor(key: &str, at: &Cursor<'_>) -> bool {
+    let names = ["name", "id", "type", "sensor", "sensor_type", "sensor_name", "label"];
+    let stated = names.iter().filter_map(|name| at.get(name)?.word().ok());
+    stated
+        .chain([key])
+        .flat_map(words_of_key)
+        .any(|word| OTHER_SENSORS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
+}
+
 /// True for a map that is not a matrix in OpenCV's notation.
 pub(super) fn is_keyed(at: &Cursor<'_>) -> bool {
     at.is_map() && at.get("data").is_none() && at.get("rows").is_none()
@@ -326,7 +369,7 @@ pub(super) fn is_matrix(at: &Cursor<'_>) -> bool {
     let cells = rows.into_iter().flat_map(|row| row.list().unwrap_or_else(|_| vec![row]));
     let is_number = |word: &str| word.trim_start_matches('.').parse::<f64>().is_ok();
     let words = cells.flat_map(|cell| match cell.word() {
-        Ok(word) => word.split_whitespace().map(is_number).collect(),
+        Ok(word) => number_text::words(word).map(is_number).collect(),
         Err(_) => vec![false],
     });
     let found: Vec<bool> = words.collect();
@@ -410,6 +453,21 @@ fn mark_of(key: &str, words: &[&str]) -> Option<String> {
     marks.max_by_key(|(length, _)| *length).map(|(_, mark)| mark)
 }
 
+/// True for a 3x4 or 4x4 matrix [R | t].
+pub(super) fn is_rigid_transform(at: &Cursor<'_>) -> bool {
+    let numbers = at.numbers().unwrap_or_default();
+    matches!(numbers.len(), 12 | 16)
+        && numbers.first_chunk::<12>().is_some_and(|rows| {
+            let (r, t) = rigid(rows);
+            (t != glam::DVec3::ZERO || r != glam::DMat3::IDENTITY) && check_rotation(r).is_ok()
+        })
+}
+
+/// True for coefficients k1 k2 ... under the key `k`, which is otherwise a key of K.
+fn is_k_of_coefficients(key: &str, at: &Cursor<'_>) -> bool {
+    plain(key) == "k" && at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 2 | 3 | 5 | 6 | 8))
+}
+
 /// True for 9, 12 or 16 numbers that have the form of K.
 fn looks_like_k(at: &Cursor<'_>) -> bool {
     let Ok(m) = at.numbers() else { return false };
@@ -422,24 +480,53 @@ fn looks_like_k(at: &Cursor<'_>) -> bool {
     zeros && m[2 * width + 2] == 1.0 && m[0] > 0.0 && m[width + 1] > 0.0
 }
 
-/// Units at the end of keys, and the quantities to which they apply.
-const UNITS: [(&[&str], &[&[&str]]); 3] = [
-    (
-        &["m", "meter", "meters", "metre", "metres", "mm", "millimeter", "millimeters", "millimetres", "cm"],
-        &[&T, &TVEC, &CENTER, &POSITION],
-    ),
-    (&["rad", "radian", "radians", "deg", "degree", "degrees"], &[&RVEC]),
-    (
-        &["px", "pix", "pixel", "pixels"],
-        &[FOCALS[0], FOCALS[1], FOCALS[2], FOCALS[3], &FOCAL_PAIR, &PRINCIPAL_POINT, &SIZE, &WIDTH, &HEIGHT],
-    ),
-];
+/// True for the name of a focal length, possibly with a unit: `fx`, `focal_length`, `fl_x [px]`.
+pub(super) fn is_focal_length(key: &str) -> bool {
+    let name = plain(key);
+    let own = |name: &str| FOCALS[0].contains(&name) || FOCAL_PAIR.contains(&name);
+    own(&name) || without_unit(key, &name).is_some_and(|name| own(&name))
+}
 
-/// The last word of a key, if it is a unit: `mm` in `t_mm`.
-pub(super) fn unit_of(key: &str) -> Option<&'static str> {
-    let words: Vec<String> = words_of_key(key);
-    let last = words.last().filter(|_| words.len() > 1)?;
-    UNITS.iter().flat_map(|(units, _)| units.iter().copied()).find(|unit| unit == last)
+/// Unit at the end of a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum KeyUnit {
+    Length(LengthUnit),
+    Radians,
+    Degrees,
+    Pixels,
+}
+
+impl KeyUnit {
+    fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "rad" | "radian" | "radians" => Some(Self::Radians),
+            "deg" | "degree" | "degrees" => Some(Self::Degrees),
+            "px" | "pix" | "pixel" | "pixels" => Some(Self::Pixels),
+            _ => LengthUnit::from_name(name).map(Self::Length),
+        }
+    }
+
+    /// Keys of the quantities to which the unit applies.
+    fn quantities(self) -> &'static [&'static [&'static str]] {
+        match self {
+            Self::Length(_) => &[&T, &TVEC, &CENTER, &POSITION],
+            Self::Radians | Self::Degrees => &[&RVEC],
+            Self::Pixels => {
+                &[FOCALS[0], FOCALS[1], FOCALS[2], FOCALS[3], &FOCAL_PAIR, &PRINCIPAL_POINT, &SIZE, &WIDTH, &HEIGHT]
+            }
+        }
+    }
+}
+
+/// The unit that is the last word of a key: millimetres for `t_mm`.
+pub(super) fn unit_of(key: &str) -> Option<KeyUnit> {
+    KeyUnit::from_name(&last_of_several_words(key)?)
+}
+
+/// The last word of a key that consists of several words.
+fn last_of_several_words(key: &str) -> Option<String> {
+    let mut words = words_of_key(key);
+    words.pop().filter(|_| !words.is_empty())
 }
 
 /// The key in lower case, split into words at punctuation and at capital letters.
@@ -460,11 +547,11 @@ fn words_of_key(key: &str) -> Vec<String> {
 
 /// The key `base` without the unit at its end, if the unit fits the key's quantity: `t` for `t_mm`, `fx` for `fx_px`.
 fn without_unit(key: &str, base: &str) -> Option<String> {
-    let unit = unit_of(key)?;
+    let word = last_of_several_words(key)?;
+    let unit = KeyUnit::from_name(&word)?;
     let plain_base: String = base.chars().filter(|c| c.is_alphanumeric()).collect();
-    let rest = plain_base.strip_suffix(unit)?;
-    let (_, quantities) = UNITS.iter().find(|(units, _)| units.contains(&unit))?;
-    quantities.iter().any(|names| names.contains(&rest)).then(|| rest.to_owned())
+    let rest = plain_base.strip_suffix(&word)?;
+    unit.quantities().iter().any(|names| names.contains(&rest)).then(|| rest.to_owned())
 }
 
 /// View of a map that contains only the keys of one camera: keys without a marker, or keys that end or begin with a
@@ -502,6 +589,10 @@ impl<'a> KeyView<'a> {
         };
         let without_units = |base: &String| without_unit(key_words, base);
         bases.extend(bases.iter().filter_map(without_units).collect::<Vec<_>>());
+        // The key may contain the matrix's shape, as in `camera_matrix_3x3`.
+        let without_shape =
+            |base: &String| ["3x3", "4x4", "3x4"].iter().find_map(|shape| base.strip_suffix(shape)).map(str::to_owned);
+        bases.extend(bases.iter().filter_map(without_shape).collect::<Vec<_>>());
         let short = |base: &String| {
             let rest = base.strip_prefix("camera").or_else(|| base.strip_prefix("cam"))?;
             let told_apart = !rest.is_empty() && !OTHER.contains(&rest) && !is_base(base);
@@ -520,9 +611,10 @@ impl<'a> KeyView<'a> {
     pub(super) fn all(&self, names: &[&str]) -> Vec<Cursor<'a>> {
         let entries = self.at.entries().unwrap_or_default();
         let inner = self.intrinsics().map(|inner| inner.all(names)).unwrap_or_default();
-        let wanted = |(key, at): &(&str, Cursor<'a>)| {
-            self.has_name(key, names) && !at.is_null() && !(self.has_name(key, &K) && is_keyed(at))
+        let is_other = |key: &str, at: &Cursor<'_>| {
+            self.has_name(key, &K) && (is_keyed(at) || is_rigid_transform(at) || is_k_of_coefficients(key, at))
         };
+        let wanted = |(key, at): &(&str, Cursor<'a>)| self.has_name(key, names) && !at.is_null() && !is_other(key, at);
         entries.into_iter().filter(wanted).map(|(_, at)| at).chain(inner).collect()
     }
 
@@ -556,6 +648,7 @@ impl<'a> KeyView<'a> {
 
     /// True if the reader recognises the key.
     pub(super) fn knows(&self, key: &str) -> bool {
-        self.base(key).iter().any(|base| is_base(base))
+        !self.at.get(key).is_some_and(|at| is_k_of_coefficients(key, &at))
+            && self.base(key).iter().any(|base| is_base(base))
     }
 }

@@ -18,7 +18,7 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
             Value::Scalar(_) => xi.number()?,
             _ => xi.array::<1>()?[0],
         };
-        return Lens::new(LensModel::Omni, &[&[xi], &numbers[..]].concat()).map_err(|error| fail(&error));
+        return omnidirectional(view, &shown, xi, &numbers);
     }
     let stated = stated(view)?;
     if let (Some((at, stated)), Some(lens)) = (&stated, hints.lens)
@@ -39,6 +39,26 @@ pub(super) fn read(view: &KeyView<'_>, hints: &ReadHints) -> Result<Lens> {
         )),
         None => lens_named("opencv", &numbers).map_err(|message| fail(&message)),
     }
+}
+
+/// The lens of a camera with the key `xi`, which is a parameter of lens model omni. If the file specifies another model, `xi`
+/// must be 0.
+fn omnidirectional(view: &KeyView<'_>, shown: &Cursor<'_>, xi: f64, numbers: &[f64]) -> Result<Lens> {
+    match stated(view)? {
+        Some((_, name)) if xi == 0.0 && !is_omni(name) => {
+            lens_named(name, numbers).map_err(|message| shown.fail(message))
+        }
+        Some((at, name)) if !is_omni(name) => Err(at.fail(format_args!(
+            "{name:?}, but xi is {xi}, a parameter of lens model omni; remove xi, or specify the lens model omni"
+        ))),
+        _ => Lens::new(LensModel::Omni, &[&[xi], numbers].concat()).map_err(|error| shown.fail(error)),
+    }
+}
+
+/// True for a name of lens model omni.
+fn is_omni(name: &str) -> bool {
+    let name = plain(name);
+    name.contains("omni") || name == "mei"
 }
 
 /// Value of the coefficients' key, or otherwise the map under a key of the lens model, such as
@@ -176,7 +196,7 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     for above in &view.above {
         let outer = KeyView::new(above.clone());
         if let Some(found) = stated_here(&outer)? {
-            return Ok(Some(found).filter(|(at, _)| !own.contains(&last_part(&at.key))));
+            return Ok(Some(found).filter(|(at, _)| !own.contains(&plain(at.name()))));
         }
     }
     Ok(None)
@@ -185,12 +205,7 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
 /// Keys of a map that specify the lens model by a word, without case and separators.
 fn model_keys(view: &KeyView<'_>) -> Vec<String> {
     let words = view.all(&keys::MODEL).into_iter().filter(|at| at.word().is_ok());
-    words.map(|at| last_part(&at.key)).collect()
-}
-
-/// The part of a key's path after the last point, without case and separators.
-fn last_part(key: &str) -> String {
-    plain(key.rsplit('.').next().unwrap_or_default())
+    words.map(|at| plain(at.name())).collect()
 }
 
 /// Same as [`stated`], for the keys of one map only.
@@ -205,7 +220,7 @@ fn stated_here<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> 
     }
     let mut found: Option<(Cursor<'a>, &'a str)> = None;
     for at in view.all(&keys::MODEL).into_iter().filter(is_word) {
-        let key = last_part(&at.key);
+        let key = plain(at.name());
         let Some(name) = model_of(&key, &at, view)? else { continue };
         if let Some((other, before)) = &found
             && *before != name
@@ -317,7 +332,7 @@ fn may_be_fisheye(view: &KeyView<'_>, shown: &Cursor<'_>, numbers: &[f64]) -> bo
     if numbers.len() != 4 {
         return false;
     }
-    let key = last_part(&shown.key);
+    let key = plain(shown.name());
     let is_d = key.starts_with('d') && !key.starts_with("dist") && !key.starts_with("dc");
     let named = shown.is_map() && shown.get("data").is_none();
     let only_radial = named && view.all(&["p1", "p2"]).is_empty() && !view.all(&["k4"]).is_empty();

@@ -1,5 +1,6 @@
 //! Reading and writing of OpenCV's calibrations.
 
+mod by_name;
 mod camera;
 mod directed_pose;
 mod keys;
@@ -10,7 +11,9 @@ mod pose;
 pub(crate) mod projection;
 mod quaternion_pose;
 pub(crate) mod read;
+mod separate_maps;
 mod stacks;
 mod stereo;
 pub(crate) mod storage;
+mod unread_parts;
 pub(crate) mod write;

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::document::lens_keys::plain;
 use crate::document::{Cursor, check_rigid, check_rotation, rigid};
 use crate::files::PoseConvention;
-use crate::opencv::keys::{self, CENTER, KeyView, POSITION};
+use crate::opencv::keys::{self, CENTER, KeyUnit, KeyView, POSITION};
 use crate::pose_map;
 use crate::quaternion_key::unknown_order_error;
 use crate::{Calibration, Pose, PoseHints, ReadHints, Rotation};
@@ -70,6 +70,25 @@ pub(super) fn read_r_t(view: &KeyView<'_>) -> Result<Option<Pose>> {
     read_pose(view, PoseHints::default())
 }
 
+/// True for a map with R and T, or with rvec and tvec.
+pub(super) fn has_r_t(at: &Cursor<'_>) -> bool {
+    let view = KeyView::new(at.clone());
+    let has = |names: &[&str]| !view.all(names).is_empty();
+    (has(&keys::R) || has(&keys::RVEC))
+        && (has(&keys::T) || has(&keys::TVEC))
+        && read_r_t(&view).is_ok_and(|pose| pose.is_some())
+}
+
+/// True for a key that contains a word for a pose.
+pub(super) fn is_pose_word(key: &str) -> bool {
+    let name = plain(key);
+    [&CAMERA_FROM_WORLD[..], &WORLD_FROM_CAMERA, &OPEN_DIRECTION]
+        .iter()
+        .any(|words| words.iter().any(|word| name.contains(word)))
+        || matches!(&name[..], "rt" | "tcw" | "twc")
+        || between(&name).is_some()
+}
+
 /// True for a key that belongs to a pose of R and T, or of rvec and tvec.
 pub(super) fn is_part(view: &KeyView<'_>, key: &str) -> bool {
     [&keys::R[..], &keys::T, &keys::RVEC, &keys::TVEC].iter().any(|names| view.has_name(key, names))
@@ -119,8 +138,8 @@ pub(super) fn read_pose(view: &KeyView<'_>, hints: PoseHints) -> Result<Option<P
             if let Some(position) = &other.position {
                 return pose_at(position, r, hints, None).map(Some);
             }
-            // R belongs to a rectified camera, with P.
-            if rectified {
+            // R belongs to a rectified camera, with P, or has no effect.
+            if rectified || rotation(r).is_ok_and(|r| r == DMat3::IDENTITY) {
                 return Ok(None);
             }
             return Err(r.fail("a rotation without a translation; add T (0 0 0 if the camera is at the origin)"));
@@ -141,14 +160,12 @@ pub(super) fn read_pose(view: &KeyView<'_>, hints: PoseHints) -> Result<Option<P
     Ok(Some(Pose::camera_from_world(Rotation::Matrix(r), t)))
 }
 
-/// Units of a translation's key that mean metres.
-const METRES: [&str; 5] = ["m", "meter", "meters", "metre", "metres"];
-
 /// Adds a notice if the key of the pose's translation specifies another unit than metres.
 pub(super) fn note_units(view: &KeyView<'_>, pose: Option<&Pose>, calibration: &mut Calibration) -> Result<()> {
     for (key, at) in view.at.entries()?.into_iter().filter(|_| pose.is_some()) {
         let is_place = [&keys::T[..], &keys::TVEC, &CENTER, &POSITION].iter().any(|names| view.has_name(key, names));
-        let Some(unit) = keys::unit_of(key).filter(|unit| is_place && !METRES.contains(unit)) else { continue };
+        let Some(KeyUnit::Length(unit)) = keys::unit_of(key).filter(|_| is_place) else { continue };
+        let Some(unit) = unit.other_than_metres() else { continue };
         let message = format!("the key specifies positions in {unit}; they are not converted to metres");
         calibration.note_about(NoticeCode::PlacedCameras, at.key.clone(), message);
     }
@@ -228,6 +245,10 @@ fn unread_pose(view: &KeyView<'_>, other: OtherPose<'_>) -> Result<Option<Pose>>
              (scipy.spatial.transform.Rotation.from_euler), and T",
         ));
     }
+    // The pose is under another key; the position is reported as ignored.
+    if view.at.entries().unwrap_or_default().iter().any(|(key, at)| is_pose_key(view, key, at)) {
+        return Ok(None);
+    }
     let away = |at: &Cursor<'_>| at.numbers().is_ok_and(|numbers| numbers.iter().any(|value| *value != 0.0));
     match [other.center, other.position].into_iter().flatten().find(away) {
         Some(at) => Err(at.fail("a position without a rotation; add R, the 3x3 matrix camera_from_world")),
@@ -240,7 +261,7 @@ fn unread_pose(view: &KeyView<'_>, other: OtherPose<'_>) -> Result<Option<Pose>>
 pub(super) fn rotation(at: &Cursor<'_>) -> Result<DMat3> {
     match at.numbers()?.len() {
         3 => {
-            let is_degrees = matches!(keys::unit_of(at.name()), Some("deg" | "degree" | "degrees"));
+            let is_degrees = keys::unit_of(at.name()) == Some(KeyUnit::Degrees);
             let vector = at.array::<3>()?.map(|value| if is_degrees { value.to_radians() } else { value });
             return Ok(Rotation::from_vector(vector).map_err(|message| at.fail(message))?.matrix());
         }
@@ -294,12 +315,7 @@ pub(super) fn is_pose_key(view: &KeyView<'_>, key: &str, at: &Cursor<'_>) -> boo
     if view.knows(key) && !is_transform {
         return false;
     }
-    let name = plain(key);
-    let named = [&CAMERA_FROM_WORLD[..], &WORLD_FROM_CAMERA, &OPEN_DIRECTION]
-        .iter()
-        .any(|words| words.iter().any(|word| name.contains(word)))
-        || matches!(&name[..], "rt" | "tcw" | "twc")
-        || between(&name).is_some();
+    let named = is_pose_word(key);
     let value = transform
         || keys::is_keyed(at)
             && (read_r_t(&KeyView::new(at.clone())).is_ok_and(|pose| pose.is_some())
@@ -402,6 +418,14 @@ pub(super) fn in_camera_matrix<'a>(view: &KeyView<'a>, k: DMat3) -> Option<(&'a 
     is_pose.then(|| (key, Pose::camera_from_world(Rotation::Matrix(r), t)))
 }
 
+/// Reads the pose [R | t] under a key of K, as in the files of OpenPose, whose K is under another key.
+pub(super) fn in_key_of_k(view: &KeyView<'_>) -> Option<(String, Pose)> {
+    let entries = view.at.entries().ok()?;
+    let (_, at) = entries.into_iter().find(|(key, at)| view.has_name(key, &keys::K) && keys::is_rigid_transform(at))?;
+    let (r, t) = rigid(&rows_of(&at).ok()?);
+    Some((at.key.clone(), Pose::camera_from_world(Rotation::Matrix(r), t)))
+}
+
 /// The only transform in a map of extrinsics, with its key: `extrinsics: {world_to_camera: [...]}`.
 fn inner_transform<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
     if !keys::is_keyed(at) || pose_map::is_pose_map(at) {
@@ -413,22 +437,54 @@ fn inner_transform<'a>(at: &Cursor<'a>) -> Option<(&'a str, Cursor<'a>)> {
     found.next().filter(|_| found.next().is_none())
 }
 
-fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut Calibration) -> Result<Pose> {
+/// Reads the pose under a key. R and T in a map are camera_from_world, unless the key or the caller specifies another
+/// direction.
+pub(super) fn pose_of_key(
+    key: &str,
+    at: &Cursor<'_>,
+    hints: &ReadHints,
+    calibration: &mut Calibration,
+) -> Result<Pose> {
     if let Some((inner_key, inner)) = inner_transform(at) {
         return pose_of_key(&format!("{key}_{inner_key}"), &inner, hints, calibration);
     }
+    let stated = world_from_camera(key);
     if keys::is_keyed(at) && !pose_map::is_pose_map(at) {
-        let pose = read_r_t(&KeyView::new(at.clone()))?;
-        return pose.ok_or_else(|| {
-            at.fail(
-                "a pose in an unknown form; expected a rotation R (3x3 matrix or rotation vector) and a translation T, \
-                 a quaternion (qw qx qy qz) and a translation, or a 4x4 matrix under w2c or c2w",
-            )
-        });
+        let pose = pose_of_r_t(&KeyView::new(at.clone()), stated, hints)?;
+        if stated.is_some() || !hints.poses.is_empty() {
+            note_convention(key, at, stated, hints, calibration);
+        }
+        return Ok(pose);
     }
     let rows = rows_of(at)?;
-    let stated = world_from_camera(key);
     let convention = convention_of_key(at, stated, hints.poses, || UNKNOWN_DIRECTION.into())?;
+    note_convention(key, at, stated, hints, calibration);
+    Ok(convention.pose(&rows))
+}
+
+/// Reads R and T in a map whose key states the direction; without a direction, they are camera_from_world.
+fn pose_of_r_t(view: &KeyView<'_>, stated: Option<bool>, hints: &ReadHints) -> Result<Pose> {
+    let at = &view.at;
+    let convention =
+        convention_of_key(at, stated.or(hints.poses.world_from_camera).or(Some(false)), hints.poses, || {
+            UNKNOWN_DIRECTION.into()
+        })?;
+    let directed = PoseHints { world_from_camera: Some(convention.world_from_camera), ..hints.poses };
+    let pose = read_pose(view, directed)?.ok_or_else(|| {
+        at.fail(
+            "a pose in an unknown form; expected a rotation R (3x3 matrix or rotation vector) and a translation T, a \
+             quaternion (qw qx qy qz) and a translation, or a 4x4 matrix under w2c or c2w",
+        )
+    })?;
+    if needs_direction(view)? || !convention.world_from_camera && !convention.opengl {
+        return Ok(pose);
+    }
+    let (r, t) = pose.r_t();
+    Ok(convention.pose_of(r.matrix(), t))
+}
+
+/// Adds a notice about the direction and the axes of a pose whose key states the direction.
+fn note_convention(key: &str, at: &Cursor<'_>, stated: Option<bool>, hints: &ReadHints, calibration: &mut Calibration) {
     match stated {
         _ if !hints.poses.is_empty() => calibration.used_convention = true,
         None => {}
@@ -447,7 +503,6 @@ fn pose_of_key(key: &str, at: &Cursor<'_>, hints: &ReadHints, calibration: &mut 
             calibration.note_about(NoticeCode::AssumedConvention, at.key.clone(), message);
         }
     }
-    Ok(convention.pose(&rows))
 }
 
 /// Returns the convention of a pose whose key states the direction, or whose direction only the caller can specify.

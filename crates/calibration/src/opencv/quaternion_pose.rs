@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use crate::document::Cursor;
 use crate::document::lens_keys::plain;
-use crate::opencv::directed_pose::DirectedPose;
+use crate::opencv::directed_pose::{DirectedPose, TRANSLATIONS};
 use crate::opencv::keys::{self, CENTER, KeyView, POSITION};
 use crate::opencv::pose;
 use crate::quaternion_key::QuaternionKey;
@@ -13,9 +13,7 @@ use crate::{ReadHints, Rotation, pose_map};
 use raycam_formats::Result;
 
 /// Keys of maps with the named numbers of a quaternion.
-const MAPS: [&str; 8] = ["rotation", "rot", "r", "orientation", "quaternion", "quat", "q", "attitude"];
-/// Beginnings of the keys of translations that end with the same direction as the quaternion's key: `q_wc` and `t_wc`.
-const TRANSLATIONS: [&str; 6] = ["translation", "trans", "position", "pos", "t", "p"];
+const MAPS: [&str; 9] = ["rotation", "rot", "r", "orientation", "quaternion", "quat", "q", "attitude", "heading"];
 
 /// A quaternion, as found in a map.
 struct FoundQuaternion<'a> {

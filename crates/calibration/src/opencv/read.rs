@@ -2,14 +2,15 @@
 //! common user-defined keys (`cameraMatrix` and `distCoeffs`, `mtx` and `dist`, `K` and `D`); the sensor files of EuRoC
 //! and Kimera (T_BS, intrinsics, distortion_model, resolution).
 
-use std::path::Path;
-
 use crate::document::lens_keys::plain;
 use crate::document::number_lines::has_kitti_matrix;
 use crate::document::{Cursor, Value, csv_tree, npy, unread};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::{parse, parse_tree};
-use crate::opencv::{camera, directed_pose, partner, pose, projection, quaternion_pose, stacks, stereo};
+use crate::opencv::{
+    by_name, camera, directed_pose, partner, pose, projection, quaternion_pose, separate_maps, stacks, stereo,
+    unread_parts,
+};
 use crate::{Calibration, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
@@ -41,12 +42,12 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
         return true;
     }
     if text.len() > MAX_DETECTED_BYTES
-        || ![":", "=", "<"].iter().any(|mark| has(mark)) && csv_tree::parse(text).is_none()
+        || ![":", "=", "<"].iter().any(|mark| has(mark)) && csv_tree::parse(text, keys::is_focal_length).is_none()
     {
         return false;
     }
     let Ok(node) = parse_tree(text, path) else { return false };
-    let Ok(node) = stacks::unstack(node) else { return true };
+    let Ok(node) = stacks::unstack(by_name::split(node)) else { return true };
     let root = Cursor::root(&node, path);
     let cameras = list_of_cameras(&root).unwrap_or_default();
     has_camera(&root)
@@ -58,7 +59,7 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
 }
 
 /// True if a map contains K.
-fn has_camera(at: &Cursor<'_>) -> bool {
+pub(super) fn has_camera(at: &Cursor<'_>) -> bool {
     let view = KeyView::new(at.clone());
     at.is_map()
         && (view.all(&keys::K).iter().any(keys::is_matrix)
@@ -135,7 +136,7 @@ fn item_of_list(at: Cursor<'_>) -> (Option<String>, Cursor<'_>) {
 }
 
 /// The maps directly below the root, named by their key or by their index in a list.
-fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, KeyView<'a>)>> {
+pub(super) fn list_of_cameras<'a>(root: &Cursor<'a>) -> Result<Vec<(String, KeyView<'a>)>> {
     let mut found = Vec::new();
     if let Ok(items) = root.list() {
         let named = |(i, at): (usize, Cursor<'a>)| {
@@ -182,7 +183,8 @@ fn append_cameras<'a>(
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let node = stacks::unstack(parse(source, assets)?).map_err(|message| FormatError::whole(&source.path, message))?;
+    let node = stacks::unstack(by_name::split(parse(source, assets)?));
+    let node = node.map_err(|message| FormatError::whole(&source.path, message))?;
     let root = Cursor::root(&node, &source.path);
     let view = KeyView::new(root.clone());
     if has_camera(&root) {
@@ -205,11 +207,11 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if !has_k && projection::is_in(&root) {
         return projection::read(&root, source.stem());
     }
-    several(&view, source, assets, hints)
+    separate_maps::read(&view, source, assets, hints)
 }
 
 /// Reads the camera of a map.
-fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration> {
+pub(super) fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibration> {
     let directed = match quaternion_pose::read(view, hints)? {
         Some(found) => Some(found),
         None => directed_pose::read(view, hints)?,
@@ -233,6 +235,9 @@ fn one(view: &KeyView<'_>, name: String, hints: &ReadHints) -> Result<Calibratio
         None => name,
     };
     camera::read(view, name, directed, hints, &mut calibration)?;
+    if calibration.records.iter().all(|record| record.pose.is_none()) {
+        unread_parts::refuse_pose(view)?;
+    }
     if calibration.records.iter().all(|record| matches!(record.lens, raycam_scene::Lens::Pinhole)) {
         refuse_numbers_of_a_lens(view)?;
     }
@@ -347,86 +352,11 @@ fn may_be_coefficients(key: &str, at: &Cursor<'_>, numbers: &[f64]) -> bool {
 }
 
 /// Rejects coefficients of a lens if K is missing next to them.
-fn refuse_lens_without_k(view: &KeyView<'_>) -> Result<()> {
+pub(super) fn refuse_lens_without_k(view: &KeyView<'_>) -> Result<()> {
     let Some(lens) = view.find_value(&keys::LENS)?.filter(|at| at.refuse_lens("d").is_err()) else { return Ok(()) };
     Err(match view.all(&keys::K).first() {
         Some(k) => k.fail("expected a camera matrix of 9 numbers, or fx fy cx cy"),
         None => lens
             .fail("the camera matrix of these lens coefficients is missing; expected K, camera_matrix or fx fy cx cy"),
     })
-}
-
-/// Reads cameras in separate maps; two cameras with R and T form a pair.
-fn several(view: &KeyView<'_>, source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let root = &view.at;
-    let mut calibration = Calibration::default();
-    let mut pair_pose = pose::read_r_t(view)?;
-    let listed = list_of_cameras(root)?;
-    let has_cameras = listed.iter().any(|(_, inner)| has_camera(&inner.at));
-    for (name, inner) in listed {
-        if has_camera(&inner.at) {
-            let camera = one(&inner, name, hints)?;
-            calibration.records.extend(camera.records);
-            calibration.notices.extend(camera.notices);
-            calibration.used_convention |= camera.used_convention;
-        } else {
-            if view.has_name(&name, &keys::LENS) {
-                refuse_lens_without_k(view)?;
-            }
-            if has_cameras {
-                inner.at.refuse_lens(&name)?;
-            }
-            let is_pose = pair_pose.is_none() && keys::is_keyed(&inner.at);
-            if is_pose {
-                pair_pose = pose::read_r_t(&KeyView::new(inner.at.clone()))?;
-            } else if let (None, true, Some(around)) = (&pair_pose, pose::is_part(view, &name), inner.above.first()) {
-                // R and T are next to the cameras, in a map below the root.
-                pair_pose = pose::read_r_t(&KeyView::new(around.clone()))?;
-            } else if has_cameras && pose::is_pose_key(view, &name, &inner.at) {
-                return Err(inner.at.fail(
-                    "a pose next to several cameras; write it into the map of its camera or, for a pair, as R and T, \
-                     which map points from the first camera to the second",
-                ));
-            }
-            if !(view.knows(&name) || view.is_rectified(&name) || is_pose && pair_pose.is_some()) {
-                let subject = format!("{name} (line {})", inner.at.node.line);
-                calibration.note_about(NoticeCode::IgnoredKey, subject, "ignored");
-            }
-        }
-    }
-    if calibration.records.is_empty() {
-        if let Some(name) = stereo::partner(&source.path, "extrinsic", "intrinsic")
-            && partner::has_poses(root)
-            && let Ok(intrinsics) = assets.read_reference(Path::new(""), &name)
-        {
-            return read(&intrinsics, assets, hints);
-        }
-        if pair_pose.is_some()
-            && let Some(partner) = stereo::partner(&source.path, "extrinsic", "intrinsic")
-            && let Ok(intrinsics) = assets.read_reference(Path::new(""), &partner)
-        {
-            return read(&intrinsics, assets, hints);
-        }
-        return Err(
-            root.fail("no camera found; expected a camera matrix such as K, camera_matrix, cameraMatrix or mtx")
-        );
-    }
-    partner::place_cameras(source, assets, &mut calibration)?;
-    if pair_pose.is_none() {
-        stereo::refuse_baseline(root, &calibration)?;
-    }
-    match (calibration.records.len(), pair_pose) {
-        (2, Some(pose)) => {
-            stereo::place_second(Some(pose), &mut calibration).map_err(|error| root.fail(error))?;
-        }
-        (count, Some(_)) => {
-            return Err(root.fail(format_args!(
-                "R and T outside the cameras' maps are only allowed for a pair, but the file has {}; write each \
-                 camera's R and T into its map",
-                counted(count, "camera")
-            )));
-        }
-        _ => {}
-    }
-    Ok(calibration)
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::Folder;
+use crate::document::world_file::is_world_file;
 use crate::document::{DocumentNode, csv_tree, npy, toml_tree, xml, yaml, zip_members};
 use crate::opencv::keys;
 use raycam_formats::io::{AssetRoot, InputFile};
@@ -46,18 +47,10 @@ pub(super) fn parse_tree(text: &str, path: &Path) -> Result<DocumentNode> {
     if text.trim_start().starts_with('<') {
         return xml::parse(text, path);
     }
-    if let Some(table) = csv_tree::parse(text) {
+    if let Some(table) = csv_tree::parse(text, keys::is_focal_length) {
         return Ok(table);
     }
     if is_toml(text) { toml_tree::parse(text, path) } else { yaml::parse(text, path) }
-}
-
-/// True for a world file of raycam, whose tables have these names.
-pub(crate) fn is_world_file(text: &str) -> bool {
-    let tables = ["[[object]]", "[[light]]", "[[camera]]", "[camera]", "[object]", "[light]", "[[rig]]"];
-    let has_table = text.lines().any(|line| tables.contains(&line.trim()));
-    let has_object = ["[object]", "[light]"].iter().any(|table| text.contains(table));
-    has_table && (has_object || ["location", "target", "fov"].iter().any(|key| text.contains(key)))
 }
 
 /// True for a text whose first line of content is a section or a key with `=`, as in TOML and INI files. raycam's world

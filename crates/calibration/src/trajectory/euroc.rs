@@ -10,6 +10,7 @@ use raycam_scene::{Notice, NoticeCode, PixelCenter, counted};
 
 use crate::document::number_format::joined;
 use crate::document::number_lines::data_lines;
+use crate::document::{check_rotation, rigid};
 use crate::pose::normalized;
 use crate::trajectory::body::place_on_body;
 use crate::trajectory::named_columns::{self, columns_of};
@@ -28,6 +29,12 @@ pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
         let stamp = (words[0].len() >= 15 || has_own_names(text)) && words[0].bytes().all(|b| b.is_ascii_digit());
         stamp && words.len() >= 4 && words[1..].iter().all(|word| word.is_empty() || word.parse::<f64>().is_ok())
     })
+}
+
+/// True for the 12 numbers of a pose's 3x4 matrix.
+fn is_matrix_row(words: &[&str]) -> bool {
+    let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
+    numbers.is_some_and(|rows| rows.first_chunk::<12>().is_some_and(|rows| check_rotation(rigid(rows).0).is_ok()))
 }
 
 pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
@@ -60,6 +67,13 @@ pub(crate) fn read(source: &InputFile, _: &mut AssetRoot, hints: &ReadHints) -> 
                  nanoseconds, x y z, and w x y z of a quaternion (state_groundtruth_estimate0, mocap0)",
                 counted(words.len(), "column")
             )));
+        }
+        if words.len() == 13 && is_matrix_row(&words[1..]) {
+            return Err(fail(
+                "a time and the 12 numbers of a 3x4 matrix; remove the time column, and load the file as a trajectory of \
+                 KITTI (format=\"kitti-poses\", --camera-format kitti-poses), or add 0 0 0 1 to each row"
+                    .into(),
+            ));
         }
         if !own_columns && !four_seasons {
             return Err(fail(format!(

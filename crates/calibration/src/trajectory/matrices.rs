@@ -14,6 +14,7 @@ use raycam_scene::{Lens, LensModel, Notice, NoticeCode, PixelCenter, counted};
 use crate::document::lens_keys::looks_like_lens;
 use crate::document::number_format::{joined, matrix_rows34};
 use crate::document::number_lines::data_lines;
+use crate::document::number_text::words;
 use crate::document::{Cursor, check_rigid, check_rotation, focal_lengths_of, npy, rigid, rotation_of_any_scale, yaml};
 use crate::files::PoseConvention;
 use crate::intrinsics::{lens_of, pinhole_matrix};
@@ -39,11 +40,6 @@ pub(crate) enum MatrixLayout {
     Lines(usize),
     /// K, in three or four lines.
     Intrinsics,
-}
-
-/// Splits a line into words, which may be separated by spaces, commas, semicolons or brackets.
-pub(crate) fn words(line: &str) -> impl Iterator<Item = &str> {
-    line.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';' | '[' | ']')).filter(|word| !word.is_empty())
 }
 
 fn values(line: &str) -> Option<Vec<f64>> {

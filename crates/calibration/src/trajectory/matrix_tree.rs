@@ -46,8 +46,44 @@ const NAMES: [&str; 14] = [
     "time",
     "stamp",
 ];
-/// Key that states the direction of poses R and t, x = R X + t.
-const CAMERA_FROM_WORLD: &str = "camera_from_world";
+/// Form of a pose in the maps of a list.
+#[derive(Clone, Copy, PartialEq)]
+enum PoseForm<'a> {
+    QuaternionAndPosition,
+    /// R and t, x = R X + t.
+    RotationAndTranslation,
+    /// The only matrix in a map, under this key.
+    MatrixUnder(&'a str),
+}
+
+impl<'a> PoseForm<'a> {
+    /// Key that states the direction of the poses; empty if the form does not state it.
+    fn key(self) -> &'a str {
+        match self {
+            Self::QuaternionAndPosition => "",
+            Self::RotationAndTranslation => "camera_from_world",
+            Self::MatrixUnder(key) => key,
+        }
+    }
+
+    /// True for a key of the pose in a map.
+    fn is_part(self, key: &str) -> bool {
+        match self {
+            Self::QuaternionAndPosition => pose_map::is_part(key),
+            Self::RotationAndTranslation => R_AND_T.contains(&&plain(key)[..]),
+            Self::MatrixUnder(own) => own == key,
+        }
+    }
+
+    /// Describes the pose in messages.
+    fn description(self) -> String {
+        match self {
+            Self::QuaternionAndPosition => "a quaternion and a position".into(),
+            Self::RotationAndTranslation => "R and t".into(),
+            Self::MatrixUnder(key) => format!("under {key:?}"),
+        }
+    }
+}
 
 /// Matrices by rows, each with its name (if it has one) and its line.
 pub(crate) type FoundMatrices = Vec<(Option<String>, usize, [f64; 16])>;
@@ -232,18 +268,18 @@ fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<(String, FoundMatri
         let found = named.map(|(key, at)| Ok((Some(key.to_owned()), at.node.line, required(&at)?)));
         return Ok((String::new(), found.collect::<Result<_>>()?));
     }
-    let mut shared: Option<&str> = None;
+    let mut shared: Option<PoseForm<'_>> = None;
     let mut found = FoundMatrices::new();
     for item in at.list()? {
         if !item.is_map() {
             found.push((None, item.node.line, required(&item)?));
             continue;
         }
-        let (key, line, numbers) = match matrix(&item) {
-            Some(numbers) => ("", item.node.line, numbers),
+        let (form, line, numbers) = match matrix(&item) {
+            Some(numbers) => (PoseForm::QuaternionAndPosition, item.node.line, numbers),
             None => match (matrix_of_map(&item), r_and_t(&item)?) {
-                (Some((key, inner)), _) => (key, inner.node.line, required(&inner)?),
-                (None, Some(numbers)) => (CAMERA_FROM_WORLD, item.node.line, numbers),
+                (Some((key, inner)), _) => (PoseForm::MatrixUnder(key), inner.node.line, required(&inner)?),
+                (None, Some(numbers)) => (PoseForm::RotationAndTranslation, item.node.line, numbers),
                 (None, None) => {
                     return Err(
                         item.fail("expected exactly one pose: a 4x4 matrix, R and t, or a quaternion and a position")
@@ -251,35 +287,22 @@ fn all(at: &Cursor<'_>, notices: &mut Vec<Notice>) -> Result<(String, FoundMatri
                 }
             },
         };
-        if *shared.get_or_insert(key) != key {
+        let shared = shared.get_or_insert(form);
+        if *shared != form {
             return Err(item.fail(format_args!(
                 "the pose is {}, but the poses above are {}; expected the same form and key in all maps",
-                describe_form(key),
-                describe_form(shared.unwrap_or_default())
+                form.description(),
+                shared.description()
             )));
         }
-        let is_part = |other: &str| match key {
-            "" => pose_map::is_part(other),
-            CAMERA_FROM_WORLD if item.get(key).is_none() => R_AND_T.contains(&&plain(other)[..]),
-            key => other == key,
-        };
-        let unread = item.unread_keys(|other| is_part(other) || NAMES.contains(&other))?;
+        let unread = item.unread_keys(|key| form.is_part(key) || NAMES.contains(&key))?;
         if found.is_empty() {
             notices.extend(unread);
         }
         let name = item.any(&NAMES).and_then(|at| at.word().ok().map(str::to_owned));
         found.push((name, line, numbers));
     }
-    Ok((shared.unwrap_or_default().to_owned(), found))
-}
-
-/// Describes the form of a pose in a list, from its key in the map.
-fn describe_form(key: &str) -> String {
-    match key {
-        "" => "a quaternion and a position".into(),
-        CAMERA_FROM_WORLD => format!("R and t, or under {CAMERA_FROM_WORLD:?}"),
-        key => format!("under {key:?}"),
-    }
+    Ok((shared.map_or("", PoseForm::key).to_owned(), found))
 }
 
 /// Keys of R and t, camera_from_world.

@@ -7,6 +7,7 @@ use glam::DVec3;
 use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::document::number_lines::without_comment;
+use crate::length_unit::LengthUnit;
 use crate::pose::SCALED_QUATERNION;
 use crate::trajectory::stated_order::{StatedOrder, stated_order};
 use crate::{Calibration, CameraRecord, Pose, Rotation};
@@ -22,6 +23,8 @@ pub(crate) struct NamedColumns {
     quaternion: [usize; 4],
     /// Column of the nanoseconds that are added to a time in whole seconds.
     nanoseconds: Option<usize>,
+    /// True if the quaternion's columns are single letters next to the same letters of the position.
+    has_letters: bool,
     /// Names of all columns.
     names: Vec<String>,
     /// Names of columns that are not read.
@@ -92,6 +95,8 @@ pub(crate) fn columns_of(text: &str) -> Option<Result<NamedColumns, String>> {
         // The names may follow a label that ends with a colon: "format: timestamp tx ty tz qx qy qz qw".
         let labelled = line.rsplit_once(':').map(|(_, names)| names);
         let names = labelled.into_iter().chain([line]).map(Header::new).find(Header::names_a_quaternion)?;
+        let names =
+            headers.iter().find_map(|(above, line)| names.with_groups(line).filter(|_| above < i)).unwrap_or(names);
         let units = headers.iter().find(|(below, line)| below > i && names.has_units(line));
         let (i, names) = match units {
             Some((below, units)) => (below, names.with_units(units)),
@@ -127,6 +132,7 @@ fn columns_of_prose(prose: &str, row: &str) -> Option<Result<NamedColumns, Strin
             position: [position, position + 1, position + 2],
             quaternion: if w_first { [q, q + 1, q + 2, q + 3] } else { [q + 3, q, q + 1, q + 2] },
             nanoseconds: None,
+            has_letters: false,
             names: vec![String::new(); count],
             unread: Vec::new(),
             north_east_down: false,
@@ -156,6 +162,11 @@ fn words_of(row: &str, separator: Option<char>) -> Box<dyn Iterator<Item = &str>
             Box::new(words.filter(|word| !word.is_empty()).map(unquoted))
         }
     }
+}
+
+/// Splits a row of names, of which some may be empty.
+fn words_of_row(row: &str, separator: char) -> impl Iterator<Item = &str> {
+    row.split(separator).map(|word| unquoted(word.trim()))
 }
 
 fn unquoted(word: &str) -> &str {
@@ -226,10 +237,23 @@ impl Header {
         let is_unit = |word: &str| {
             let word = word.trim_matches(|c: char| !c.is_alphanumeric() && c != '\u{b5}').to_lowercase();
             let others = ["", "s", "ms", "us", "\u{b5}s", "ns", "sec", "rad", "none", "na", "1"];
-            [&others[..], &METRES, &OTHER_LENGTHS].iter().any(|units| units.contains(&&word[..]))
+            others.contains(&&word[..]) || LengthUnit::from_name(&word).is_some()
         };
         let words: Vec<&str> = words_of(row, self.separator).collect();
         words.len() == self.names.len() && words.into_iter().all(is_unit)
+    }
+
+    /// The names after the names of groups in a row above, `Rotation,Rotation,...,Position` (Motive's files); `None` if the
+    /// row does not contain the groups of the quaternion and of the position.
+    fn with_groups(&self, row: &str) -> Option<Self> {
+        let groups: Vec<String> = words_of_row(row, self.separator?).map(str::to_lowercase).collect();
+        let count = |name: &str| groups.iter().filter(|group| *group == name).count();
+        if groups.len() != self.names.len() || count("rotation") < 4 || count("position") < 3 {
+            return None;
+        }
+        let names: Vec<String> =
+            groups.iter().zip(&self.names).map(|(group, name)| format!("{group} {name}").trim().to_owned()).collect();
+        Some(Self { roles: roles_of(&names), names, separator: self.separator })
     }
 
     /// Appends the units in a row below the names to the names.
@@ -348,26 +372,22 @@ const OTHER_QUANTITIES: [&str; 24] = [
     "scale",
 ];
 
-/// Names of the metre in the names of columns: `x_m`, `x [m]`.
-const METRES: [&str; 4] = ["m", "meter", "meters", "metres"];
-/// Names of other units of length.
-const OTHER_LENGTHS: [&str; 9] =
-    ["mm", "millimeters", "millimetres", "cm", "centimeters", "centimetres", "km", "feet", "ft"];
+/// The unit of length at the end of a column's name: metres for `x_m` and `x [m]`.
+fn length_unit(name: &str) -> Option<LengthUnit> {
+    LengthUnit::from_name(words_of_name(name).skip(1).last()?)
+}
 
-/// The unit of length at the end of a column's name.
-fn length_unit(name: &str) -> Option<&'static str> {
-    let parts = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty());
-    let last = parts.skip(1).last()?;
-    METRES.into_iter().chain(OTHER_LENGTHS).find(|unit| *unit == last)
+/// Words of a column's name.
+fn words_of_name(name: &str) -> impl Iterator<Item = &str> {
+    name.split(|c: char| !c.is_ascii_alphanumeric() && c != '\u{b5}').filter(|word| !word.is_empty())
 }
 
 /// Returns the role of a column by its name in lower case.
 fn role_of(name: &str) -> Role {
     let unit = ["ns", "us", "\u{b5}s", "ms", "s"].into_iter().zip([1e-9, 1e-6, 1e-6, 1e-3, 1.0]);
     let bare = name.split(['[', '(']).next().unwrap_or_default();
-    let mut parts: Vec<&str> =
-        bare.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty()).collect();
-    if parts.len() > 1 && length_unit(name).is_some_and(|unit| parts.last() == Some(&unit)) {
+    let mut parts: Vec<&str> = words_of_name(bare).collect();
+    if length_unit(bare).is_some() {
         parts.pop();
     }
     let Some(last) = parts.last() else { return Role::None };
@@ -474,6 +494,7 @@ fn assign(names: &[String], roles: &[Role], separator: Option<char>) -> Result<N
         nanoseconds,
         position: [x, y, z],
         quaternion: [qw, qx, qy, qz],
+        has_letters: matches!(roles[qx], Role::Letter(_)),
         names: names.to_vec(),
         unread,
         north_east_down,
@@ -526,9 +547,9 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
         };
         let [qw, qx, qy, qz] = columns.quaternion;
         let quaternion = [number(qw)?, number(qx)?, number(qy)?, number(qz)?];
-        // If a row does not have as many values as the header has names, the names may be shifted. The quaternion's
-        // length must then be 1.
-        let rotation = match expected == named {
+        // If a row does not have as many values as the header has names, the names may be shifted; letters do not
+        // specify whether the position or the quaternion is first. The quaternion's length must then be 1.
+        let rotation = match expected == named && !columns.has_letters {
             true => Rotation::scaled_quaternion(quaternion),
             false => Rotation::unit_quaternion(quaternion).map(|rotation| (rotation, false)),
         };
@@ -567,8 +588,8 @@ pub(crate) fn read(text: &str, path: &Path, columns: &NamedColumns) -> Result<Ca
     if !unread.is_empty() {
         calibration.note(NoticeCode::IgnoredKey, format!("ignored columns: {}", unread.join(", ")));
     }
-    let mut units = columns.position.iter().filter_map(|column| length_unit(&columns.names[*column]));
-    if let Some(unit) = units.find(|unit| OTHER_LENGTHS.contains(unit)) {
+    let units = columns.position.iter().filter_map(|column| length_unit(&columns.names[*column]));
+    if let Some(unit) = units.filter_map(LengthUnit::other_than_metres).next() {
         let message = format!("the header specifies positions in {unit}; they are not converted to metres");
         calibration.note(NoticeCode::PlacedCameras, message);
     }

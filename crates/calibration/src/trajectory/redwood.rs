@@ -4,8 +4,9 @@
 use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::document::number_lines::data_lines;
+use crate::document::number_text::words;
 use crate::document::rigid;
-use crate::trajectory::matrices::{checked, words};
+use crate::trajectory::matrices::checked;
 use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
