@@ -52,22 +52,15 @@ def write_model(path: Path, seed: int) -> None:
     world.to_gltf(path)
 
 
-def recipe(folder: Path) -> Any:
-    """Returns a recipe of eight models on a plane under a sun and a sky."""
+def recipe(folder: Path, on: bool) -> Any:
+    """Returns a recipe of eight models under a sun and a sky: above a plane, or with `on` placed on the plane."""
     import raycam
 
     for number in range(OBJECTS):
         write_model(folder / f"{number}.glb", number)
-    turn = {"uniform": [0, 360]}
-    models = [
-        {
-            "name": f"{number}",
-            "mesh": f"{number}.glb",
-            "location": {"uniform": [[-1.5, -1.5, 0.35], [1.5, 1.5, 0.6]]},
-            "yaw": turn,
-        }
-        for number in range(OBJECTS)
-    ]
+    above = {"location": {"uniform": [[-1.5, -1.5, 0.35], [1.5, 1.5, 0.6]]}, "yaw": {"uniform": [0, 360]}}
+    place = {"on": "floor"} if on else above
+    models = [{"name": f"{number}", "mesh": f"{number}.glb", **place} for number in range(OBJECTS)]
     return raycam.Recipe(
         {
             "object": [{"name": "floor", "plane": {"size": [6, 6]}, "color": [0.6, 0.6, 0.6]}, *models],
@@ -84,6 +77,7 @@ def recipe(folder: Path) -> Any:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--worlds", type=int, default=20)
+    parser.add_argument("--on", action="store_true", help="place the models on the plane (the key `on`)")
     options = parser.parse_args()
     import raycam
 
@@ -92,7 +86,7 @@ def main() -> None:
     first: dict[str, list[float]] = {name: [] for name in IMAGES}
     again: dict[str, list[float]] = {name: [] for name in IMAGES}
     with tempfile.TemporaryDirectory() as name:
-        worlds = recipe(Path(name))
+        worlds = recipe(Path(name), options.on)
         for turn in range(options.worlds + 2):
             for number, (image, how) in enumerate(IMAGES.items()):
                 start = time.process_time()

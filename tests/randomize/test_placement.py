@@ -15,6 +15,7 @@ import trimesh
 from raycam import Recipe, WorldError
 from raycam.randomize import placement
 from raycam.randomize.convex_prism import ConvexPrism, outline
+from raycam.randomize.draws import RandomStream
 from raycam.randomize.surroundings import Surroundings
 from support.raises import raises
 
@@ -64,8 +65,33 @@ def test_objects_that_barely_fit_are_not_too_large(size: Any, count: int) -> Non
     shape = ConvexPrism(outline(corners[:, :2]), 0.0, size[2])
     for _ in range(count):
         assert not sampler._is_too_large(shape, "ground", 0.001)
-        sampler._taken.append(shape)
-        sampler._surface_of.append("ground")
+        sampler._reserve(shape, "ground")
+
+
+def test_first_tries_together_equal_the_first_tries_of_each_object() -> None:
+    """The results do not depend on which objects are checked together."""
+    recipe = Recipe({"object": [GROUND, {"name": "wall", "box": {"size": [0.2, 2, 1]}}]})
+    around = Surroundings(recipe.world(0))
+    corners = np.array([[x, y] for x in (0.0, 0.3) for y in (0.0, 0.2)])
+    shape, large = ConvexPrism(outline(corners), 0.0, 0.1), ConvexPrism(outline(100 * corners), 0.0, 0.1)
+    requests = [(shape, "ground", RandomStream(7, "object", number)) for number in range(40)]
+    together = placement.PlacementSampler(around).sample_first_tries(
+        [*requests, (large, "ground", RandomStream(7))]
+    )
+    assert together[-1] is None
+    for request, found in zip(requests, together[:-1], strict=True):
+        (alone,) = placement.PlacementSampler(around).sample_first_tries([request])
+        assert found is not None
+        assert alone is not None
+        assert (found.pose == alone.pose).all()
+        assert found.supported == alone.supported
+    assert {found.supported for found in together[:-1] if found is not None} == {False, True}
+    poses = [placement.PlacementSampler(around).sample_pose(*request, 0.001, "x") for request in requests[:9]]
+    known = [
+        placement.PlacementSampler(around).sample_pose(*request, 0.001, "x", first)
+        for request, first in zip(requests[:9], together[:9], strict=True)
+    ]
+    np.testing.assert_array_equal(poses, known)
 
 
 def test_batches_of_tries_contain_each_try_once() -> None:

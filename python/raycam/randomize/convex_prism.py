@@ -47,6 +47,12 @@ class ConvexPrism:
         return found
 
     @cached_property
+    def middle(self) -> Floats:
+        """The centre [2] of the base's bounding box."""
+        found: Floats = (self.outline.min(axis=0) + self.outline.max(axis=0)) / 2
+        return found
+
+    @cached_property
     def area(self) -> float:
         """The area of the base."""
         return _area(self.outline)

@@ -6,8 +6,8 @@ Objects whose prisms do not intersect do not collide; no object is placed inside
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,17 @@ SLACK = 1e-6
 """Relative excess of an object's size over its surface that counts as rounding."""
 
 
+class Placement(NamedTuple):
+    """A random pose of an object, before the collisions with other placed objects are checked."""
+
+    prism: ConvexPrism
+    """The object's bound in this pose."""
+    pose: Floats
+    """The pose [4, 4], with the up axis last."""
+    supported: bool
+    """True if the base is on the ground."""
+
+
 class PlacementSampler:
     """Samples poses of one object after another on the surfaces of a world, by rejection."""
 
@@ -39,15 +50,44 @@ class PlacementSampler:
         self._around = surroundings
         self._axes = surroundings.axes
         self._taken: list[ConvexPrism] = []
-        self._surface_of: list[str | None] = []
+        self._areas: dict[str | None, float] = {}
+
+    def sample_first_tries(
+        self, requests: Sequence[tuple[ConvexPrism, str | None, RandomStream]]
+    ) -> list[Placement | None]:
+        """Returns the first try of `sample_pose` for each object; None if the surface is too small.
+
+        The objects (bound, surface, random stream) are checked together, because most objects find space at the first
+        try, and one query of many rays is faster than many queries.
+        """
+        found: list[Placement | None] = [None] * len(requests)
+        by_surface: dict[str | None, list[int]] = {}
+        for number, (_, surface, _) in enumerate(requests):
+            by_surface.setdefault(surface, []).append(number)
+        for surface, members in by_surface.items():
+            ground = self._around.ground(surface)
+            if not len(ground.triangles):
+                continue
+            members = [n for n in members if not self._exceeds(requests[n][0], ground)]
+            drawn = [self._try(requests[n][0], ground, requests[n][2].substream(0)) for n in members]
+            for n, placement in zip(members, self._placements(drawn, ground), strict=True):
+                found[n] = placement
+        return found
 
     def sample_pose(
-        self, shape: ConvexPrism, surface: str | None, draw: RandomStream, gap: float, what: str
+        self,
+        shape: ConvexPrism,
+        surface: str | None,
+        draw: RandomStream,
+        gap: float,
+        what: str,
+        first_try: Placement | None = None,
     ) -> Floats:
         """Samples the pose [4, 4] of an object with the bound `shape`, and reserves its space.
 
         The pose rotates the object about the up axis and places its lowest point on the object `surface` (default:
-        any object), at least `gap` metres from all other objects. Raises `WorldError` if there is no space.
+        any object), at least `gap` metres from all other objects. `first_try` is the object's result of
+        `sample_first_tries`, if it is known. Raises `WorldError` if there is no space.
         """
         ground = self._around.ground(surface)
         if not len(ground.triangles):
@@ -59,12 +99,12 @@ class PlacementSampler:
         if not self._is_too_large(shape, surface, gap):
             for first, last in _batches():
                 tries = last
-                drawn = [self._try(shape, ground, draw.substream(n)) for n in range(first, last)]
-                supported = self._supported([prism for prism, _ in drawn], ground.owners)
-                for (prism, pose), stands in zip(drawn, supported, strict=True):
-                    if stands and self._free(prism, gap):
-                        self._taken.append(prism)
-                        self._surface_of.append(surface)
+                known = [first_try] if first_try is not None and first == 0 else []
+                numbers = range(first + len(known), last)
+                drawn = [self._try(shape, ground, draw.substream(n)) for n in numbers]
+                for prism, pose, supported in [*known, *self._placements(drawn, ground)]:
+                    if supported and self._free(prism, gap):
+                        self._reserve(prism, surface)
                         return self._world_axes(pose)
         size = np.ptp(shape.outline, axis=0)
         raise RejectedSample(
@@ -99,6 +139,26 @@ class PlacementSampler:
         width or area.
         """
         ground = self._around.ground(surface)
+        if self._exceeds(shape, ground):
+            return True
+        if len(ground.triangles) > MAX_HULL_TRIANGLES:
+            return False
+        hull = ground.hull
+        if ground.relief > 1e-6 * (shape.high - shape.low):
+            return False
+        # The areas of all objects on a level surface must fit side by side into the surface's hull.
+        total = self._areas.get(surface, 0.0) + shape.area
+        return surface in self._areas and (
+            total > hull.area * (1 + SLACK) or gap > hull.diameter * (1 + SLACK)
+        )
+
+    def _reserve(self, prism: ConvexPrism, surface: str | None) -> None:
+        """Reserves the space of an object on a surface."""
+        self._taken.append(prism)
+        self._areas[surface] = self._areas.get(surface, 0.0) + prism.area
+
+    def _exceeds(self, shape: ConvexPrism, ground: Ground) -> bool:
+        """Returns True if the base is larger than the ground's convex hull."""
         if len(ground.triangles) > MAX_HULL_TRIANGLES:
             return False
         hull = ground.hull
@@ -107,14 +167,7 @@ class PlacementSampler:
             (shape.width, hull.width),
             (shape.area, hull.area),
         )
-        if any(own > limit * (1 + SLACK) for own, limit in sizes):
-            return True
-        if ground.relief > 1e-6 * (shape.high - shape.low):
-            return False
-        # The areas of all objects on a level surface must fit side by side into the surface's hull.
-        others = [prism for prism, on in zip(self._taken, self._surface_of, strict=True) if on == surface]
-        total = sum(prism.area for prism in [*others, shape])
-        return bool(others) and (total > hull.area * (1 + SLACK) or gap > hull.diameter * (1 + SLACK))
+        return any(own > limit * (1 + SLACK) for own, limit in sizes)
 
     def _try(self, shape: ConvexPrism, ground: Ground, draw: RandomStream) -> tuple[ConvexPrism, Floats]:
         """A random position, uniform over the ground, and a random rotation about the up axis."""
@@ -131,12 +184,19 @@ class PlacementSampler:
             if 0.1 < length <= 1.0:
                 break
         cos, sin = float(x / length), float(y / length)
-        middle = (shape.outline.min(axis=0) + shape.outline.max(axis=0)) / 2
+        middle = shape.middle
         turned = np.array([cos * middle[0] - sin * middle[1], sin * middle[0] + cos * middle[1]])
         shift = [rounded(float(value)) for value in (*(point[:2] - turned), point[2] - shape.low)]
         pose = np.eye(4)
         pose[:2, :2], pose[:3, 3] = [[cos, -sin], [sin, cos]], shift
         return shape.turned(cos, sin, shift), pose
+
+    def _placements(self, drawn: Sequence[tuple[ConvexPrism, Floats]], ground: Ground) -> list[Placement]:
+        """Checks which of the drawn poses have ground below them."""
+        if not drawn:
+            return []
+        supported = self._supported([prism for prism, _ in drawn], ground.owners)
+        return [Placement(*one, bool(stands)) for one, stands in zip(drawn, supported, strict=True)]
 
     def _supported(self, prisms: list[ConvexPrism], owners: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
         """Returns True for prisms with ground directly below them, and nothing in between.
@@ -156,10 +216,13 @@ class PlacementSampler:
         origins[:, self._axes] = starts + np.column_stack([np.zeros((len(starts), 2)), size * 1e-3 + 1e-9])
         down = np.zeros(3)
         down[self._axes[2]] = -1.0
-        hits = self._around.world.cast_rays(origins, down)
+        hits = self._around.world.cast_rays(origins, down, fields=("instance", "position"))
         height = hits["position"][:, self._axes[2]]
         with np.errstate(invalid="ignore"):
-            good = np.isin(hits["instance"], owners) & (np.abs(height - low) <= 1e-3 * size + 1e-9)
+            on_ground = (
+                hits["instance"] == owners[0] if len(owners) == 1 else np.isin(hits["instance"], owners)
+            )
+            good = on_ground & (np.abs(height - low) <= 1e-3 * size + 1e-9)
         outside = self._outside(origins)
         ends = np.cumsum(counts)[:-1]
         return np.array([part.all() for part in np.split(good & outside, ends)])
@@ -171,12 +234,14 @@ class PlacementSampler:
         """
         up = np.zeros(3)
         up[self._axes[2]] = 1.0
-        hits = self._around.world.cast_rays(origins, up)
+        hits = self._around.world.cast_rays(origins, up, fields=("instance", "triangle"))
         there = hits["instance"] >= 0
+        found = np.ones(len(origins), dtype=bool)
+        if not there.any():
+            return found
         first = self._around.first_triangles
         corners = self._around.corners[first[hits["instance"][there]] + hits["triangle"][there]]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        found = np.ones(len(origins), dtype=bool)
         found[there] = normal[:, 2] <= 0.0
         return found
 

@@ -66,6 +66,8 @@ POSE = ("location", "roll", "pitch", "yaw", "scale", "matrix")
 LOOK = ("color", "roughness", "metallic", "emission", "category")
 """Keys that change neither an object's shape nor its place."""
 MIN_GAP = 0.001
+FIRST_TRIES_BATCH = 64
+"""Number of objects whose first random poses are checked together."""
 MAX_ATTEMPTS = 10
 """Number of attempts to sample a world before an error is raised."""
 
@@ -422,8 +424,15 @@ class Recipe:
         for surface, numbers in by_surface.items():
             shapes = [ready[number][0] for number in numbers]
             placer.check_total_area(shapes, surface or None, ready[numbers[0]][3])
-        for (item, how, place), (shape, matrix, gap, what) in zip(placed, ready, strict=True):
-            pose = placer.sample_pose(shape, how["on"] or None, place.substream("on"), gap, what)
+        requests = [
+            (shape, how["on"] or None, place.substream("on"))
+            for (_, how, place), (shape, *_) in zip(placed, ready, strict=True)
+        ]
+        for number, ((item, _, _), (_, matrix, gap, what)) in enumerate(zip(placed, ready, strict=True)):
+            position = number % FIRST_TRIES_BATCH
+            if position == 0:
+                tries = placer.sample_first_tries(requests[number : number + FIRST_TRIES_BATCH])
+            pose = placer.sample_pose(*requests[number], gap, what, tries[position])
             row = {key: value for key, value in item.items() if key not in POSE}
             if "mesh" in row and "matrix" not in item:
                 row.setdefault("upright", True)  # the pose is relative to the mesh as `_shape` measured it
@@ -445,7 +454,7 @@ class Recipe:
         ):
             row = {k: v for k, v in row.items() if k not in GEOMETRY} | {"instance_of": first[key]}
         number = self._add(world, {**row, **_select_keys(item, POSE)})
-        name = world.objects[number].name
+        name = world._core.objects[number][0]  # `world.objects` would create a record for every object
         first.setdefault(key, name)
         return name
 
