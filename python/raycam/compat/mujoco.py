@@ -106,8 +106,8 @@ class Renderer:
     def scene(self) -> Any:
         """The `mujoco.MjvScene`, which `update_scene` fills with the model's geoms and decorations.
 
-        `render` uses its `flags`, and shows geoms that a program adds, changes or removes in it. Changes of meshes and
-        height fields have no effect.
+        `render` uses its `flags`, and shows geoms and lights that a program adds, changes or removes in it. Changes of
+        meshes and height fields have no effect.
         """
         return self._visual
 
@@ -270,6 +270,9 @@ class Renderer:
             raise SettingsError(
                 f"look must be one of {', '.join(LOOKS)}, got {self.look!r}", code="unknown_name"
             )
+        if scene.has_scene_lights:
+            text = f"renderer.scene.lights: changes have no effect with look={self.look!r}; they require look='mujoco'"
+            warnings.warn(Notice(text, "ignored_element"), stacklevel=3)
         samples = 64 if self.look == "path" else 4
         return render(scene.world, camera, integrator=self.look, samples=samples).to_srgb8()
 

@@ -183,3 +183,28 @@ def test_changed_mesh_is_shown_as_in_the_model_with_a_notice() -> None:
     with warns(raycam.Notice, code="ignored_element", mentions=["changes of geoms of type 7"]):
         after = mask(renderer)
     np.testing.assert_array_equal(after, before)
+
+
+def test_added_geoms_have_the_mean_colour_of_their_texture_with_a_notice() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        MODEL.replace(
+            "<worldbody>",
+            '<asset><texture name="t" type="2d" builtin="flat" rgb1=".2 .4 1" width="8" height="8"/>'
+            '<material name="m" texture="t"/></asset><worldbody>',
+        )
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    renderer = Renderer(model, 40, 40)
+    images = []
+    for material, rgba in ((-1, [0.2, 0.4, 1, 1]), (0, [1, 1, 1, 1])):
+        renderer.update_scene(data, "front")
+        add_geom(renderer.scene, "BOX", [1, 1, 1], [0, 0, 0])
+        added = renderer.scene.geoms[renderer.scene.ngeom - 1]
+        added.matid, added.rgba = material, rgba
+        if material >= 0:
+            with warns(raycam.Notice, code="ignored_element", mentions=["textures"]):
+                images.append(renderer.render())
+        else:
+            images.append(renderer.render())
+    assert abs(images[0].astype(int) - images[1]).max() <= 1

@@ -21,11 +21,12 @@ from ...world import World
 from .atmosphere import Atmosphere
 from .cube_map import sample_cube_map
 from .layers import BEHIND, blend_layers, blending_order, find_layers, planes_behind
-from .model import DIRECTIONAL, SPOT
+from .light_model import Light, MujocoLights
+from .model import DIRECTIONAL
 from .surfaces import Surfaces
 from .textures import skybox_faces
 
-__all__ = ["DEFAULT_FLAGS", "Light", "MujocoLook", "model_lights", "pixel_angle"]
+__all__ = ["DEFAULT_FLAGS", "MujocoLook", "pixel_angle"]
 
 Single = npt.NDArray[np.float32]
 FIELDS = ("t", "position", "shading_normal", "normal", "instance", "triangle", "uv")
@@ -43,49 +44,6 @@ CORNERS = np.array([[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.125], [0.125, 
 """Offsets of the four samples in a pixel: a rotated grid."""
 EDGE = 0.1
 """Pixels whose colour differs from a neighbour's colour by more than this value get four samples."""
-
-
-@dataclass(frozen=True)
-class Light:
-    """A light of the model, in world coordinates."""
-
-    kind: int
-    position: Floats
-    direction: Floats
-    ambient: Floats
-    diffuse: Floats
-    specular: Floats
-    shadow: bool
-    attenuation: Floats
-    cutoff: float
-    exponent: float
-
-
-def model_lights(model: Any, data: Any) -> list[Light]:
-    """Returns the active lights in the state `data`, without the headlight.
-
-    Lights that OpenGL does not draw are omitted.
-    """
-    lights = []
-    for light in np.flatnonzero(np.asarray(model.light_active)):
-        kind = int(model.light_type[light])
-        if kind in (SPOT, DIRECTIONAL):
-            directional = kind == DIRECTIONAL
-            lights.append(
-                Light(
-                    kind,
-                    position=np.array(data.light_xpos[light], np.float64),
-                    direction=np.array(data.light_xdir[light], np.float64),
-                    ambient=np.array(model.light_ambient[light], np.float64),
-                    diffuse=np.array(model.light_diffuse[light], np.float64),
-                    specular=np.array(model.light_specular[light], np.float64),
-                    shadow=bool(model.light_castshadow[light]),
-                    attenuation=np.array([1, 0, 0] if directional else model.light_attenuation[light]),
-                    cutoff=float(model.light_cutoff[light]),
-                    exponent=float(model.light_exponent[light]),
-                )
-            )
-    return lights
 
 
 @dataclass(frozen=True)
@@ -116,7 +74,7 @@ class MujocoLook:
     def image(
         self,
         camera: Camera,
-        lights: list[Light],
+        lights: MujocoLights,
         *,
         samples: int = 4,
         flags: npt.NDArray[np.uint8] | None = None,
@@ -138,7 +96,7 @@ class MujocoLook:
                 colors[edges] = self._colors(view, places).reshape(-1, len(CORNERS), 3).mean(axis=1)
         return np.round(255 * colors).astype(np.uint8).reshape(height, width, 3)
 
-    def _view(self, camera: Camera, lights: list[Light], flags: Any) -> _View:
+    def _view(self, camera: Camera, lights: MujocoLights, flags: Any) -> _View:
         chosen = [bool(flag) for flag in flags]
         for flag, name in UNSUPPORTED_FLAGS.items():
             if chosen[flag]:
@@ -146,8 +104,7 @@ class MujocoLook:
         behind = planes_behind(self._model, self._world, self._elements, camera.C)
         blended = [*(each for each in self._surfaces.transparent if each not in behind), *behind]
         order = blending_order(self._model, self._world, self._elements, blended, camera.C)
-        all_lights = [*lights, *self._headlight(camera)]
-        return _View(camera, all_lights, pixel_angle(camera), chosen, order, behind)
+        return _View(camera, lights.seen_from(camera), pixel_angle(camera), chosen, order, behind)
 
     def _colors(self, view: _View, pixels: Floats) -> Single:
         """The sRGB colours [n, 3] at pixel positions [n, 2]."""
@@ -349,29 +306,6 @@ class MujocoLook:
         if self._surfaces.shadowless:
             objects = [i for i in range(len(self._elements)) if i not in self._surfaces.shadowless]
         return self._world.occluded(start, towards, end, skip=skip, objects=objects)
-
-    def _headlight(self, camera: Camera) -> list[Light]:
-        """Returns the light at the camera, as a list with at most one light.
-
-        The headlight shines in the camera's viewing direction.
-        """
-        headlight = self._model.vis.headlight
-        if not headlight.active:
-            return []
-        return [
-            Light(
-                DIRECTIONAL,
-                position=camera.C,
-                direction=camera.R[2],
-                ambient=np.array(headlight.ambient, np.float64),
-                diffuse=np.array(headlight.diffuse, np.float64),
-                specular=np.array(headlight.specular, np.float64),
-                shadow=False,
-                attenuation=np.array([1.0, 0, 0]),
-                cutoff=180.0,
-                exponent=0.0,
-            )
-        ]
 
 
 def pixel_angle(camera: Camera) -> float:

@@ -5,29 +5,33 @@ The world follows the model's state.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from copy import copy
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ... import _core
 from ...arguments import Floats, real, wholes
 from ...camera import Camera
 from ...errors import Notice, WorldError
 from ...notices import warn_all
+from ...render import render
 from ...world import World
 from .cameras import model_camera
 from .deformable import Deformable, deformables
+from .light_model import model_lights, scene_lights
 from .lights import LightSources
-from .look import DEFAULT_FLAGS, MujocoLook, model_lights, pixel_angle
+from .look import DEFAULT_FLAGS, MujocoLook, pixel_angle
 from .materials import element_look, material_keys
 from .model import GEOM_OBJECT, SDF, SITE_OBJECT, check_model, element_name, element_prefix
+from .placement import RigidPlacement
+from .round_geoms import ROUND, round_distances
 from .scene_changes import SceneSnapshot
 from .scene_geoms import scene_geom
 from .shapes import covered_geoms, element_shape, with_texture
 from .surfaces import Surfaces, texel_density
-from .textures import color_texture, skybox_faces
+from .textures import color_texture, skybox_faces, texture_pixels
 
 __all__ = ["MujocoScene", "from_mujoco"]
 
@@ -37,6 +41,12 @@ MAX_GROUP = 5
 """The last group of a MuJoCo model."""
 NO_ELEMENT = (-1, -1)
 """Type and id of objects that are not part of the model."""
+CAMERA_ARRAYS = ("cam_resolution", "cam_fovy", "cam_sensorsize", "cam_intrinsic")
+LIGHT_ARRAYS = (
+    "light_active", "light_type", "light_ambient", "light_diffuse", "light_specular", "light_castshadow",
+    "light_attenuation", "light_cutoff", "light_exponent",
+)  # fmt: skip
+"""Arrays of the model that `update` reads, because a program may change them."""
 
 
 class MujocoScene:
@@ -60,10 +70,14 @@ class MujocoScene:
         self.elements: list[tuple[int, int]] = []
         """For each object of the world, its type (`mjtObj`, such as geom or tendon) and its id in the model."""
         self._scales: list[Floats] = []
-        self._matrices: dict[int, Floats] = {}
-        self._snapshot = SceneSnapshot([])
+        self._round: dict[int, tuple[int, Floats]] = {}  # type and size of objects with curved surfaces
+        self._placements: list[RigidPlacement] = []
+        self._camera_values = self._light_values = b""
+        self._snapshot = SceneSnapshot([], [])
+        self._has_scene_lights = False
         self._deformables: dict[int, Deformable] = {}
         self._densities: dict[int, tuple[int, Floats]] = {}
+        self._mean_colors: dict[int, Floats] = {}
         self._check(data)
         notices: list[Notice] = []
         covered = covered_geoms(model, groups)
@@ -88,6 +102,10 @@ class MujocoScene:
         if skybox_faces(model) is not None:
             text = "the skybox is not part of the world; only MujocoScene.render shows it"
             self._world_notices.append(Notice(text, "ignored_element"))
+        self._camera_names = list(self.world.cameras)
+        self._placements = [
+            RigidPlacement(kind, self.elements, self._scales) for kind in (GEOM_OBJECT, SITE_OBJECT)
+        ]
         self._surfaces = Surfaces(model, self.elements, self._densities, dynamic_alpha)
         self._look = MujocoLook(model, self.world, self._surfaces, self.elements)
         self.flags = np.array(DEFAULT_FLAGS, np.uint8)
@@ -111,33 +129,24 @@ class MujocoScene:
         Raises `WorldError` if `data` is not a `mujoco.MjData`, or belongs to another model, or has no poses.
         """
         self._check(data)
-        for kind in (GEOM_OBJECT, SITE_OBJECT):
-            self._place_rigid(kind, data)
+        for placement in self._placements:
+            placement.update(self.world, data)
         for number, deformable in self._deformables.items():
             self.world.set_object(number, **self._moved(deformable, data))
-        self._lights.update(data)
-        self._light_states = model_lights(self.model, data)
-        for camera, name in enumerate(self.world.cameras):
-            self.world.set_camera(name, model_camera(self.model, camera, data))
-
-    def _place_rigid(self, kind: int, data: Any) -> None:
-        """Moves the geoms or sites whose poses differ from the last update."""
-        numbers = [number for number, element in enumerate(self.elements) if element[0] == kind]
-        if not numbers:
-            return
-        elements = [self.elements[number][1] for number in numbers]
-        matrices = np.tile(np.eye(4), (len(numbers), 1, 1))
-        rotations = np.asarray(getattr(data, f"{element_prefix(kind)}_xmat"))[elements].reshape(-1, 3, 3)
-        matrices[:, :3, :3] = rotations @ np.array([self._scales[number] for number in numbers])
-        matrices[:, :3, 3] = np.asarray(getattr(data, f"{element_prefix(kind)}_xpos"))[elements]
-        before = self._matrices.get(kind)
-        moved = (
-            range(len(numbers)) if before is None else np.flatnonzero((matrices != before).any(axis=(1, 2)))
+        headlight = self.model.vis.headlight
+        lights = (
+            *(getattr(self.model, name) for name in LIGHT_ARRAYS),
+            *(data.light_xpos, data.light_xdir, np.array(headlight.active)),
+            *(headlight.ambient, headlight.diffuse, headlight.specular),
         )
-        for i in moved:
-            # `World.set_object` would check keys and notices, which takes longer than the change itself.
-            _core.world_set_object(self.world._core, numbers[i], {"matrix": matrices[i]})
-        self._matrices[kind] = matrices
+        if (values := _bytes(lights)) != self._light_values:
+            self._lights.update(data)
+            self._light_states, self._light_values = model_lights(self.model, data), values
+        cameras = (*(getattr(self.model, name) for name in CAMERA_ARRAYS), data.cam_xpos, data.cam_xmat)
+        if (values := _bytes(cameras)) != self._camera_values:
+            for camera, name in enumerate(self._camera_names):
+                self.world.set_camera(name, model_camera(self.model, camera, data))
+            self._camera_values = values
 
     def _check(self, data: Any) -> None:
         """Raises `WorldError` unless `data` has the poses of this model."""
@@ -166,26 +175,62 @@ class MujocoScene:
         """
         return self._look.image(camera, self._light_states, samples=samples, flags=self.flags)
 
+    def depth(self, camera: Camera) -> Floats:
+        """Returns the depth along the camera's viewing direction in metres, float64 [h, w]; +inf for the background.
+
+        Spheres, capsules, ellipsoids and cylinders have exact surfaces, as in `mujoco.mj_ray`, instead of meshes. Which
+        object a pixel shows is determined by the meshes, so that pixels at outlines may show the background instead.
+        The depth of other objects has the accuracy of float32. The depth of pixels without a ray is NaN.
+        """
+        frame = render(self.world, camera, channels=["depth", "instance"])
+        depth, instance = frame["depth"].astype(np.float64).ravel(), frame["instance"].ravel()
+        chosen = np.flatnonzero(np.isin(instance, list(self._round)))
+        if len(chosen):
+            chosen = chosen[np.argsort(instance[chosen], kind="stable")]
+            v, u = np.divmod(chosen, camera.size[0])
+            origins, directions = camera.rays(np.stack([u, v], axis=1) + 0.5 + camera.corner)
+            objects = self.world.objects
+            numbers, starts = np.unique(instance[chosen], return_index=True)
+            for number, first, end in zip(numbers, starts, [*starts[1:], len(chosen)], strict=True):
+                kind, size = self._round[int(number)]
+                pose = objects[int(number)].matrix.copy()
+                pose[:3, :3] = pose[:3, :3] @ np.linalg.inv(self._scales[int(number)])
+                part = slice(first, end)
+                distance = round_distances(kind, size, pose, origins[part], directions[part])
+                met = np.isfinite(distance)
+                points = origins[part][met] + distance[met, None] * directions[part][met]
+                depth[chosen[part][met]] = (points - camera.C) @ camera.R[2]
+        return depth.reshape(frame["depth"].shape)
+
     def remember_visual(self, visual: Any) -> None:
-        """Stores the geoms of an `mjvScene` that `mjv_updateScene` has filled, for `with_changes`."""
-        self._snapshot = SceneSnapshot(visual.geoms[: visual.ngeom])
+        """Stores the geoms and lights of an `mjvScene` that `mjv_updateScene` has filled, for `with_changes`."""
+        self._snapshot = SceneSnapshot(visual.geoms[: visual.ngeom], visual.lights[: visual.nlight])
 
     def with_changes(self, visual: Any, camera: Camera) -> MujocoScene:
         """Returns a copy that shows an `mjvScene`: its decorations, and its changes since `remember_visual`.
 
         A change is a geom that a program has added, such as a marker, or a geom of the model that it has changed or
-        removed. The copy does not follow later calls of `update`. Without decorations and changes, the result is this
-        scene itself.
+        removed. Lights that a program adds, changes or removes affect only `render`. The copy does not follow later
+        calls of `update`. Without decorations and changes, the result is this scene itself.
 
         Spheres, capsules, ellipsoids, cylinders, boxes, planes, arrows, lines and triangles are shown with their
-        `rgba`, `emission`, `specular` and `shininess`. The width of lines is in pixels of `camera`. Other types,
-        labels, materials and textures are omitted, and changed geoms of other types, such as meshes, are shown as in
-        the model; a notice lists them.
+        `rgba`, `emission`, `specular` and `shininess`, and the mean colour of their texture. The width of lines is in
+        pixels of `camera`. Other types and labels are omitted, and changed geoms of other types, such as meshes, are
+        shown as in the model; a notice lists them.
         """
-        changes = self._snapshot.changes(visual.geoms[: visual.ngeom])
-        if not changes.geoms and not changes.removed:
-            return self
-        return self._with_geoms(changes.geoms, camera, set(changes.removed))
+        changes = self._snapshot.changes(visual.geoms[: visual.ngeom], visual.lights[: visual.nlight])
+        found = self
+        if changes.geoms or changes.removed:
+            found = self._with_geoms(changes.geoms, camera, set(changes.removed))
+        if changes.lights is not None:
+            found = copy(self) if found is self else found
+            found._light_states, found._has_scene_lights = scene_lights(changes.lights), True
+        return found
+
+    @property
+    def has_scene_lights(self) -> bool:
+        """True for a copy by `with_changes` whose lights differ from the model's lights."""
+        return self._has_scene_lights
 
     def _with_geoms(self, geoms: list[Any], camera: Camera, hidden: set[tuple[int, int]]) -> MujocoScene:
         """Returns a copy that also shows `geoms`, but not the elements in `hidden`."""
@@ -200,15 +245,18 @@ class MujocoScene:
                 hidden.discard(element)
             elif new.rgba[3] > 0:
                 shown.append(new)
+                texture = color_texture(self.model, geom.matid) if geom.matid < self.model.nmat else -1
+                if texture >= 0:
+                    omitted.add("textures (their mean colour is shown)")
+                    new.rgba[:3] *= self._mean_color(texture)
                 keys = material_keys(self.model, new.rgba, -1) | new.shape.keys
                 if new.values.emission > 0 or new.unlit:
                     keys["emission"] = (1.0 if new.unlit else new.values.emission) * np.asarray(keys["color"])
                 found.world.add_object(name=f"scene geom {len(shown)}", matrix=new.pose, **keys)
                 found.elements.append(new.element)
             omitted |= {"labels"} if geom.label else set()
-            omitted |= {"materials and textures"} if geom.matid >= 0 or geom.texid >= 0 else set()
         if omitted:
-            text = f"mjvScene: unsupported parts are omitted: {', '.join(sorted(omitted))}"
+            text = f"mjvScene: unsupported parts: {', '.join(sorted(omitted))}"
             warn_all([Notice(text, "ignored_element")])
         numbers = {number for number, element in enumerate(self.elements) if element in hidden}
         for number in numbers:
@@ -252,6 +300,9 @@ class MujocoScene:
             **material_keys(model, rgba, material),
         )
         self._note_texture(material, shape.keys)
+        if shape_kind in ROUND:
+            size = np.array(getattr(model, f"{prefix}_size")[number], np.float64)
+            self._round[len(self.elements)] = shape_kind, size
         self.elements.append((kind, number))
         self._scales.append(shape.scale)
 
@@ -275,6 +326,13 @@ class MujocoScene:
         self._note_texture(material, keys | {"triangles": deformable.triangles(model)})
         self.elements.append((deformable.kind, deformable.number))
         self._scales.append(np.eye(3))
+
+    def _mean_color(self, texture: int) -> Floats:
+        """Returns a texture's mean colour [3], sRGB."""
+        if texture not in self._mean_colors:
+            pixels = texture_pixels(self.model, texture)[:, :, :3]
+            self._mean_colors[texture] = pixels.mean(axis=(0, 1)) / 255
+        return self._mean_colors[texture]
 
     def _note_texture(self, material: int, keys: Any) -> None:
         """Keeps the texture of the object that is added next, for `render`."""
@@ -336,3 +394,8 @@ def from_mujoco(
     scene = MujocoScene(model, data, geom_groups, site_groups, tendon_groups, alpha)
     warn_all(scene._notices if own_light else scene.notices)
     return scene
+
+
+def _bytes(arrays: Iterable[Any]) -> bytes:
+    """Returns the values of arrays, for comparison with later values."""
+    return b"".join(array.tobytes() for array in arrays)

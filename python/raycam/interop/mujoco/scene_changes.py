@@ -1,4 +1,4 @@
-"""Differences between the geoms of an `mjvScene` and the elements of its model."""
+"""Differences between an `mjvScene` and its model."""
 
 from __future__ import annotations
 
@@ -19,19 +19,25 @@ class SceneChanges:
     """The `mjvGeom`s to show in addition to the model's elements."""
     removed: set[tuple[int, int]]
     """The types (`mjtObj`) and ids of the model's elements that are removed, or replaced by one of `geoms`."""
+    lights: list[Any] | None
+    """The scene's `mjvLight`s if the program has added, changed or removed lights; otherwise None."""
 
 
 class SceneSnapshot:
-    """The geoms of an `mjvScene` after `mjv_updateScene`, for comparison with the scene that a program changes later.
+    """Geoms and lights of an `mjvScene` after `mjv_updateScene`, for comparison with what a program changes later.
 
     The model's geoms, sites, flexes, skins and tendons are its elements; all other geoms are decorations.
     """
 
-    def __init__(self, geoms: Sequence[Any]) -> None:
+    def __init__(self, geoms: Sequence[Any], lights: Sequence[Any]) -> None:
         self._geoms = [_values(geom) for geom in geoms]
+        self._lights = [_light_values(light) for light in lights]
 
-    def changes(self, geoms: Sequence[Any]) -> SceneChanges:
-        """Returns decorations and geoms that were added, changed or removed, given the scene's current geoms."""
+    def changes(self, geoms: Sequence[Any], lights: Sequence[Any]) -> SceneChanges:
+        """Returns decorations, and geoms and lights that were added, changed or removed.
+
+        `geoms` and `lights` are the scene's current geoms and lights.
+        """
         current, shown, removed = list(geoms), [], set()
         for number, values in enumerate(self._geoms):
             element, category = values[:2], values[2]
@@ -41,7 +47,10 @@ class SceneSnapshot:
                 removed.add(element)
             if number < len(current) and not (is_element and is_same):
                 shown.append(current[number])
-        return SceneChanges(shown + current[len(self._geoms) :], removed)
+        is_lit_as_before = [_light_values(light) for light in lights] == self._lights
+        return SceneChanges(
+            shown + current[len(self._geoms) :], removed, None if is_lit_as_before else list(lights)
+        )
 
 
 def _values(geom: Any) -> tuple[Any, ...]:
@@ -55,4 +64,17 @@ def _values(geom: Any) -> tuple[Any, ...]:
         geom.type,
         *(array.tobytes() for array in arrays),
         *looks,
+    )
+
+
+def _light_values(light: Any) -> tuple[Any, ...]:
+    """Returns the values of an `mjvLight` that an image depends on."""
+    arrays = (light.pos, light.dir, light.attenuation, light.ambient, light.diffuse, light.specular)
+    return (
+        light.type,
+        light.headlight,
+        light.castshadow,
+        light.cutoff,
+        light.exponent,
+        *(array.tobytes() for array in arrays),
     )
