@@ -15,12 +15,13 @@ from raycam.viewer.page import page
 from raycam.viewer.scene.edits import edited
 from raycam.viewer.server import Server
 from raycam.viewer.session import Session
+from raycam.viewer.viewer import Viewer
 from support.chromium import Tab
 from support.gltf_document import Document, animated
 from support.node_core import needs_node, run_module
 from support.patience import until
 from support.session_messages import receive
-from support.viewer_page import opened, place_of
+from support.viewer_page import opened, place_of, readout
 
 SAMPLES = 4
 
@@ -57,6 +58,40 @@ def test_first_image_shows_the_animation_at_its_time_and_fit_frames_it(tmp_path:
     assert np.allclose(session.view.camera_message(0)["bounds"], world.at(1.0).bounds)
     receive(session, {"type": "home", "seq": 1})
     assert session.view.camera == world.at(1.0).default_camera()
+
+
+def test_buttons_that_turn_and_scale_keep_the_middle_of_the_object(tab: Tab) -> None:
+    with Viewer(offset_box(), port=0, integrator="direct", samples=SAMPLES) as viewer:
+        assert viewer._server is not None
+        session = opened(tab, viewer._server, SAMPLES)
+        middle = session.view.bounds.mean(axis=0)
+        for number, text in enumerate(("turn left", "larger"), 1):
+            tab.evaluate(
+                "[...document.querySelectorAll('#turns button')].find((each) => "
+                f"each.textContent === '{text}').click()"
+            )
+            until(lambda number=number: session.view.opened.edits.about()["undo"] == number)
+            assert np.allclose(session.view.bounds.mean(axis=0)[:2], middle[:2], atol=1e-6)
+
+
+def test_page_of_an_animated_world_shows_the_world_at_the_time_of_the_slider(
+    tab: Tab, tmp_path: Path
+) -> None:
+    document = Document()
+    node = document.node(mesh=document.square(pbrMetallicRoughness={}))
+    animated(document, "translation", [0, 1], [[5, 0, 0], [6, 0, 0]], node=node)
+    with Viewer(raycam.load(document.save(tmp_path / "m.glb")), port=0, samples=SAMPLES) as viewer:
+        assert viewer._server is not None
+        session = opened(tab, viewer._server, SAMPLES)
+        size = session.view.size
+        tab.click(*place_of(tab, size[0] // 2, size[1] // 2, size))
+        tab.wait("document.getElementById('pixel-place').textContent.endsWith('(held)')")
+        x, y, z = (float(each) for each in readout(tab)["position"])
+        low, high = session.view.base.at(0.0).bounds
+        assert (low - 1e-3 <= [x, y, z]).all()
+        assert ([x, y, z] <= high + 1e-3).all()
+        assert low[0] > 1  # the rest pose is at the origin
+        assert tab.evaluate("document.getElementById('time-text').textContent").startswith("0.00 s")
 
 
 def test_text_in_figures_is_valid_xml() -> None:

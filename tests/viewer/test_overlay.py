@@ -141,6 +141,10 @@ def test_rays_in_the_browser_end_with_escape_or_another_world_or_light(tab: Tab,
     tab.open(server.url)
     (session,) = server.sessions.values()
     for end in ("Escape", *changes):
+        # The pixel is explained in the world of the image that is clicked.
+        until(
+            lambda: session.images.is_shown() and session.connection.sent == session.connection.acknowledged
+        )
         tab.wait("document.getElementById('status').textContent.includes('16 samples')")
         tab.click(*place_of(tab, session.view.size[0] // 2, session.view.size[1] // 2, session.view.size))
         tab.wait("!document.getElementById('explain').disabled")
