@@ -72,7 +72,7 @@ def test_candidate_photographs_have_the_largest_weights_without_outliers() -> No
         for _ in range(2):
             color = np.full((2, 3), grey, np.float32)
             totals.add(camera, np.array([7, 7], np.int32), np.full(2, weight, np.float32), color)
-    found = totals.candidates()
+    found = totals.candidates(np.ones((4, 3)))
     np.testing.assert_array_equal(found.faces, [7])
     assert found.views[0, :3].tolist() == [3, 1, -1]
     assert found.weights[0, :2].tolist() == [16, 12]

@@ -309,6 +309,23 @@ class Rendered(Mapping):
         return len(self.names)
 
 
+@pytest.mark.parametrize("method", ["blend", "best"])
+def test_blending_and_survey_read_each_photograph_once(method: Literal["blend", "best"]) -> None:
+    world = panel(cells=2)
+    cameras, photos = shots(world, PLACES)
+    reads: list[str] = []
+
+    class Counted(Rendered):
+        def __getitem__(self, name: str) -> np.ndarray:
+            reads.append(name)
+            return photos[name]
+
+    raycam.texture_from_photos(world, cameras, Counted(list(cameras)), size=32, method=method)
+    # "best" reads the photographs again for the colours of texels, and for the steps at seams.
+    assert sorted(set(reads)) == sorted(cameras)
+    assert all(reads.count(name) <= (1 if method == "blend" else 3) for name in cameras)
+
+
 def peak_bytes(count: int, size: int) -> int:
     """The peak of Python's and NumPy's memory for a texture from `count` photographs."""
     world = panel()

@@ -1,4 +1,4 @@
-"""Cosine-weighted directions around normals, the same for every call."""
+"""Cosine-weighted directions around normals, the same for every call and on every processor."""
 
 from __future__ import annotations
 
@@ -6,35 +6,52 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
+from ..elementary import cos, sin
 
-__all__ = ["hemisphere_directions"]
+__all__ = ["Hemispheres"]
 
 
-def hemisphere_directions(
-    normals: Floats, keys: npt.NDArray[np.int64], sample: int, samples: int, cone: float = np.pi
-) -> Floats:
-    """Returns unit direction number `sample` of `samples` for each normal, [n, 3].
+class Hemispheres:
+    """Directions around unit normals [n, 3].
 
     The density of the directions is proportional to the cosine. The directions are in a cone with the opening angle
     `cone` in radians; for pi, the cone is the hemisphere and the density is cosine / pi.
 
     A Hammersley set is shifted by a hash of `keys` [n] (Cranley and Patterson 1976) and mapped by Malley's method.
     """
-    mixed = (keys.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
-    mixed ^= mixed >> np.uint64(29)
-    mixed *= np.uint64(0xBF58476D1CE4E5B9)
-    mixed ^= mixed >> np.uint64(32)
-    shift_u = (mixed >> np.uint64(40)).astype(np.float64) / (1 << 24)
-    shift_v = (mixed & np.uint64(0xFFFFFF)).astype(np.float64) / (1 << 24)
-    u = ((sample + 0.5) / samples + shift_u) % 1.0 * np.sin(cone / 2) ** 2
-    v = (int(f"{sample:032b}"[::-1], 2) / 2.0**32 + shift_v) % 1.0
-    radius, angle = np.sqrt(u), 2 * np.pi * v
-    x, y, z = radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - u)
-    nx, ny, nz = normals.T
-    sign = np.where(nz >= 0, 1.0, -1.0)
-    a = -1.0 / (sign + nz)
-    b = nx * ny * a
-    first = np.stack([1 + sign * nx * nx * a, sign * b, -sign * nx], axis=1)
-    second = np.stack([b, sign + ny * ny * a, -ny], axis=1)
-    found: Floats = x[:, None] * first + y[:, None] * second + z[:, None] * normals
-    return found
+
+    def __init__(self, normals: Floats, keys: npt.NDArray[np.int64], cone: float = np.pi) -> None:
+        mixed = (keys.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+        mixed ^= mixed >> np.uint64(29)
+        mixed *= np.uint64(0xBF58476D1CE4E5B9)
+        mixed ^= mixed >> np.uint64(32)
+        self._shift = (mixed >> np.uint64(40)).astype(np.float64) / (1 << 24)
+        turn = 2 * np.pi * ((mixed & np.uint64(0xFFFFFF)).astype(np.float64) / (1 << 24))
+        self._spread = float(sin(cone / 2)) ** 2
+        self._normals = np.ascontiguousarray(normals.T)
+        nx, ny, nz = self._normals
+        sign = np.where(nz >= 0, 1.0, -1.0)
+        a = -1.0 / (sign + nz)
+        b = nx * ny * a
+        first = np.stack([1 + sign * nx * nx * a, sign * b, -sign * nx])
+        second = np.stack([b, sign + ny * ny * a, -ny])
+        # The tangents are turned by the shift here, so that no trigonometric function is needed for each direction.
+        c, s = cos(turn), sin(turn)
+        self._first, self._second = c * first + s * second, c * second - s * first
+
+    def directions(self, part: slice, samples: int) -> Floats:
+        """Returns `samples` directions for each normal of a part, [k, samples, 3]."""
+        number = np.arange(samples)
+        u = (number + 0.5) / samples + self._shift[part, None]
+        u -= u >= 1.0
+        u *= self._spread
+        radius, z = np.sqrt(u), np.sqrt(1 - u)
+        angles = 2 * np.pi * np.array([int(f"{sample:032b}"[::-1], 2) / 2.0**32 for sample in number])
+        x, y = radius * cos(angles), radius * sin(angles)
+        found = np.empty((*u.shape, 3))
+        for axis in range(3):
+            first, second, normal = (
+                rows[axis, part, None] for rows in (self._first, self._second, self._normals)
+            )
+            found[..., axis] = x * first + y * second + z * normal
+        return found

@@ -13,7 +13,7 @@ from ..world import World
 from ..world.face_geometry import face_normals
 from ..world.object_mesh import ObjectMesh
 from .curvature import corner_curvatures
-from .hemisphere import hemisphere_directions
+from .hemisphere import Hemispheres
 from .light import LIGHT_MAPS, light_values
 from .settings import BakeSettings
 from .surface_points import MATERIAL_MAPS, SurfacePoints, material_numbers, transfer
@@ -23,6 +23,8 @@ __all__ = ["BakedObject", "FacePoints", "unit_vectors"]
 
 RELATIVE_ROUNDING = 8 * float(np.finfo(np.float64).eps)
 """Rounding error of a surface point relative to its largest coordinate; rays start at this distance."""
+BLOCK_RAYS = 1 << 16
+"""Number of rays that are traced at a time, about 10 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,33 +165,42 @@ def unit_vectors(vectors: Floats, default: Floats) -> Floats:
 def _occlusion(
     points: SurfacePoints, keys: npt.NDArray[np.int64], settings: BakeSettings
 ) -> dict[str, npt.NDArray[Any]]:
-    """The maps that need rays: occlusion, bent normals and thickness."""
-    names, samples, reach, threads = settings.maps, settings.samples, settings.reach, settings.threads
+    """The maps that need rays: occlusion, bent normals and thickness.
+
+    All rays of a point follow each other, because rays with a common origin are traced together.
+    """
+    names, samples, reach = settings.maps, settings.samples, settings.reach
     position, normal, count = points.position, points.normal, len(points.position)
-    skip = (points.instance, points.triangle)
     # Rays start at a small distance, because the neighbouring face of a texel on an edge is not an occluder.
     start = RELATIVE_ROUNDING * float(np.abs(position).max(initial=0.0))
     values: dict[str, npt.NDArray[Any]] = {}
+    step = max(1, BLOCK_RAYS // samples)
+    parts = [slice(first, first + step) for first in range(0, count, step)]
+
+    def rays(part: slice) -> dict[str, Any]:
+        """The other arguments of queries for the rays of a part."""
+        skip = (points.instance[part, None], points.triangle[part, None])
+        return {"t_min": start, "t_max": reach, "skip": skip, "threads": settings.threads}
+
     if "ao" in names or "bent_normal" in names:
         free, bent = np.zeros(count), np.zeros((count, 3))
-        for sample in range(samples):
-            directions = hemisphere_directions(normal, keys, sample, samples)
-            clear = ~points.world.occluded(
-                position, directions, reach, t_min=start, skip=skip, threads=threads
-            )
-            free += clear
-            bent += np.where(clear[:, None], directions, 0.0)
+        hemispheres = Hemispheres(normal, keys)
+        for part in parts:
+            directions = hemispheres.directions(part, samples)
+            clear = ~points.world.occluded(position[part, None], directions, **rays(part))
+            free[part] = np.count_nonzero(clear, axis=1)
+            if "bent_normal" in names:
+                bent[part] = np.where(clear[..., None], directions, 0.0).sum(axis=1)
         values["ao"] = free / samples
         values["bent_normal"] = unit_vectors(bent, normal)
     if "thickness" in names:
         total, hits = np.zeros(count), np.zeros(count)
-        for sample in range(samples):
-            directions = hemisphere_directions(-normal, keys, sample, samples, settings.cone)
-            t = points.world.cast_rays(
-                position, directions, t_max=reach, t_min=start, fields=("t",), skip=skip, threads=threads
-            )["t"]
+        hemispheres = Hemispheres(-normal, keys, settings.cone)
+        for part in parts:
+            directions = hemispheres.directions(part, samples)
+            t = points.world.cast_rays(position[part, None], directions, fields=("t",), **rays(part))["t"]
             hit = np.isfinite(t)
-            total += np.where(hit, t, reach if np.isfinite(reach) else 0.0)
-            hits += hit | np.isfinite(reach)
+            total[part] = np.where(hit, t, reach if np.isfinite(reach) else 0.0).sum(axis=1)
+            hits[part] = np.count_nonzero(hit | np.isfinite(reach), axis=1)
         values["thickness"] = total / np.maximum(hits, 1)
     return values

@@ -24,27 +24,34 @@ CHUNK_TEXELS = 1 << 16
 class TexelViews:
     """For a set of texels, the views with the largest weights, filled photograph by photograph."""
 
-    BYTES = MAX_BLENDED_VIEWS * 16 + 4
+    BYTES = MAX_BLENDED_VIEWS * 20 + 4
     """The memory that each texel needs, in bytes."""
 
     def __init__(self, count: int) -> None:
         self.weights = np.zeros((count, MAX_BLENDED_VIEWS), np.float32)
         self.colors = np.zeros((count, MAX_BLENDED_VIEWS, 3), np.float32)
+        self.cameras = np.zeros((count, MAX_BLENDED_VIEWS), np.int32)
         self.views = np.zeros(count, np.int32)
 
-    def add(self, index: Ints, weight: Single, colors: Single) -> None:
-        """Adds another photograph's colours [k, 3] of the texels [k]."""
+    def add(self, number: int, index: Ints, weight: Single, colors: Single) -> None:
+        """Adds the colours [k, 3] of the texels [k] in the photograph `number`."""
         self.views[index] += 1
         slot = self.weights[index].argmin(axis=1)
         better = weight > self.weights[index, slot]
         self.weights[index[better], slot[better]] = weight[better]
         self.colors[index[better], slot[better]] = colors[better]
+        self.cameras[index[better], slot[better]] = number
 
-    def write_mean(self, mean: Single, spread: Single) -> None:
-        """Writes the robust means [n, 3] and the disagreement [n] of all texels into the arrays."""
+    def write_mean(self, gains: Floats, mean: Single, spread: Single) -> None:
+        """Writes the robust means [n, 3] and the disagreement [n] of all texels into the arrays.
+
+        The colours are divided by the photographs' `gains` [cameras, 3].
+        """
+        factors = gains.astype(np.float32)
         for first in range(0, len(self.views), CHUNK_TEXELS):
             part = slice(first, first + CHUNK_TEXELS)
-            mean[part], spread[part] = robust_mean(self.weights[part], self.colors[part])
+            colors = self.colors[part] / factors[self.cameras[part]]
+            mean[part], spread[part] = robust_mean(self.weights[part], colors)
 
 
 def robust_mean(weights: Single, colors: Single) -> tuple[Single, Single]:

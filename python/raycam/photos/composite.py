@@ -124,7 +124,7 @@ def _choose(photos: PhotoSet, totals: FaceTotals) -> _FaceViews:
     """The photograph of each face."""
     corners = photos.surface.mesh.corners
     vertices = unique_rows(corners.reshape(-1, 3))[1].reshape(-1, 3)
-    candidates = totals.candidates()
+    candidates = totals.candidates(photos.gains)
     pairs = neighbor_faces(vertices)
     place = np.full(len(corners), -1, np.int64)
     place[candidates.faces] = np.arange(len(candidates.faces))
@@ -214,11 +214,10 @@ def _part_of(photos: PhotoSet, face: Ints, points: Floats) -> Callable[[Ints], S
     Photographs are averaged over `EDGE_WIDTH_TEXELS` around these points.
     """
     surface = photos.surface
+    wide = EDGE_WIDTH_TEXELS * surface.spacing
 
     def part(some: Ints) -> SurfacePart:
-        own = face[some]
-        wide = EDGE_WIDTH_TEXELS * surface.spacing[own]
-        return SurfacePart(own.astype(np.int32), points[some], surface.normals[own], wide)
+        return SurfacePart(face[some].astype(np.int32), points[some], surface.normals, wide)
 
     return part
 

@@ -49,10 +49,11 @@ class FaceTotals:
             )
         )
 
-    def candidates(self) -> FaceCandidates:
+    def candidates(self, gains: Floats) -> FaceCandidates:
         """The photographs that may show each face.
 
-        Photographs that differ too much in luminance from the other photographs are dropped.
+        Photographs that differ too much in luminance from the other photographs are dropped, after their colours are
+        divided by `gains` [cameras, 3].
         """
         empty = (np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0), np.zeros((0, 3)))
         face, camera, weight, color = (np.concatenate(part) for part in zip(empty, *self.rows, strict=True))
@@ -62,6 +63,7 @@ class FaceTotals:
         face, camera = face[first], camera[first]
         if len(first):
             weight, color = np.add.reduceat(weight, first), np.add.reduceat(color, first, axis=0)
+            color = color / gains[camera]
         order = np.lexsort((camera, -weight, face))
         faces, start, count = np.unique(face, return_index=True, return_counts=True)
         rank = np.arange(len(order)) - np.repeat(start, count)

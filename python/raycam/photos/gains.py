@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
+from ..elementary import exp, log
 from .survey import Survey
 
 __all__ = ["estimate_gains"]
@@ -47,14 +48,14 @@ def estimate_gains(survey: Survey) -> Floats:
     point, camera = survey.point[order], survey.camera[order]
     if not len(point):
         return gains
-    logs = np.log(survey.color[order].astype(np.float64))
+    logs = log(survey.color[order])
     base = survey.weight[order].astype(np.float64)
     base /= np.bincount(point, weights=base, minlength=survey.points)[point]
     weight = base
     for _ in range(ROUNDS):
         found, off = _solve(point, camera, weight, logs, survey.points, survey.cameras)
         weight = base / (1 + (off**2).mean(axis=1) / OUTLIER_SCALE**2)
-    return np.exp(found)
+    return exp(found)
 
 
 def _solve(

@@ -13,10 +13,11 @@ from ..camera import Camera
 from ..world import World
 from .blending import TexelViews
 from .face_views import FaceTotals
+from .gains import estimate_gains
 from .images import PhotoSource
 from .sight import Facing
 from .surface_views import PartView, SurfacePart, TexturedSurface, view_part
-from .survey import ViewedPhotograph
+from .survey import Survey, SurveyBuilder, ViewedPhotograph
 
 __all__ = ["PART_TEXELS", "BlendedTexels", "PhotoSet", "blend_texels"]
 
@@ -75,33 +76,44 @@ class BlendedTexels:
     """The relative spread of luminance [n]."""
     texels: npt.NDArray[np.int64]
     """The number of texels that each photograph shows."""
+    survey: Survey
+    """Views of a part of the texels."""
+    gains: Floats
+    """The gains [cameras, 3] by which the photographs' colours were divided."""
 
 
-def blend_texels(photos: PhotoSet, memory: int, totals: FaceTotals | None) -> BlendedTexels:
-    """The robust means of all texels.
+def blend_texels(
+    photos: PhotoSet, memory: int, totals: FaceTotals | None, *, equalise: bool
+) -> BlendedTexels:
+    """The robust means of all texels, from photographs without gains.
 
-    Views use at most `memory` bytes at a time. If `totals` is given, the sums for each face are added to it.
+    Views use at most `memory` bytes at a time. If `totals` is given, the sums for each face are added to it. Gains are
+    estimated if `equalise` is True: from the survey, which is taken while photographs are read for the first time.
     """
     count = len(photos.surface.texels.index)
-    found = BlendedTexels(
-        np.zeros((count, 3), np.float32),
-        np.zeros(count, np.int32),
-        np.zeros(count, np.float32),
-        np.zeros(len(photos.cameras), np.int64),
-    )
+    builder = SurveyBuilder(photos.world, photos.surface, photos.facing, photos.threads)
+    colors, spread = np.zeros((count, 3), np.float32), np.zeros(count, np.float32)
+    number_of_views, texels = np.zeros(count, np.int32), np.zeros(len(photos.cameras), np.int64)
+    survey, gains = None, photos.gains
     step = max(PART_TEXELS, memory // (TexelViews.BYTES + SurfacePart.BYTES))
-    for first in range(0, count, step):
+    for first in range(0, max(count, 1), step):
         inside = slice(first, min(first + step, count))
         views = TexelViews(inside.stop - first)
         starts = range(first, inside.stop, PART_TEXELS)
         parts = [photos.surface.part(slice(start, min(start + PART_TEXELS, inside.stop))) for start in starts]
         for number, photo in photos.photographs():
+            if survey is None:
+                builder.add(number, photo)
             for start, part in zip(starts, parts, strict=True):
                 view = photos.view(number, photo, part)
-                views.add(view.index + (start - first), view.weight, view.colors)
-                found.texels[number] += len(view.index)
+                views.add(number, view.index + (start - first), view.weight, view.colors)
+                texels[number] += len(view.index)
                 if totals is not None:
                     totals.add(number, part.face[view.index], view.weight, view.colors)
-        found.views[inside] = views.views
-        views.write_mean(found.colors[inside], found.spread[inside])
-    return found
+        if survey is None:
+            survey = builder.survey(len(photos.cameras))
+            gains = estimate_gains(survey) if equalise else gains
+        number_of_views[inside] = views.views
+        views.write_mean(gains, colors[inside], spread[inside])
+    assert survey is not None
+    return BlendedTexels(colors, number_of_views, spread, texels, survey, gains)

@@ -35,17 +35,27 @@ MIN_BORDER = 1e-6
 class SurfacePart:
     """A subset of a surface's points."""
 
-    BYTES = 60
+    BYTES = 28
     """The memory that each point needs, in bytes."""
 
     face: npt.NDArray[np.int32]
     """The index of the face of each point [n]."""
     points: Floats
     """The positions of the points in the world [n, 3], metres."""
-    normals: Floats
-    """The faces' unit normals [n, 3]."""
-    spacing: Floats
-    """The distance between neighbouring texels [n], metres."""
+    face_normals: Floats
+    """The unit normals of all faces [f, 3]."""
+    face_spacing: Floats
+    """The distance between neighbouring texels of each face [f], metres."""
+
+    @property
+    def normals(self) -> Floats:
+        """The faces' unit normals at the points [n, 3]."""
+        return self.face_normals[self.face]
+
+    @property
+    def spacing(self) -> Floats:
+        """The distance between neighbouring texels at the points [n], metres."""
+        return self.face_spacing[self.face]
 
 
 class TexturedSurface:
@@ -62,7 +72,7 @@ class TexturedSurface:
         """The surface points of a subset of the texels."""
         face = self.texels.face[some]
         points = np.einsum("nk,nkj->nj", self.texels.weights(some), self.mesh.corners[face])
-        return SurfacePart(face, points, self.normals[face], self.spacing[face])
+        return SurfacePart(face, points, self.normals, self.spacing)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,13 +128,14 @@ def view_part(
     if edges is not None:
         border = np.minimum(border, edges().at(places))
     border = border / BORDER_WIDTH_PX
-    pixels = photograph().mean_colors(places, jacobian * part.spacing[index][:, None, None], threads)
+    spacing = part.face_spacing[part.face[index]]
+    pixels = photograph().mean_colors(places, jacobian * spacing[:, None, None], threads)
     dimming = vignetting_at(camera, sight.pixels)
     weight = sight.cosine**2 * np.sqrt(area) * np.clip(border, MIN_BORDER, 1.0)
     weight *= (pixels[:, 3] > 0.5) & (dimming > 0)
     shown = weight > 0
     colors = pixels[shown, :3] / dimming[shown, None]
-    footprint = (np.sqrt(area) * part.spacing[index])[shown].astype(np.float32)
+    footprint = (np.sqrt(area) * spacing)[shown].astype(np.float32)
     return PartView(
         index[shown],
         places[shown],

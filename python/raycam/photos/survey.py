@@ -5,7 +5,6 @@ The photographs' gains and shifts are estimated from these views.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +21,7 @@ from .images import PhotoSource
 from .sight import Facing
 from .surface_views import BORDER_WIDTH_PX, TexturedSurface, view_part
 
-__all__ = ["Survey", "ViewedPhotograph", "take_survey"]
+__all__ = ["Survey", "SurveyBuilder", "ViewedPhotograph"]
 
 Single = npt.NDArray[np.float32]
 
@@ -90,45 +89,50 @@ class Survey:
     """Derivatives [m, 2] of the photograph's luminance by its pixels, at the texel's resolution."""
 
 
-def take_survey(
-    world: World,
-    cameras: Mapping[str, Camera],
-    source: PhotoSource,
-    surface: TexturedSurface,
-    facing: Facing,
-    threads: int | None,
-) -> Survey:
-    """Views of evenly chosen texels, at most `MAX_VIEWS`.
+class SurveyBuilder:
+    """Collects views of evenly chosen texels, at most `MAX_VIEWS`, photograph by photograph.
 
     If there are more views, every other texel is dropped until the number is small enough.
     """
-    count = len(surface.texels.index)
-    chosen = np.arange(0, count, max(1, -(-count // MAX_POINTS)))
-    columns: list[npt.NDArray[Any]] = [np.zeros((0, *shape), kind) for kind, shape in COLUMNS]
-    for number, (name, camera) in enumerate(cameras.items()):
-        photo = ViewedPhotograph(world, camera, source, name, threads)
-        part = surface.part(chosen)
+
+    def __init__(self, world: World, surface: TexturedSurface, facing: Facing, threads: int | None) -> None:
+        self._world, self._surface, self._facing, self._threads = world, surface, facing, threads
+        count = len(surface.texels.index)
+        self._chosen = np.arange(0, count, max(1, -(-count // MAX_POINTS)))
+        self._columns: list[npt.NDArray[Any]] = [np.zeros((0, *shape), kind) for kind, shape in COLUMNS]
+
+    def add(self, number: int, photo: ViewedPhotograph) -> None:
+        """Adds the views in a photograph; numbers ascend."""
         view = view_part(
-            world, camera, photo.pyramid, part, facing=facing, edges=photo.edges, threads=threads
+            self._world,
+            photo.camera,
+            photo.pyramid,
+            self._surface.part(self._chosen),
+            facing=self._facing,
+            edges=photo.edges,
+            threads=self._threads,
         )
         if not len(view.index):
-            continue
+            return
         row = (
-            chosen[view.index].astype(np.int32),
+            self._chosen[view.index].astype(np.int32),
             np.full(len(view.index), number, np.int32),
             view.colors,
             view.weight,
             view.footprint,
             view.places.astype(np.float32),
-            _slopes(photo.pyramid(), view.places, view.footprint, threads),
+            _slopes(photo.pyramid(), view.places, view.footprint, self._threads),
         )
-        columns = [np.concatenate(pair) for pair in zip(columns, row, strict=True)]
-        while len(columns[0]) > MAX_VIEWS and len(chosen) > 1:
-            chosen = chosen[::2]
-            kept = np.isin(columns[0], chosen)
-            columns = [column[kept] for column in columns]
-    columns[0] = np.searchsorted(chosen, columns[0]).astype(np.int32)
-    return Survey(len(chosen), len(cameras), *columns)
+        self._columns = [np.concatenate(pair) for pair in zip(self._columns, row, strict=True)]
+        while len(self._columns[0]) > MAX_VIEWS and len(self._chosen) > 1:
+            self._chosen = self._chosen[::2]
+            kept = np.isin(self._columns[0], self._chosen)
+            self._columns = [column[kept] for column in self._columns]
+
+    def survey(self, cameras: int) -> Survey:
+        """Returns the views that were added, of `cameras` photographs."""
+        point = np.searchsorted(self._chosen, self._columns[0]).astype(np.int32)
+        return Survey(len(self._chosen), cameras, point, *self._columns[1:])
 
 
 def _slopes(pyramid: PhotoPyramid, places: Floats, footprint: Single, threads: int | None) -> Single:

@@ -27,13 +27,12 @@ from ..world.texture import Texture
 from .alignment import Alignment, measure_alignment
 from .composite import add_detail, compose
 from .face_views import FaceTotals
-from .gains import estimate_gains
 from .images import Photos, PhotoSource
 from .photo_set import BlendedTexels, PhotoSet, blend_texels
 from .photograph_fit import PhotographFit
 from .placement import placement_notices
 from .surface_views import TexturedSurface
-from .survey import Survey, take_survey
+from .survey import Survey
 from .texture_result import PhotoTexture
 from .truth import named_photographs
 from .visibility import side_of
@@ -146,11 +145,9 @@ def _compute(
 ) -> PhotoTexture:
     """Computes the texture of the object `number`; estimates gains if `equalise` is True."""
     surface = photos.surface
-    survey = take_survey(photos.world, photos.cameras, photos.source, surface, photos.facing, photos.threads)
-    if equalise:
-        photos = replace(photos, gains=estimate_gains(survey))
     totals = None if method == "blend" else FaceTotals()
-    blended = blend_texels(photos, memory, totals)
+    blended = blend_texels(photos, memory, totals, equalise=equalise)
+    photos = replace(photos, gains=blended.gains)
     if not blended.views.any():
         raise WorldError(
             f"object {photos.world.objects[number].name!r} is not visible to any camera; "
@@ -164,15 +161,15 @@ def _compute(
     if method == "detail":
         texels = surface.texels
         colors = add_detail(colors, blended.colors, blended.views > 0, texels.index, texels.size)
-    fits = _fits(photos, survey, blended, surface.texels.size[0])
+    fits = _fits(photos, blended, surface.texels.size[0])
     return _result(photos, number, blended, colors, view, fits, magenta)
 
 
-def _fits(photos: PhotoSet, survey: Survey, blended: BlendedTexels, size: int) -> tuple[PhotographFit, ...]:
+def _fits(photos: PhotoSet, blended: BlendedTexels, size: int) -> tuple[PhotographFit, ...]:
     """The fit of each photograph to the other photographs, with notices about poor fits."""
     sizes = np.array([camera.size for camera in photos.cameras.values()], float)
-    alignment = measure_alignment(survey, photos.gains, sizes)
-    warn_all([*_size_notices(survey, size), *_alignment_notices(alignment, list(photos.cameras))])
+    alignment = measure_alignment(blended.survey, photos.gains, sizes)
+    warn_all([*_size_notices(blended.survey, size), *_alignment_notices(alignment, list(photos.cameras))])
     fits = []
     for i, name in enumerate(photos.cameras):
         red, green, blue = photos.gains[i].tolist()

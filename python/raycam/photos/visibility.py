@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..arguments import Floats, one_of, thread_count, whole
 from ..camera import Camera
+from ..elementary import acos
 from ..errors import Notice, WorldError
 from ..lidar import Lidar
 from ..notices import warn, warn_all
@@ -308,5 +309,5 @@ class _Totals:
 
 def degrees_of(cosine: Floats) -> npt.NDArray[np.float32]:
     """Returns angles [n] in degrees, float32, from their cosines."""
-    found: npt.NDArray[np.float32] = np.degrees(np.arccos(np.clip(cosine, 0, 1))).astype(np.float32)
+    found: npt.NDArray[np.float32] = np.degrees(acos(np.clip(cosine, 0, 1))).astype(np.float32)
     return found
