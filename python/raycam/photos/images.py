@@ -39,7 +39,9 @@ class PhotoSource:
         self._given: set[Notice] = set()
         wanted = list(names)
         if isinstance(photos, Mapping):
-            absent = [name for name in wanted if name not in photos]
+            # `name in photos` may load a photograph, because `Mapping` implements it by access.
+            present = set(photos)
+            absent = [name for name in wanted if name not in present]
             if absent:
                 raise SettingsError(
                     f"photos: {_counted(absent, wanted)} missing from the mapping; its keys must be the photographs' "
@@ -57,7 +59,7 @@ class PhotoSource:
                     )
         # Mappings other than dict are not checked, because they may load photographs on access.
         checked = wanted if not isinstance(photos, Mapping) or isinstance(photos, dict) else []
-        paths = {name: path for name in checked if (path := self._path(name)) is not None}
+        paths = {name: path for name in checked if isinstance(path := self._path_or_array(name), Path)}
         lost = [
             os.fspath(path) if isinstance(photos, Mapping) else name
             for name, path in paths.items()
@@ -71,12 +73,10 @@ class PhotoSource:
                 )
             )
 
-    def _path(self, name: str) -> Path | None:
-        """The photograph's file; None for an array."""
+    def _path_or_array(self, name: str) -> Any:
+        """The photograph's file as a `Path`, or its array; a mapping may load the photograph for this."""
         given = self.photos[name] if isinstance(self.photos, Mapping) else Path(self.photos) / name
-        if isinstance(given, str | os.PathLike):
-            return Path(given)
-        return None
+        return Path(given) if isinstance(given, str | os.PathLike) else given
 
     def read(self, name: str, camera: Camera) -> npt.NDArray[np.float32]:
         """The photograph of this name, linear [h, w, 4] with opacity.
@@ -84,12 +84,11 @@ class PhotoSource:
         Raises `SettingsError` if its size is not the camera's, for values that are not finite and for arrays of another
         shape; `FormatError` and `OSError` for its file.
         """
-        path = self._path(name)
-        if path is None:
-            assert isinstance(self.photos, Mapping)
-            found = linear_photo(name, self.photos[name])
+        given = self._path_or_array(name)
+        if not isinstance(given, Path):
+            found = linear_photo(name, given)
         else:
-            found, notices = read_oriented(path, camera.size, self.orientation)
+            found, notices = read_oriented(given, camera.size, self.orientation)
             for notice in distinct(notices):
                 if notice not in self._given:
                     self._given.add(notice)
