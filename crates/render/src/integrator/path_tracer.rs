@@ -39,6 +39,10 @@ const MAX_SPECULAR_SURVIVAL: f32 = 0.95;
 /// light that leaves the body would have an infinite variance.
 const MAX_SCATTERED_SURVIVAL: f32 = 0.99;
 
+/// Maximum number of surfaces of a path at which lights are sampled separately ([`LightSampling::Split`]), if there are
+/// few finite lights without a mesh. Later surfaces contribute less; one light is sampled there.
+const MAX_SPLIT_BOUNCES: u32 = 3;
+
 /// Settings of the paths of one image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathSettings<'a> {
@@ -50,7 +54,8 @@ pub(crate) struct PathSettings<'a> {
     /// Number of light samples per point.
     pub light_samples: usize,
     pub light_sampling: LightSampling,
-    /// True if lights of several kinds are sampled separately at points that camera rays hit.
+    /// True if lights of several kinds are sampled separately at points that camera rays hit, and at the next two
+    /// surfaces if there are few finite lights.
     pub split_lights: bool,
     /// Replaces constant environments by an ambient term. The value is the distance within which surfaces occlude the
     /// ambient light, if such a limit exists.
@@ -91,6 +96,8 @@ pub(crate) struct PathModes<'a> {
     pub batch_direct_lighting: bool,
     /// True if lights of several kinds are sampled separately at points that camera rays hit.
     pub split_lights: bool,
+    /// Number of first bounces at which all paths sample lights separately.
+    split_bounces: u32,
     /// True if the last segment of a path needs only an occlusion test, because its hit neither emits nor absorbs
     /// light.
     pub last_segment_is_occlusion_only: bool,
@@ -125,11 +132,18 @@ impl<'a> PathModes<'a> {
         let kind = |prepared: &PreparedMaterial| std::mem::discriminant(&prepared.kind);
         let mut kinds = geometry.materials.iter().map(kind);
         let first_kind = kinds.next();
+        let split_lights = settings.split_lights && lights.max_split_samples().is_some();
+        let split_bounces = match (split_lights, lights.has_few_finite()) {
+            (false, _) => 0,
+            (true, false) => 1,
+            (true, true) => MAX_SPLIT_BOUNCES,
+        };
         Self {
             light_choice,
             mis_with_bsdf: lights.is_hittable(settings.ambient_term.is_some()),
             batch_direct_lighting,
-            split_lights: settings.split_lights && lights.max_split_samples().is_some(),
+            split_lights,
+            split_bounces,
             last_segment_is_occlusion_only: last_segment_is_occlusion_only(geometry, lights),
             needs_lobe_choice: geometry.materials.iter().any(needs_lobe_choice),
             has_hidden_objects: geometry.has_hidden_objects,
@@ -180,11 +194,16 @@ impl<'a> PathTracer<'a> {
     pub fn new(world: &'a PreparedWorld, settings: &'a PathSettings<'a>, batch: &CameraRayBatch<'a>) -> Self {
         let lights = settings.lights;
         let guiding = world.guiding.get();
-        let modes = PathModes::new(&world.geometry, settings);
+        let mut modes = PathModes::new(&world.geometry, settings);
         // The rate of light sampling is learned at surfaces, and is not valid in media.
         let is_clear = settings.media.is_none();
         let may_be_rare =
             is_clear && modes.needs_light_choice() && settings.light_sampling == LightSampling::Importance;
+        let rare_light_sampling = guiding.filter(|guiding| may_be_rare && guiding.has_rare_light_sampling());
+        if rare_light_sampling.is_some() {
+            // The rate of light sampling applies only where one light is selected.
+            modes.split_bounces = modes.split_bounces.min(1);
+        }
         Self {
             geometry: &world.geometry,
             lights,
@@ -192,7 +211,7 @@ impl<'a> PathTracer<'a> {
             samplers: batch.samplers,
             modes,
             guide: guiding.and_then(|guiding| guiding.guide(&world.geometry, lights, batch.is_late)),
-            rare_light_sampling: guiding.filter(|guiding| may_be_rare && guiding.has_rare_light_sampling()),
+            rare_light_sampling,
             bounce: 0,
         }
     }
@@ -381,16 +400,17 @@ impl PathTracer<'_> {
 
     /// Method of light sampling at the next hit of a path.
     pub fn light_sampling(&self, path: &PathState) -> LightSampling {
-        if self.modes.split_lights && path.is_camera_ray { LightSampling::Split } else { self.settings.light_sampling }
+        let is_split = self.modes.split_lights && path.is_camera_ray || self.bounce < self.modes.split_bounces;
+        if is_split { LightSampling::Split } else { self.settings.light_sampling }
     }
 
     /// Method of light sampling at this bounce, for all paths that have not passed a surface unscattered.
     pub fn light_sampling_of_bounce(&self) -> LightSampling {
-        if self.modes.split_lights && self.bounce == 0 { LightSampling::Split } else { self.settings.light_sampling }
+        if self.bounce < self.modes.split_bounces { LightSampling::Split } else { self.settings.light_sampling }
     }
 
     /// True if a path samples lights in the same way as the other paths of this bounce; false for a camera ray that
-    /// passed a surface.
+    /// passed surfaces and is at a later bounce than those at which all paths sample lights separately.
     pub fn samples_lights_in_step(&self, path: &PathState) -> bool {
         self.light_sampling(path) == self.light_sampling_of_bounce()
     }

@@ -118,6 +118,11 @@ impl Lights {
             .then_some(self.non_constant_infinite + MAX_SPLIT_LIGHTS + 1)
     }
 
+    /// True if [`Lights::sample_split`] samples every finite light without a mesh, instead of selecting some of them.
+    pub fn has_few_finite(&self) -> bool {
+        self.tree.count() <= MAX_SPLIT_LIGHTS
+    }
+
     /// Roots of light trees that consist of one node with several children, for finite lights and for emissive
     /// triangles. The importances of such a node can be computed for a batch of points.
     pub fn single_node_trees(&self, choice: LightSampling) -> [Option<&LightTreeNode>; 2] {

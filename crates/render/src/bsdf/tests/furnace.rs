@@ -163,7 +163,7 @@ fn weights_inside_mixed_bodies_do_not_grow() {
         let table: &'static DielectricAlbedo = Box::leak(Box::new(DielectricAlbedo::new(ior, FresnelModel::Schlick)));
         let f0 = Vec3::splat(((ior - 1.0) / (ior + 1.0)).powi(2));
         let fresnel = Fresnel::Schlick { f0, f90: Vec3::ONE, eta: Some(1.0 / ior) };
-        for roughness in [0.15, 0.4, 0.7, 1.0] {
+        for roughness in [0.0, 0.15, 0.4, 0.7, 1.0] {
             for transmission in [0.1, 0.25, 0.4, 0.7] {
                 let growth = second_moment_growth(LayerStack {
                     fresnel,

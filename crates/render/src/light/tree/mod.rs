@@ -142,8 +142,8 @@ impl LightTree {
         if self.is_empty() {
             return None;
         }
-        let (mut at, mut probability) = (0, 1.0);
-        for level in 0.. {
+        let (mut at, mut level, mut probability) = (0, 0, 1.0);
+        loop {
             let (child, child_probability);
             (child, child_probability, number) = sample_child(level, at, number)?;
             probability *= child_probability;
@@ -155,8 +155,8 @@ impl LightTree {
                 }
                 Child::Node(next) => at = next,
             }
+            level += 1;
         }
-        None
     }
 
     /// Selects several lights: all lights if there are at most [`MAX_SPLIT_LIGHTS`]; otherwise this number of
