@@ -35,7 +35,6 @@ mod folder;
 mod formats;
 mod intrinsics;
 mod kitti;
-mod length_unit;
 mod open_folder;
 mod opencv;
 mod photogrammetry;

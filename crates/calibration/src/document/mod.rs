@@ -2,6 +2,7 @@
 
 pub(crate) mod csv_tree;
 pub(crate) mod ini;
+pub(crate) mod length_unit;
 pub(crate) mod lens_keys;
 pub(crate) mod npy;
 pub(crate) mod number_format;
@@ -18,9 +19,9 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 use raycam_scene::camera::nearest_rotation;
-use raycam_scene::{ErrorCode, Lens, LensModel, Notice, counted, suggestion};
+use raycam_scene::{ErrorCode, Lens, LensModel, Notice, NoticeCode, counted, suggestion};
 
-use crate::length_unit::notice_of_unread_key;
+use crate::document::length_unit::LengthUnit;
 use raycam_formats::{FormatError, Result};
 
 /// Maximum nesting depth of a tree; deeper documents are rejected.
@@ -300,9 +301,27 @@ impl<'a> Cursor<'a> {
         for (key, node) in entries.iter().filter(|(key, _)| !is_known(key)) {
             let at = self.child(key, node);
             at.refuse_lens(key)?;
-            notices.extend(notice_of_unread_key(key, &at, format!("{place}{key} (line {})", node.line)));
+            notices.extend(at.notice_of_unread_key(key, format!("{place}{key} (line {})", node.line)));
         }
         Ok(notices)
+    }
+
+    /// The unit of length that this value specifies for other values, if its key is `units`, `length_unit` or similar.
+    fn stated_unit(&self, key: &str) -> Option<LengthUnit> {
+        let key = key.to_lowercase();
+        let is_unit = key.ends_with("unit") || key.ends_with("units");
+        LengthUnit::from_name(&self.word().ok().filter(|_| is_unit)?.trim().to_lowercase())
+    }
+
+    /// Returns the notice about a value that is not read, which `subject` names; `None` if the value specifies metres,
+    /// which are raycam's unit.
+    pub(crate) fn notice_of_unread_key(&self, key: &str, subject: String) -> Option<Notice> {
+        let Some(unit) = self.stated_unit(key) else {
+            return Some(Notice::about(NoticeCode::IgnoredKey, subject, "ignored"));
+        };
+        let unit = unit.other_than_metres()?;
+        let message = format!("the key specifies lengths in {unit}; they are not converted to metres");
+        Some(Notice::about(NoticeCode::PlacedCameras, subject, message))
     }
 }
 

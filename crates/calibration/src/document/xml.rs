@@ -67,6 +67,15 @@ impl Tree<'_> {
             }
             groups[place].1.push(inner);
         }
+        for (name, nodes) in &groups {
+            let attribute = entries.iter().find(|(key, _)| key == name).map(|(_, node)| &node.value);
+            if let (Some(attribute), Some(first)) = (attribute, nodes.first())
+                && (nodes.len() > 1 || first.value != *attribute)
+            {
+                let text = format!("{name} is both an attribute and an element; remove one of the two");
+                return Err(FormatError::line(self.path, first.line, text));
+            }
+        }
         let value_of = |mut nodes: Vec<DocumentNode>| match (nodes.len(), nodes.first().map_or(line, |node| node.line))
         {
             (1, _) => nodes.remove(0),

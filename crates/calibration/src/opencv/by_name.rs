@@ -1,6 +1,7 @@
 //! Calibrations as maps of matrices by camera name, `{"K": {"left": ..., "right": ...}, "D": {"left": ...}}`. Such a
 //! document becomes a document with a map for each camera, `{"left": {"K": ..., "D": ...}, "right": {...}}`.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use crate::document::{Cursor, DocumentNode, Value};
@@ -10,16 +11,21 @@ use crate::opencv::keys;
 pub(super) fn split(node: DocumentNode) -> DocumentNode {
     let Value::Map(entries) = &node.value else { return node };
     let Some(names) = entries.iter().find_map(names_of_matrices) else { return node };
-    let is_by_name = |value: &DocumentNode| matches!(&value.value, Value::Map(inner) if inner.iter().all(|(key, _)| names.contains(key)) && !inner.is_empty());
-    let (by_name, shared): (Vec<_>, Vec<_>) = entries.iter().cloned().partition(|(_, value)| is_by_name(value));
-    let camera = |name: &String| {
-        let own = by_name.iter().filter_map(|(key, value)| {
-            let Value::Map(inner) = &value.value else { return None };
-            inner.iter().find(|(key, _)| key == name).map(|(_, value)| (key.clone(), value.clone()))
-        });
-        (name.clone(), DocumentNode { value: Value::Map(own.collect()), line: node.line })
-    };
-    let cameras: Vec<_> = names.iter().map(camera).collect();
+    let places: HashMap<&str, usize> = names.iter().enumerate().map(|(place, name)| (&name[..], place)).collect();
+    let mut cameras = vec![vec![]; names.len()];
+    let mut shared = vec![];
+    for (key, value) in entries {
+        match &value.value {
+            Value::Map(inner) if !inner.is_empty() && inner.iter().all(|(name, _)| places.contains_key(&name[..])) => {
+                for (name, value) in inner {
+                    cameras[places[&name[..]]].push((key.clone(), value.clone()));
+                }
+            }
+            _ => shared.push((key.clone(), value.clone())),
+        }
+    }
+    let camera = |(name, own)| (name, DocumentNode { value: Value::Map(own), line: node.line });
+    let cameras = names.iter().cloned().zip(cameras).map(camera);
     DocumentNode { value: Value::Map(shared.into_iter().chain(cameras).collect()), line: node.line }
 }
 

@@ -60,17 +60,21 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
     Ok(Some(k))
 }
 
-/// Returns an error if the numbers of `at` differ from `values`, the same quantity in the key `first`. Rounded numbers
-/// count as equal.
+/// Returns an error if the numbers of `at` differ from `values`, the same quantity in the key `first`. Numbers
+/// that differ by at most 0.01 % (below 1: by 1e-4) count as equal, because they may be rounded.
 fn check_equal(at: &Cursor<'_>, values: &[f64], first: &Cursor<'_>) -> Result<()> {
     let numbers = at.numbers().or_else(|_| at.number().map(|number| vec![number]))?;
     let is_equal = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-4 * b.abs().max(1.0);
     if numbers.len() == values.len() && numbers.iter().zip(values).all(is_equal) {
         return Ok(());
     }
+    let listed = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
     Err(at.fail(format_args!(
-        "{} (line {}) has a different value for the same quantity; remove one of the two keys",
-        first.key, first.node.line
+        "{}, but {} (line {}) has a different value for the same quantity, {}; remove one of the two keys",
+        listed(&numbers),
+        first.key,
+        first.node.line,
+        listed(values)
     )))
 }
 
@@ -91,10 +95,10 @@ pub(super) fn has_focal_pair(view: &KeyView<'_>) -> bool {
 /// True for a key from which K is read because the map contains neither a camera matrix nor fx and fy (or cx and cy).
 pub(super) fn is_focal_key(view: &KeyView<'_>, key: &str) -> bool {
     let has = |names: &[&str]| !view.all(names).is_empty();
-    let [fx, fy, cx, cy] = keys::FOCALS.map(has);
-    !has(&keys::K)
-        && (view.has_name(key, &keys::FOCAL_PAIR) && !(fx && fy)
-            || view.has_name(key, &keys::PRINCIPAL_POINT) && !(cx && cy))
+    let [fx, fy, cx, cy] = keys::FOCALS;
+    // The key's name is checked first, because `has` inspects all keys.
+    let is_pair = |pair: &[&str], parts: [&[&str]; 2]| view.has_name(key, pair) && !parts.into_iter().all(has);
+    (is_pair(&keys::FOCAL_PAIR, [fx, fy]) || is_pair(&keys::PRINCIPAL_POINT, [cx, cy])) && !has(&keys::K)
 }
 
 /// Two numbers in a map, such as `focal_length: {fx: 500, fy: 500}` and `principal_point: {x: 320, y: 240}`.
@@ -238,7 +242,7 @@ pub(super) fn read(
     record.size = size(view)?;
     for above in &view.above {
         if record.size.is_none() {
-            record.size = size(&KeyView::new(above.clone()))?;
+            record.size = size(above)?;
         }
     }
     record.time = view.find_value(&["time"])?.map(|at| at.number()).transpose()?;

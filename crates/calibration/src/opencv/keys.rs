@@ -1,8 +1,11 @@
 //! Common keys of cameras, lenses and poses, compared without case, `_`, `-`, `.` and spaces.
 
+use std::cell::OnceCell;
+use std::rc::Rc;
+
+use crate::document::length_unit::LengthUnit;
 use crate::document::lens_keys::plain;
 use crate::document::{Cursor, check_rotation, number_text, rigid};
-use crate::length_unit::LengthUnit;
 use raycam_formats::Result;
 
 /// Keys of K, as 9 numbers or as 4: fx, fy, cx, cy.
@@ -562,19 +565,36 @@ pub(super) struct KeyView<'a> {
     /// Markers of the camera, such as `1` and `left`; empty for keys without a marker.
     pub(super) side: Vec<String>,
     /// Maps that enclose this map, the innermost first; their size, skew and lens model also apply to the camera.
-    pub(super) above: Vec<Cursor<'a>>,
+    pub(super) above: Vec<Rc<KeyView<'a>>>,
+    /// [`KeyView::base`] of each key of the map, computed once.
+    bases: OnceCell<Rc<[Vec<String>]>>,
+}
+
+/// True if any of a key's bases is one of these names.
+fn is_any(bases: &[String], names: &[&str]) -> bool {
+    bases.iter().any(|base| names.contains(&base.as_str()))
 }
 
 impl<'a> KeyView<'a> {
     /// Creates a view of the keys without a marker.
     pub(super) fn new(at: Cursor<'a>) -> Self {
-        Self { at, side: vec![], above: vec![] }
+        Self::marked(at, vec![])
+    }
+
+    /// Creates a view of the keys with a marker of a camera.
+    pub(super) fn marked(at: Cursor<'a>, side: Vec<String>) -> Self {
+        Self { at, side, above: vec![], bases: OnceCell::new() }
+    }
+
+    /// Creates a view of a map inside other maps, the innermost first.
+    pub(super) fn below(at: Cursor<'a>, above: Vec<Rc<Self>>) -> Self {
+        Self { above, ..Self::new(at) }
     }
 
     /// Value of a key with one of these names in this map, or otherwise in the innermost enclosing map with such a key.
     pub(super) fn inherited(&self, names: &[&str]) -> Result<Option<Cursor<'a>>> {
         let own = self.find_value(names)?;
-        let above = || self.above.iter().find_map(|at| Self::new(at.clone()).find_value(names).transpose()).transpose();
+        let above = || self.above.iter().find_map(|outer| outer.find_value(names).transpose()).transpose();
         own.map_or_else(above, |own| Ok(Some(own)))
     }
 
@@ -604,25 +624,30 @@ impl<'a> KeyView<'a> {
 
     /// True if a key has one of these names.
     pub(super) fn has_name(&self, key: &str, names: &[&str]) -> bool {
-        self.base(key).iter().any(|base| names.contains(&base.as_str()))
+        is_any(&self.base(key), names)
+    }
+
+    /// Entries of the map with the bases of their keys.
+    fn entries_with_bases(&self) -> impl Iterator<Item = (&'a str, Cursor<'a>, &[String])> {
+        let entries = self.at.entries().unwrap_or_default();
+        let bases = self.bases.get_or_init(|| entries.iter().map(|(key, _)| self.base(key)).collect());
+        entries.into_iter().zip(bases.iter()).map(|((key, at), bases)| (key, at, &bases[..]))
     }
 
     /// Values of all keys with these names, in this map and in the map of the intrinsics.
     pub(super) fn all(&self, names: &[&str]) -> Vec<Cursor<'a>> {
-        let entries = self.at.entries().unwrap_or_default();
         let inner = self.intrinsics().map(|inner| inner.all(names)).unwrap_or_default();
-        let is_other = |key: &str, at: &Cursor<'_>| {
-            self.has_name(key, &K) && (is_keyed(at) || is_rigid_transform(at) || is_k_of_coefficients(key, at))
+        let is_other = |(key, at, bases): &(&str, Cursor<'_>, &[String])| {
+            is_any(bases, &K) && (is_keyed(at) || is_rigid_transform(at) || is_k_of_coefficients(key, at))
         };
-        let wanted = |(key, at): &(&str, Cursor<'a>)| self.has_name(key, names) && !at.is_null() && !is_other(key, at);
-        entries.into_iter().filter(wanted).map(|(_, at)| at).chain(inner).collect()
+        let named = self.entries_with_bases().filter(|(_, at, bases)| is_any(bases, names) && !at.is_null());
+        named.filter(|entry| !is_other(entry)).map(|(_, at, _)| at).chain(inner).collect()
     }
 
     /// View of a separate map of intrinsics with named numbers: `intrinsics: {fx: ..., fy: ...}`.
     pub(super) fn intrinsics(&self) -> Option<KeyView<'a>> {
-        let entries = self.at.entries().ok()?;
-        let mut maps = entries.into_iter().filter(|(key, at)| self.has_name(key, &K) && is_keyed(at));
-        maps.next().map(|(_, at)| KeyView::new(at))
+        let mut maps = self.entries_with_bases().filter(|(_, at, bases)| is_any(bases, &K) && is_keyed(at));
+        maps.next().map(|(_, at, _)| KeyView::new(at))
     }
 
     /// Value of a key with one of these names; several such keys must have equal values.
@@ -643,12 +668,12 @@ impl<'a> KeyView<'a> {
 
     /// True if the key belongs to a rectified pair.
     pub(super) fn is_rectified(&self, key: &str) -> bool {
-        self.base(key).iter().any(|base| RECTIFIED.contains(&base.as_str()))
+        is_any(&self.base(key), &RECTIFIED)
     }
 
     /// True if the reader recognises the key.
     pub(super) fn knows(&self, key: &str) -> bool {
-        !self.at.get(key).is_some_and(|at| is_k_of_coefficients(key, &at))
-            && self.base(key).iter().any(|base| is_base(base))
+        let is_coefficients = plain(key) == "k" && self.at.get(key).is_some_and(|at| is_k_of_coefficients(key, &at));
+        !is_coefficients && self.base(key).iter().any(|base| is_base(base))
     }
 }

@@ -193,9 +193,8 @@ fn stated<'a>(view: &KeyView<'a>) -> Result<Option<(Cursor<'a>, &'a str)>> {
     // A key of this map takes precedence over the same key of an enclosing map, even if its value names only a
     // projection.
     let own = model_keys(view);
-    for above in &view.above {
-        let outer = KeyView::new(above.clone());
-        if let Some(found) = stated_here(&outer)? {
+    for outer in &view.above {
+        if let Some(found) = stated_here(outer)? {
             return Ok(Some(found).filter(|(at, _)| !own.contains(&plain(at.name()))));
         }
     }
@@ -324,7 +323,7 @@ const LENS_WORDS: [&str; 18] = [
 /// True if the file was written by MC-Calib.
 fn is_mc_calib(view: &KeyView<'_>) -> bool {
     let has = |at: &Cursor<'_>| at.get("nb_camera").is_some() || at.get("camera_group").is_some();
-    has(&view.at) || view.above.iter().any(has)
+    has(&view.at) || view.above.iter().any(|outer| has(&outer.at))
 }
 
 /// True if four coefficients may also belong to `cv2.fisheye`, whose tutorials write DIM, K and D.
@@ -339,7 +338,7 @@ fn may_be_fisheye(view: &KeyView<'_>, shown: &Cursor<'_>, numbers: &[f64]) -> bo
     let stereo_calib = view.at.get("M1").is_some();
     let says = |word: &str| plain(word).contains("fisheye");
     let says_so = |(key, at): &(&str, Cursor<'_>)| says(key) || at.word().is_ok_and(says);
-    let above = view.above.iter().any(|at| at.entries().is_ok_and(|entries| entries.iter().any(says_so)));
+    let above = view.above.iter().any(|outer| outer.at.entries().is_ok_and(|entries| entries.iter().any(says_so)));
     let hinted = !view.all(&["dim"]).is_empty()
         || shown.file_name().is_some_and(|name| says(&name))
         || above

@@ -2,9 +2,11 @@
 
 mod by_name;
 mod camera;
+mod camera_maps;
 mod directed_pose;
 mod keys;
 mod lens;
+mod one_camera;
 pub(crate) mod pair_folder;
 mod partner;
 mod pose;

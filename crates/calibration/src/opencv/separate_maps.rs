@@ -5,32 +5,34 @@ use std::path::Path;
 
 use crate::document::Cursor;
 use crate::document::lens_keys::plain;
-use crate::length_unit::notice_of_unread_key;
+use crate::opencv::camera_maps::{has_camera, list_of_cameras};
 use crate::opencv::keys::{self, KeyView};
-use crate::opencv::read::{has_camera, list_of_cameras, one, read as read_file, refuse_lens_without_k};
+use crate::opencv::one_camera::{self, refuse_lens_without_k};
 use crate::opencv::{partner, pose, stereo};
 use crate::rig::one_rig;
 use crate::{Calibration, Pose, ReadHints, pose_map};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
-use raycam_scene::counted;
+use raycam_scene::{Notice, NoticeCode, counted};
 
 /// Maximum nesting level of the poses below a map such as `extrinsics`.
 const MAX_POSE_DEPTH: usize = 3;
 
-/// Reads cameras in separate maps; two cameras with R and T form a pair.
+/// Reads cameras in separate maps; two cameras with R and T form a pair. A file that contains only the poses of a pair is
+/// read together with the file of its cameras, by `read_file`.
 pub(super) fn read(
     view: &KeyView<'_>,
     source: &InputFile,
     assets: &mut AssetRoot,
     hints: &ReadHints,
+    read_file: impl FnOnce(&InputFile, &mut AssetRoot, &ReadHints) -> Result<Calibration>,
 ) -> Result<Calibration> {
     let root = &view.at;
     let listed = list_of_cameras(root)?;
     let (cameras, others): (Vec<_>, Vec<_>) = listed.into_iter().partition(|(_, inner)| has_camera(&inner.at));
     let mut calibration = Calibration::default();
     for (name, inner) in cameras {
-        let camera = one(&inner, name, hints)?;
+        let camera = one_camera::read(&inner, name, hints)?;
         calibration.records.extend(camera.records);
         calibration.notices.extend(camera.notices);
         calibration.used_convention |= camera.used_convention;
@@ -65,9 +67,18 @@ fn place_pair(root: &Cursor<'_>, pair: Option<(String, Pose)>, calibration: &mut
             counted(calibration.records.len(), "camera")
         )));
     };
-    let (key, first, second) = (plain(&key), plain(&first.name), plain(&second.name));
-    let links = |a: &str, b: &str| key.contains(&format!("{a}to{b}")) || key.contains(&format!("{b}from{a}"));
-    let pose = if links(&second, &first) { pose.inverted() } else { pose };
+    // The cameras of `right_to_left` may be named `right_camera` and `left_cam`.
+    let short = |name: &str| match plain(name).replace("camera", "").replace("cam", "") {
+        rest if rest.chars().any(char::is_alphabetic) => rest,
+        _ => plain(name),
+    };
+    let (first, second) = (&first.name, &second.name);
+    let links = |a: &str, b: &str| {
+        [(plain(&key), plain(a), plain(b)), (short(&key), short(a), short(b))].iter().any(|(key, a, b)| {
+            [format!("{a}to{b}"), format!("{a}2{b}"), format!("{b}from{a}")].iter().any(|link| key.contains(link))
+        })
+    };
+    let pose = if links(second, first) { pose.inverted() } else { pose };
     stereo::place_second(Some(pose), calibration).map_err(|error| root.fail(error))
 }
 
@@ -106,16 +117,16 @@ impl PosesBesideCameras<'_, '_> {
             is_used = self.pair.is_some();
         } else if let (None, true, Some(around)) = (&self.pair, pose::is_part(view, name), inner.above.first()) {
             // R and T are next to the cameras, in a map below the root.
-            self.pair = pose::read_r_t(&KeyView::new(around.clone()))?.map(|pose| (String::new(), pose));
+            self.pair = pose::read_r_t(around)?.map(|pose| (String::new(), pose));
         } else if has_cameras && (holds_poses && self.pair.is_none() || pose::is_pose_key(view, name, &inner.at)) {
             return Err(inner.at.fail(
                 "a pose outside the cameras' maps; write it into the map of its camera or, for a pair, as R and T, which \
-                 map points from the first camera to the second",
+                 map points from the first camera to the second, or remove it if it belongs to another sensor",
             ));
         }
         if !(view.knows(name) || view.is_rectified(name) || is_used) {
             let subject = format!("{name} (line {})", inner.at.node.line);
-            calibration.notices.extend(notice_of_unread_key(name, &inner.at, subject));
+            calibration.notices.extend(inner.at.notice_of_unread_key(name, subject));
         }
         Ok(())
     }
@@ -141,9 +152,14 @@ fn place_by_name(at: &Cursor<'_>, hints: &ReadHints, calibration: &mut Calibrati
         }
         record.pose = Some(pose);
     }
-    if calibration.records.iter().all(|record| record.pose.is_some()) {
+    let without: Vec<_> = calibration.records.iter().filter(|record| record.pose.is_none()).collect();
+    let text = "no pose in the map of poses; the camera is at the origin";
+    let notices: Vec<_> =
+        without.iter().map(|record| Notice::about(NoticeCode::AssumedConvention, record.name.clone(), text)).collect();
+    if notices.is_empty() {
         one_rig(&mut calibration.records, "rig");
     }
+    calibration.notices.extend(notices);
     Ok(true)
 }
 

@@ -28,7 +28,7 @@ pub(super) fn pair<'a>(root: &Cursor<'a>) -> Option<[(String, KeyView<'a>); 2]> 
     }
     SIDES.iter().find_map(|(name, sides)| {
         let side = |side: &[&str]| side.iter().map(|mark| (*mark).to_owned()).collect();
-        let views = sides.map(|marks| KeyView { at: root.clone(), side: side(marks), above: vec![] });
+        let views = sides.map(|marks| KeyView::marked(root.clone(), side(marks)));
         let has_k = |view: &KeyView<'_>| view.all(&keys::K).iter().any(keys::is_matrix) || view.intrinsics().is_some();
         let named = |view: KeyView<'a>| (format!("{name}{}", view.side[0]), view);
         views.iter().all(has_k).then(|| views.map(named))

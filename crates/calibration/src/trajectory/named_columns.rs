@@ -6,8 +6,8 @@ use std::path::Path;
 use glam::DVec3;
 use raycam_scene::{NoticeCode, PixelCenter, counted};
 
+use crate::document::length_unit::{LengthUnit, is_micro_sign};
 use crate::document::number_lines::without_comment;
-use crate::length_unit::LengthUnit;
 use crate::pose::SCALED_QUATERNION;
 use crate::trajectory::stated_order::{StatedOrder, stated_order};
 use crate::{Calibration, CameraRecord, Pose, Rotation};
@@ -235,7 +235,7 @@ impl Header {
     /// True for a row of units below the names: `s,m,m,m,-,-,-,-`.
     fn has_units(&self, row: &str) -> bool {
         let is_unit = |word: &str| {
-            let word = word.trim_matches(|c: char| !c.is_alphanumeric() && c != '\u{b5}').to_lowercase();
+            let word = word.trim_matches(|c: char| !c.is_alphanumeric() && !is_micro_sign(c)).to_lowercase();
             let others = ["", "s", "ms", "us", "\u{b5}s", "ns", "sec", "rad", "none", "na", "1"];
             others.contains(&&word[..]) || LengthUnit::from_name(&word).is_some()
         };
@@ -379,7 +379,7 @@ fn length_unit(name: &str) -> Option<LengthUnit> {
 
 /// Words of a column's name.
 fn words_of_name(name: &str) -> impl Iterator<Item = &str> {
-    name.split(|c: char| !c.is_ascii_alphanumeric() && c != '\u{b5}').filter(|word| !word.is_empty())
+    name.split(|c: char| !c.is_ascii_alphanumeric() && !is_micro_sign(c)).filter(|word| !word.is_empty())
 }
 
 /// Returns the role of a column by its name in lower case.
@@ -409,7 +409,7 @@ fn role_of(name: &str) -> Role {
     let letter = |text: &str| ["w", "x", "y", "z"].iter().position(|letter| *letter == text);
     let imaginary = |text: &str| ["r", "i", "j", "k"].iter().position(|letter| *letter == text);
     for part in &parts {
-        let (group, rest) = part.split_at(part.len().saturating_sub(1));
+        let (group, rest) = part.split_at(part.char_indices().next_back().map_or(0, |(at, _)| at));
         match (group, letter(rest)) {
             ("q" | "quat" | "rot" | "o", Some(i)) => return Role::Quaternion(i),
             ("r", Some(i)) if parts.len() == 1 => return Role::RotationLetter(i),

@@ -140,9 +140,10 @@ impl Container {
                     let text = version.as_str().map_or(version.to_string(), str::to_owned);
                     check_version(&text, path)
                 })?;
-                let is_readable = serde_json::from_str::<IgnoredAny>(text).is_ok()
+                // If the syntax is invalid or the repair needs too much memory, the original error is reported.
+                let can_be_repaired = serde_json::from_str::<IgnoredAny>(text).is_ok()
                     && allowance.charge(path, "the JSON", values_of(text), 64).is_ok();
-                let root = is_readable.then(|| without_invalid_values(text, diagnostics)).flatten();
+                let root = can_be_repaired.then(|| without_invalid_values(text, diagnostics)).flatten();
                 root.ok_or_else(|| json_error(text, path, &error))?
             }
         };
