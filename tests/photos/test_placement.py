@@ -200,9 +200,41 @@ def test_room_in_another_unit_gets_its_factor(size: float) -> None:
 
 @pytest.mark.parametrize("size", [1000.0, 100.0, 0.1, 0.01, 0.001, 0.0254])
 def test_room_around_the_origin_in_another_unit_gets_its_factor(size: float) -> None:
-    walls, inside = room_and_cameras([0, 0, 0])
+    walls, inside = room_and_cameras([0, 0, -1.4] if size > 1 else [0, 0, 0])
     [notice] = placement_notices(mesh_of(size * walls), inside)
     check_mentions(str(notice), [f"scale the mesh by {1 / size:g} "])
+
+
+@pytest.mark.parametrize("shift", [0.0, 40.0])
+@pytest.mark.parametrize(
+    "places",
+    [
+        [[0.5 * np.cos(a), 0.5 * np.sin(a), 1.5] for a in np.arange(6) * np.pi / 3],
+        [[0.05 * step, 0, 1.5] for step in range(30)],
+        [[-0.1, 0, 1.5], [0, 0, 1.5], [0.1, 0, 1.5]],
+        [[0.02 * i, 0, 1.5 + 0.02 * j] for i in range(3) for j in range(3)],
+    ],
+    ids=["vehicle", "short drive", "three in a row", "array"],
+)
+def test_cameras_close_together_in_a_street_give_no_notice(places: list[list[float]], shift: float) -> None:
+    street = np.array(
+        [[x, y, z] for z in (0, 20) for x, y in ((-90, -60), (90, -60), (90, 60), (-90, 60))], float
+    )
+    turns = np.arange(len(places)) * (np.pi / 3 if len(places) == 6 else 0)
+    cameras = {
+        str(number): raycam.Camera.look_at(
+            (at := np.add(place, [shift, shift / 2, 0])),
+            np.add(at, [np.cos(a), np.sin(a), -0.05]),
+            size=(96, 64),
+            fov=65,
+        )
+        for number, (place, a) in enumerate(zip(places, turns, strict=True))
+    }
+    sides = np.array([[4, 0, 1], [4, 1, 5], [5, 1, 2], [5, 2, 6], [6, 2, 3], [6, 3, 7], [7, 3, 0], [7, 0, 4]])
+    ground = np.array([[0, 1, 2], [0, 2, 3]])
+    world = raycam.World()
+    world.add_mesh(np.add(street, [shift, shift / 2, 0]), np.concatenate([sides, ground]))
+    assert placement_notices(world, cameras) == []
 
 
 def test_panorama_and_cameras_across_a_room_give_no_notice() -> None:

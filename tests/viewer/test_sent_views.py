@@ -9,7 +9,7 @@ from raycam.viewer.session.sent_views import MAX_SENT_VIEWS, SentViews
 
 def test_images_of_one_version_have_one_number(small_world: raycam.World) -> None:
     view, sent = Session(small_world, small_world.camera("front")).view, SentViews()
-    assert sent.number == 0
+    assert sent.newest == (0, -1)
     first = sent.add(view, 1)
     assert sent.add(view, 1) == first
     second = sent.add(view.with_camera(small_world.camera("side")), 2)

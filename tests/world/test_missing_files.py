@@ -12,7 +12,7 @@ from support.raises import raises
 @pytest.mark.parametrize("address", ["https://example.com/a.glb", "s3://bucket/a.glb"])
 def test_web_address_is_refused_with_a_remedy(address: str) -> None:
     for given in (address, Path(address)):
-        with raises(FileNotFoundError, mentions=["download the file first"]):
+        with raises(FileNotFoundError, mentions=["download the file"]):
             raycam.load(given)
 
 

@@ -184,20 +184,22 @@ def _occlusion(
 
     if "ao" in names or "bent_normal" in names:
         free, bent = np.zeros(count), np.zeros((count, 3))
-        hemispheres = Hemispheres(normal, keys)
+        hemispheres = Hemispheres(normal, keys, samples)
         for part in parts:
-            directions = hemispheres.directions(part, samples)
+            directions = hemispheres.directions(part)
             clear = ~points.world.occluded(position[part, None], directions, **rays(part))
             free[part] = np.count_nonzero(clear, axis=1)
             if "bent_normal" in names:
                 bent[part] = np.where(clear[..., None], directions, 0.0).sum(axis=1)
-        values["ao"] = free / samples
-        values["bent_normal"] = unit_vectors(bent, normal)
+        if "ao" in names:
+            values["ao"] = free / samples
+        if "bent_normal" in names:
+            values["bent_normal"] = unit_vectors(bent, normal)
     if "thickness" in names:
         total, hits = np.zeros(count), np.zeros(count)
-        hemispheres = Hemispheres(-normal, keys, settings.cone)
+        hemispheres = Hemispheres(-normal, keys, samples, settings.cone)
         for part in parts:
-            directions = hemispheres.directions(part, samples)
+            directions = hemispheres.directions(part)
             t = points.world.cast_rays(position[part, None], directions, fields=("t",), **rays(part))["t"]
             hit = np.isfinite(t)
             total[part] = np.where(hit, t, reach if np.isfinite(reach) else 0.0).sum(axis=1)

@@ -16,11 +16,14 @@ __all__ = ["GRID_SIDE", "CameraGrid", "GridHits", "pixel_grid"]
 GRID_SIDE = 12
 """Number of rays along each side of a photograph that test whether it shows the world."""
 MIN_CONVERGENCE = 0.05
-"""Smallest eigenvalue, from 0 (parallel axes) to 2/3, above which the optical axes determine a point."""
+"""Smallest eigenvalue of the mean projection across the optical axes, from which the axes determine a common point.
+
+The eigenvalue is 0 for parallel axes, and at most 2/3.
+"""
 CONVERGING_SHARE = 0.75
-"""Share of cameras that must show the point."""
+"""Minimum share of cameras that face the common point."""
 MAX_AXIS_DEGREES = 20.0
-"""Angle between a camera's optical axis and the point up to which the camera shows the point."""
+"""Maximum angle between the optical axis of a camera that faces the common point and the direction to this point."""
 
 
 @dataclass(frozen=True)

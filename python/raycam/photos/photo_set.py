@@ -85,7 +85,7 @@ class BlendedTexels:
 def blend_texels(
     photos: PhotoSet, memory: int, totals: FaceTotals | None, *, equalise: bool
 ) -> BlendedTexels:
-    """The robust means of all texels, from photographs without gains.
+    """The robust means of all texels. The gains of `photos` must be 1.
 
     Views use at most `memory` bytes at a time. If `totals` is given, the sums for each face are added to it. Gains are
     estimated if `equalise` is True: from the survey, which is taken while photographs are read for the first time.
@@ -94,7 +94,7 @@ def blend_texels(
     builder = SurveyBuilder(photos.world, photos.surface, photos.facing, photos.threads)
     colors, spread = np.zeros((count, 3), np.float32), np.zeros(count, np.float32)
     number_of_views, texels = np.zeros(count, np.int32), np.zeros(len(photos.cameras), np.int64)
-    survey, gains = None, photos.gains
+    survey, gains = None, np.ones_like(photos.gains)
     step = max(PART_TEXELS, memory // (TexelViews.BYTES + SurfacePart.BYTES))
     for first in range(0, max(count, 1), step):
         inside = slice(first, min(first + step, count))

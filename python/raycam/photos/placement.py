@@ -43,7 +43,11 @@ TYPICAL_COVER = 0.35
 MAX_OBJECT_DISTANCE = 4.0
 """Ratio of the surface's distance to that of the point that all cameras face, above which the mesh is too large."""
 MAX_ROOM_DISTANCE = 100.0
-"""Ratio of the surface's distance to the spread of the cameras above which the mesh is probably too large."""
+"""Ratio of the nearest surfaces' distance to the spread of the cameras above which the mesh is probably too large."""
+USUAL_ROOM_DISTANCE = 10.0
+"""The same ratio up to which the recommended scale must reduce it."""
+MIN_CAMERAS = 3
+"""Minimum number of cameras whose arrangement reveals another unit."""
 
 
 def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notice]:
@@ -52,7 +56,8 @@ def placement_notices(world: World, cameras: Mapping[str, Camera]) -> list[Notic
     There are three reasons: fewer than half of the cameras show the world; most cameras are inside the mesh's bounding
     box and show backs of faces, but would show fronts if the mesh were scaled; the surfaces are much farther away than
     the cameras' arrangement suggests. The notice contains the rotation or the scale factor that makes the mesh visible
-    to at least three quarters of the cameras, if there is one. Otherwise, the list is empty.
+    to most cameras. If fewer than half of the cameras show the world, and no such change is found, the notice asks to
+    check the coordinates. Without a problem, the list is empty.
     """
     given, bounds = CameraGrid(list(cameras.values())), world.bounds
     if bounds is None or not len(given.places):
@@ -78,8 +83,8 @@ def _problem(world: World, bounds: Floats, cameras: CameraGrid) -> str | None:
             or _scale_remedy(world, bounds, cameras)
             or "check that the mesh is in the coordinates of the cameras"
         )
-        return f"the mesh is visible to only {shown} of {count} cameras; {remedy}"
-    if 2 * np.count_nonzero(cameras.inside(bounds)) < count:
+        return f"the mesh is visible to only {shown} of {counted(count, 'camera')}; {remedy}"
+    if count < MIN_CAMERAS or 2 * np.count_nonzero(cameras.inside(bounds)) < count:
         return None
     # A mirrored mesh is not considered, because an inside-out mesh around the origin would look the same.
     best = find_best_scale(world, bounds, cameras, [factor for factor in UNIT_FACTORS if factor > 0])
@@ -87,7 +92,7 @@ def _problem(world: World, bounds: Floats, cameras: CameraGrid) -> str | None:
         best = find_best_scale(world, bounds, cameras, OTHER_FACTORS)
     if best[1] < INSIDE_SHARE * count:
         return None
-    backs = f"{shown - fronts} of {count} cameras show only the backs of faces, as from inside the mesh"
+    backs = f"{shown - fronts} of {count} cameras show mainly backs of faces, as from inside the mesh"
     return f"{backs}; {_scale_text(*best)}"
 
 
@@ -97,27 +102,28 @@ def _too_large(world: World, bounds: Floats, cameras: CameraGrid, now: GridHits)
     smaller = [factor for factor in UNIT_FACTORS if 0 < factor < 1]
     point = cameras.common_point()
     if point is not None:
-        ratio = float(
-            np.nanmedian(now.distance_quantile(0.5) / np.linalg.norm(point - cameras.places, axis=1))
-        )
+        to_point = np.maximum(np.linalg.norm(point - cameras.places, axis=1), np.finfo(float).tiny)
+        ratio = float(np.nanmedian(now.distance_quantile(0.5) / to_point))
         outside = [
             factor for factor in smaller if 2 * np.count_nonzero(cameras.inside(bounds, factor)) < count
         ]
-        factor, fitting = find_best_scale(world, bounds, cameras, outside)
-        if ratio > MAX_OBJECT_DISTANCE and fitting >= INSIDE_SHARE * count:
+        factor, fitting = 1.0, 0
+        if ratio > MAX_OBJECT_DISTANCE:
+            factor, fitting = find_best_scale(world, bounds, cameras, outside)
+        if fitting >= INSIDE_SHARE * count:
             problem = f"the cameras face a common point, but the mesh is {ratio:.3g} times as far away"
             return f"{problem}; {_scale_text(factor, fitting)}"
     spread = float(np.median(np.linalg.norm(cameras.places - np.median(cameras.places, axis=0), axis=1)))
-    # Half of the rays can hit a floor that passes through the origin, which no scale moves away.
-    distance = float(np.nanmedian(now.distance_quantile(0.75)))
-    if count < 3 or not MAX_ROOM_DISTANCE * spread < distance < 1e6 * spread:
+    # Even the nearest surfaces must be far away: cameras of a vehicle are close together, but show the ground.
+    distance = float(np.nanmedian(now.distance_quantile(0.05)))
+    if count < MIN_CAMERAS or not MAX_ROOM_DISTANCE * spread < distance < 1e6 * spread:
         return None
     inside = [factor for factor in smaller if 2 * np.count_nonzero(cameras.inside(bounds, factor)) >= count]
     factor, fitting = find_best_scale(world, bounds, cameras, inside)
-    if fitting < INSIDE_SHARE * count:
+    if fitting < INSIDE_SHARE * count or factor * distance > USUAL_ROOM_DISTANCE * spread:
         return None
     problem = f"the surfaces are {distance / spread:.3g} times as far from the cameras as the cameras from one another"
-    return f"{problem}; unless this is a panorama, {_scale_text(factor, fitting)}"
+    return f"{problem}; unless the cameras are an array or take a panorama, {_scale_text(factor, fitting)}"
 
 
 def _turn_remedy(world: World, bounds: Floats, cameras: CameraGrid) -> str | None:
@@ -138,7 +144,10 @@ def _scale_remedy(world: World, bounds: Floats, cameras: CameraGrid) -> str | No
 
 
 def _scale_text(factor: float, count: int) -> str:
-    return f"scale the mesh by {factor:g} to make it visible to {counted(count, 'camera')}"
+    change = (
+        "mirror the mesh at the origin (scale by -1)" if factor == -1 else f"scale the mesh by {factor:g}"
+    )
+    return f"{change} to make it visible to {counted(count, 'camera')}"
 
 
 def are_cameras_inside(world: World, cameras: Sequence[Camera]) -> bool:

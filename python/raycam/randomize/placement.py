@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ..arguments import Floats, product
 from ..errors import WorldError
+from ..one_line import counted
 from .convex_prism import ConvexPrism
 from .draws import RandomStream, RejectedSample, rounded
 from .surroundings import Ground, Surroundings
@@ -55,7 +56,9 @@ class PlacementSampler:
     def sample_first_tries(
         self, requests: Sequence[tuple[ConvexPrism, str | None, RandomStream]]
     ) -> list[Placement | None]:
-        """Returns the first try of `sample_pose` for each object; None if the surface is too small.
+        """Returns the first try of `sample_pose` for each object.
+
+        The result is None for objects that are larger than their surface, or whose surface has no level part.
 
         The objects (bound, surface, random stream) are checked together, because most objects find space at the first
         try, and one query of many rays is faster than many queries.
@@ -87,7 +90,8 @@ class PlacementSampler:
 
         The pose rotates the object about the up axis and places its lowest point on the object `surface` (default:
         any object), at least `gap` metres from all other objects. `first_try` is the object's result of
-        `sample_first_tries`, if it is known. Raises `WorldError` if there is no space.
+        `sample_first_tries`, if it is known. Raises `WorldError` if the surface has no level part, and
+        `RejectedSample` if no space is found.
         """
         ground = self._around.ground(surface)
         if not len(ground.triangles):
@@ -110,8 +114,9 @@ class PlacementSampler:
         raise RejectedSample(
             f"{what}: no space found on {surface or 'the world'}{f' after {tries} tries' if tries else ''}: "
             "the object needs "
-            f"{size[0]:.3g} x {size[1]:.3g} m, the level surface has {ground.areas[-1] / 2:.3g} m² with "
-            f"{len(self._taken)} objects on it; use fewer or smaller objects, a larger surface or a smaller gap"
+            f"{size[0]:.3g} x {size[1]:.3g} m, the level surface has {ground.areas[-1] / 2:.3g} m², and "
+            f"{counted(len(self._taken), 'object')} already placed in the world; "
+            "use fewer or smaller objects, a larger surface or a smaller gap"
         )
 
     def check_total_area(self, shapes: list[ConvexPrism], surface: str | None, what: str) -> None:

@@ -433,9 +433,8 @@ def _listening(host: str, port: int | None) -> socket.socket:
             made.close()
             if port is not None or error.errno != errno.EADDRINUSE:
                 remedy = "".join(f"; {each}" for each in [REMEDIES.get(error.errno or 0)] if each)
-                text = (
-                    f"cannot listen on {host}:{tried}: {(error.strerror or 'unknown error').lower()}{remedy}"
-                )
+                reason = error.strerror or "unknown error"
+                text = f"cannot listen on {host}:{tried}: {reason[:1].lower()}{reason[1:]}{remedy}"
                 raise NetworkError(error.errno, text, code="cannot_listen") from None
     raise NetworkError(
         errno.EADDRINUSE,

@@ -20,7 +20,7 @@ __all__ = ["check_exists", "nearest_names", "recipe_named"]
 
 SHOWN = 3
 ADDRESS = re.compile(r"[a-z][a-z0-9+.-]+:/", re.I)
-"""The start of a web address; pathlib removes one of the slashes."""
+"""The start of an address, such as `https://`; pathlib removes one of the slashes."""
 DRAWS = re.compile(r"^\s*(see|on|gap|count|see\.\w+)\s*=|\{\s*(uniform|log_uniform|integer|choice)\s*=", re.M)
 """Keys and random draws that occur in recipes but not in worlds."""
 
@@ -48,7 +48,7 @@ def check_exists(path: str | os.PathLike[str]) -> None:
             )
         )
     if ADDRESS.match(os.fspath(path)):
-        text = "web addresses are not supported; download the file first"
+        text = "addresses are not supported; download the file if necessary, and use its path"
         raise with_code(FileNotFoundError(errno.ENOENT, text, os.fspath(path)))
     raise with_code(
         FileNotFoundError(errno.ENOENT, f"No such file or directory{_hint(Path(path))}", os.fspath(path))

@@ -28,10 +28,11 @@ def test_all_geoms_and_sites_follow_the_state(state: tuple[mujoco.MjModel, mujoc
     model, data = state
     scene = raycam.from_mujoco(model, data, sites=(0,))
     start = {item.name: item.matrix for item in scene.world.objects}
+    random = np.random.default_rng(1)
     for moved in ([True, False], [True, True], [False, False], [False, True]):
         for body in np.flatnonzero(moved):
             data.qpos[7 * body :][:7] = [0.3, -0.2, 2.0 + body, 0.5, 0.5, -0.5, 0.5]
-            data.qpos[7 * body] += np.random.default_rng(1).random()
+            data.qpos[7 * body] += random.random()
         mujoco.mj_forward(model, data)
         scene.update(data)
         for item in scene.world.objects:

@@ -74,7 +74,9 @@ def model_lights(model: Any, data: Any) -> MujocoLights:
                     diffuse=np.array(model.light_diffuse[light], np.float64),
                     specular=np.array(model.light_specular[light], np.float64),
                     shadow=bool(model.light_castshadow[light]),
-                    attenuation=np.array([1, 0, 0] if directional else model.light_attenuation[light]),
+                    attenuation=np.array(
+                        [1, 0, 0] if directional else model.light_attenuation[light], np.float64
+                    ),
                     cutoff=float(model.light_cutoff[light]),
                     exponent=float(model.light_exponent[light]),
                 )

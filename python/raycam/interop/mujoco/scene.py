@@ -249,6 +249,8 @@ class MujocoScene:
                 if texture >= 0:
                     omitted.add("textures (their mean colour is shown)")
                     new.rgba[:3] *= self._mean_color(texture)
+                elif geom.matid >= 0 or getattr(geom, "texid", -1) >= 0:
+                    omitted.add("materials without a colour texture (only the geom's colour is shown)")
                 keys = material_keys(self.model, new.rgba, -1) | new.shape.keys
                 if new.values.emission > 0 or new.unlit:
                     keys["emission"] = (1.0 if new.unlit else new.values.emission) * np.asarray(keys["color"])
@@ -256,7 +258,7 @@ class MujocoScene:
                 found.elements.append(new.element)
             omitted |= {"labels"} if geom.label else set()
         if omitted:
-            text = f"mjvScene: unsupported parts: {', '.join(sorted(omitted))}"
+            text = f"mjvScene: parts omitted or simplified: {', '.join(sorted(omitted))}"
             warn_all([Notice(text, "ignored_element")])
         numbers = {number for number, element in enumerate(self.elements) if element in hidden}
         for number in numbers:

@@ -9,8 +9,8 @@ from .view import View
 
 __all__ = ["MAX_SENT_VIEWS", "Pixel", "SentViews"]
 
-MAX_SENT_VIEWS = 4
-"""Maximum number of stored views: two unacknowledged images, an image that waits, and the image before these."""
+MAX_SENT_VIEWS = 32
+"""Maximum number of stored views. Requests about an older image, which a slow client may show, are out of date."""
 NUMBERS = itertools.count(1)
 """The numbers of all images in this process, so that images of different sessions have different numbers."""
 
@@ -32,10 +32,8 @@ class SentViews:
     """
 
     def __init__(self) -> None:
-        self.number = 0
-        """The number of the newest image; 0 before the first image."""
-        self.version = -1
-        """The version of the newest image."""
+        self.newest = (0, -1)
+        """The number and the version of the newest image; (0, -1) before the first image."""
         self.camera = 0
         """The number of the first image with the newest image's camera."""
         self._views: dict[int, View] = {}
@@ -45,8 +43,9 @@ class SentViews:
 
         The views of a world that is no longer shown are dropped.
         """
-        before = self.find(self.number)
-        number = self.number if version == self.version else next(NUMBERS)
+        newest, newest_version = self.newest
+        before = self.find(newest)
+        number = newest if version == newest_version else next(NUMBERS)
         if before is None or view.camera != before.camera:
             self.camera = number
         kept = [
@@ -55,7 +54,7 @@ class SentViews:
             if each != number and sent.opened.edits is view.opened.edits
         ]
         self._views = dict([*kept, (number, view)][-MAX_SENT_VIEWS:])
-        self.version, self.number = version, number
+        self.newest = (number, version)
         return number
 
     def find(self, number: int) -> View | None:

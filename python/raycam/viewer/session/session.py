@@ -125,10 +125,10 @@ class Session:
         """
         with self.lock:
             view, images = self.view, self.images
-            if image == images.sent.number and images.sent.version == images.version:
-                return view, images.still
             sent = images.sent.find(image)
-        return None if sent is None or sent.opened.edits is not view.opened.edits else (sent, None)
+            is_current = images.sent.newest == (image, images.version)
+            still = images.still if is_current else None
+        return None if sent is None or sent.opened.edits is not view.opened.edits else (sent, still)
 
     def require_image(self, image: int) -> View:
         """Returns the view of an image. Raises `SettingsError` if the image is out of date."""

@@ -15,7 +15,7 @@ const COLORS = ["color", "alpha", "coverage"]; // the channels that improve with
 const LEFT_OUT = [...COLORS, "shadow", "error"];
 const MOVING_TIME = 60; // maximum render time of an image during a movement, in milliseconds
 const BAND_TIME = 60; // milliseconds between two checks for new messages
-const MAX_SENT = 4; // stored cameras of images that were sent
+const MAX_SENT = 32; // stored cameras of images that were sent
 const REST = 150; // milliseconds without a change after which still images are rendered
 
 export class Session {
@@ -350,7 +350,9 @@ export class Session {
 
   /** @param {import("../messages").Explain} message */
   explain({ image, u, v }) {
-    const camera = this.sent.get(image) || this.camera, { offset } = camera;
+    const camera = this.sent.get(image);
+    if (!camera) return this.say({ type: "error", text: "image: out of date; click again in the new image" });
+    const { offset } = camera;
     const triangles = this.trianglesAt(camera, u + offset, v + offset);
     const lensRay = JSON.parse(camera.lensRay(u + offset, v + offset));
     try {
