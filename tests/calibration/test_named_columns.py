@@ -270,3 +270,15 @@ def test_array_of_pose_columns_is_refused_with_the_call_that_writes_a_text(tmp_p
     np.save(tmp_path / "poses.npy", np.column_stack([PLACES, X, Y, Z, W]))
     with raises(FormatError, mentions=["7 columns", "np.savetxt", "qx qy qz qw"]):
         raycam.load_cameras(tmp_path / "poses.npy")
+
+
+@pytest.mark.parametrize("micro", ["\u00b5", "\u03bc"])
+def test_both_micro_signs_are_read_as_micrometres(tmp_path: Path, micro: str) -> None:
+    path = tmp_path / "poses.csv"
+    header = ["t", *(f"{axis} [{micro}m]" for axis in "xyz"), "qx", "qy", "qz", "qw", micro]
+    row = [STAMP, *(1e6 * PLACES[0]), X[0], Y[0], Z[0], W[0], 5]
+    path.write_text(",".join(header) + "\n" + ",".join(map(str, row)) + "\n", encoding="utf-8")
+    camera = raycam.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]], np.eye(3), np.zeros(3), (640, 480))
+    with pytest.warns(raycam.Notice, match="positions in \u00b5m; they are not converted"):
+        [found] = raycam.load_cameras(path, intrinsics=camera).values()
+    np.testing.assert_allclose(found.C, 1e6 * PLACES[0], rtol=1e-9)

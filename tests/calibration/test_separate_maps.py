@@ -109,3 +109,28 @@ def test_pose_of_a_lidar_in_a_list_of_sensors_is_ignored_with_a_notice(tmp_path:
 def test_pose_in_the_map_of_poses_must_agree_with_the_cameras_own_pose(tmp_path: Path) -> None:
     with raises(raycam.FormatError, mentions=["left", "another pose"]):
         load(tmp_path, {"left": {**CAMERA, **R_AND_T["top"]}, "extrinsics": {"left": R_AND_T["left"]}})
+
+
+@pytest.mark.parametrize(
+    "names", [("left", "right"), ("left_camera", "right_camera"), ("camLeft", "camRight")]
+)
+@pytest.mark.parametrize(
+    "key", ["right_to_left", "right2left", "left_from_right", "right_camera_to_left_camera"]
+)
+def test_pose_from_the_second_to_the_first_camera_is_inverted(
+    tmp_path: Path, names: tuple[str, str], key: str
+) -> None:
+    first, second = names
+    pose = {"R": np.eye(3).tolist(), "T": [0.1, 0, 0]}
+    assert load(tmp_path, {first: CAMERA, second: CAMERA, key: pose})[second].C[0] == pytest.approx(0.1)
+
+
+def test_camera_without_a_pose_in_the_map_of_poses_gets_a_notice(tmp_path: Path) -> None:
+    content = {
+        **dict.fromkeys(POSES, CAMERA),
+        "extrinsics": {name: R_AND_T[name] for name in ("right", "top")},
+    }
+    path = tmp_path / "cameras.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.warns(raycam.Notice, match="left: no pose in the map of poses"):
+        raycam.load_cameras(path)
