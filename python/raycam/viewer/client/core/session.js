@@ -2,8 +2,7 @@
 
 import { apply, rowOf } from "./vectors.js";
 import { groundBelow } from "./ground.js";
-import { explanationOf } from "./explanation.js";
-import { pixelFigureOf } from "./pixel_figure.js";
+import { explainPixel } from "./explained_pixel.js";
 
 /** @typedef {Record<string, any> & { type: string }} Message to the client */
 /** @typedef {import("../messages").ClientMessage} ClientMessage */
@@ -352,15 +351,10 @@ export class Session {
   explain({ image, u, v }) {
     const camera = this.sent.get(image);
     if (!camera) return this.say({ type: "error", text: "image: out of date; click again in the new image" });
-    const { offset } = camera;
-    const triangles = this.trianglesAt(camera, u + offset, v + offset);
-    const lensRay = JSON.parse(camera.lensRay(u + offset, v + offset));
+    const triangles = this.trianglesAt(camera, u + camera.offset, v + camera.offset);
     try {
-      const size = [...camera.size];
-      const { text, ray, found } = explanationOf({ K: [...camera.K], lensRay, size, offset, column: u, row: v, names: this.about.objects, ...triangles });
-      const rayAt = (/** @type {number} */ x, /** @type {number} */ y) => [...camera.ray(x, y)];
-      const figure = pixelFigureOf({ rayAt, size, offset, up: this.up, isFlat: lensRay.model === "pinhole", ray, found, ...triangles });
-      this.say({ type: "explained", column: u, row: v, text, figure });
+      const explained = explainPixel(camera, u, v, { names: this.about.objects, up: this.up, ...triangles });
+      this.say({ type: "explained", column: u, row: v, ...explained });
     } catch (error) {
       this.say({ type: "notice", text: /** @type {Error} */ (error).message });
     }
