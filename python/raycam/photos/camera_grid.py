@@ -11,14 +11,15 @@ from ..arguments import Bools, Floats
 from ..camera import Camera
 from ..world import World
 
-__all__ = ["GRID_SIDE", "CameraGrid", "GridHits", "pixel_grid"]
+__all__ = ["GRID_SIDE", "CameraGrid", "GridHits", "inside", "pixel_grid"]
 
 GRID_SIDE = 12
 """Number of rays along each side of a photograph that test whether it shows the world."""
 MIN_CONVERGENCE = 0.05
-"""Smallest eigenvalue of the mean projection across the optical axes, from which the axes determine a common point.
+"""Threshold for nearly parallel optical axes.
 
-The eigenvalue is 0 for parallel axes, and at most 2/3.
+The axes determine a common point if the smallest eigenvalue of the mean of I - a aᵀ (a: unit axis) is at least this
+value. The eigenvalue is 0 for parallel axes, and at most 2/3.
 """
 CONVERGING_SHARE = 0.75
 """Minimum share of cameras that face the common point."""
@@ -76,9 +77,7 @@ class CameraGrid:
 
     def inside(self, bounds: Floats, factor: float = 1.0) -> Bools:
         """Returns True [cameras] for cameras inside the box `bounds` [2, 3] that is scaled by `factor`."""
-        places = self.places / factor
-        found: Bools = ((places >= bounds[0]) & (places <= bounds[1])).all(axis=1)
-        return found
+        return inside(self.places / factor, bounds)
 
     def common_point(self) -> Floats | None:
         """Returns the point [3] nearest to all optical axes; None unless most cameras face such a point."""
@@ -92,6 +91,12 @@ class CameraGrid:
         along = (way * self._axes).sum(axis=1)
         facing = along > np.cos(np.radians(MAX_AXIS_DEGREES)) * np.linalg.norm(way, axis=1)
         return point if facing.mean() >= CONVERGING_SHARE else None
+
+
+def inside(places: Floats, bounds: Floats) -> Bools:
+    """Returns True [n] for places [n, 3] inside the box `bounds` [2, 3]."""
+    found: Bools = ((places >= bounds[0]) & (places <= bounds[1])).all(axis=1)
+    return found
 
 
 def pixel_grid(camera: Camera) -> Floats:

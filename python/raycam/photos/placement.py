@@ -14,7 +14,7 @@ from ..camera import Camera
 from ..errors import Notice
 from ..one_line import counted
 from ..world import World
-from .camera_grid import CameraGrid, GridHits
+from .camera_grid import CameraGrid, GridHits, inside
 
 __all__ = ["are_cameras_inside", "placement_notices"]
 
@@ -37,7 +37,7 @@ FITTING_SHARE = 0.75
 INSIDE_SHARE = 0.9
 """Minimum share of cameras that show fronts after scaling, if all or most cameras show the mesh without scaling."""
 NEARLY_ALL = 0.95
-"""Share of the best factor's cameras that another factor must reach to be compared with it."""
+"""Minimum number of cameras that show fronts at a candidate factor, as a share of the best factor's number."""
 TYPICAL_COVER = 0.35
 """Share of a photograph that an object usually covers if all cameras face it."""
 MAX_OBJECT_DISTANCE = 4.0
@@ -45,7 +45,7 @@ MAX_OBJECT_DISTANCE = 4.0
 MAX_ROOM_DISTANCE = 100.0
 """Ratio of the nearest surfaces' distance to the spread of the cameras above which the mesh is probably too large."""
 USUAL_ROOM_DISTANCE = 10.0
-"""The same ratio up to which the recommended scale must reduce it."""
+"""Maximum of this ratio after scaling; a scale with a larger ratio is not recommended."""
 MIN_CAMERAS = 3
 """Minimum number of cameras whose arrangement reveals another unit."""
 
@@ -118,12 +118,15 @@ def _too_large(world: World, bounds: Floats, cameras: CameraGrid, now: GridHits)
     distance = float(np.nanmedian(now.distance_quantile(0.05)))
     if count < MIN_CAMERAS or not MAX_ROOM_DISTANCE * spread < distance < 1e6 * spread:
         return None
-    inside = [factor for factor in smaller if 2 * np.count_nonzero(cameras.inside(bounds, factor)) >= count]
-    factor, fitting = find_best_scale(world, bounds, cameras, inside)
+    around = [factor for factor in smaller if 2 * np.count_nonzero(cameras.inside(bounds, factor)) >= count]
+    factor, fitting = find_best_scale(world, bounds, cameras, around)
     if fitting < INSIDE_SHARE * count or factor * distance > USUAL_ROOM_DISTANCE * spread:
         return None
-    problem = f"the surfaces are {distance / spread:.3g} times as far from the cameras as the cameras from one another"
-    return f"{problem}; unless the cameras are an array or take a panorama, {_scale_text(factor, fitting)}"
+    problem = (
+        f"the distance of the nearest surfaces is {distance / spread:.3g} times the typical distance of a camera from "
+        "the cameras' centre"
+    )
+    return f"{problem}; if the cameras are neither an array nor a panorama, {_scale_text(factor, fitting)}"
 
 
 def _turn_remedy(world: World, bounds: Floats, cameras: CameraGrid) -> str | None:
@@ -147,7 +150,7 @@ def _scale_text(factor: float, count: int) -> str:
     change = (
         "mirror the mesh at the origin (scale by -1)" if factor == -1 else f"scale the mesh by {factor:g}"
     )
-    return f"{change} to make it visible to {counted(count, 'camera')}"
+    return f"{change} to make its fronts visible to {counted(count, 'camera')}"
 
 
 def are_cameras_inside(world: World, cameras: Sequence[Camera]) -> bool:
@@ -156,8 +159,7 @@ def are_cameras_inside(world: World, cameras: Sequence[Camera]) -> bool:
     if bounds is None or not cameras:
         return False
     places = np.array([camera.location for camera in cameras])
-    inside = ((places >= bounds[0]) & (places <= bounds[1])).all(axis=1)
-    return bool(2 * np.count_nonzero(inside) >= len(places))
+    return bool(2 * np.count_nonzero(inside(places, bounds)) >= len(places))
 
 
 def find_best_turn(world: World, bounds: Floats, cameras: CameraGrid) -> tuple[str, int]:
@@ -183,8 +185,9 @@ def find_best_scale(
 
     Several factors can make a world of the given `bounds` [2, 3] visible to nearly all cameras. If the cameras face a
     common point, the best one keeps them outside the world, which then covers a usual share of the photographs.
-    Otherwise, the world should cover the photographs, and as the smallest such factor it leaves the least space between
-    the cameras and its surfaces.
+    Otherwise, the factor with which the world covers most of the photographs is the best. If the coverage is equal to
+    about 5 %, the factor with the smallest absolute value is the best, because the surfaces are then nearest to the
+    cameras.
     """
     views = {factor: cameras.view(world, factor) for factor in factors}
     most = max((int(view.fronts.sum()) for view in views.values()), default=0)
@@ -201,7 +204,7 @@ def find_best_scale(
 
 def _misfit(factor: float, view: GridHits, bounds: Floats, cameras: CameraGrid) -> tuple[bool, float, float]:
     """Returns how badly a scale of the world fits cameras that face a common point."""
-    inside = bool(2 * np.count_nonzero(cameras.inside(bounds, factor)) >= len(cameras.places))
+    is_around = bool(2 * np.count_nonzero(cameras.inside(bounds, factor)) >= len(cameras.places))
     cover = abs(float(np.log(max(view.covered.mean(), 1e-3) / TYPICAL_COVER)))
     # Metric units are more common than inches, feet and mirrored models.
-    return inside, cover + (not inside and factor not in METRIC_FACTORS), abs(factor)
+    return is_around, cover + (not is_around and factor not in METRIC_FACTORS), abs(factor)

@@ -115,7 +115,7 @@ class PlacementSampler:
             f"{what}: no space found on {surface or 'the world'}{f' after {tries} tries' if tries else ''}: "
             "the object needs "
             f"{size[0]:.3g} x {size[1]:.3g} m, the level surface has {ground.areas[-1] / 2:.3g} m², and "
-            f"{counted(len(self._taken), 'object')} already placed in the world; "
+            f"{counted(len(self._taken), 'placed object')} may take a part of it; "
             "use fewer or smaller objects, a larger surface or a smaller gap"
         )
 

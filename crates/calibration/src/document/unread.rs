@@ -214,12 +214,12 @@ const UNREAD_FORMATS: [UnreadFormat; 31] = [
     unread_format(
         "CHI3D, FIT3D or HumanSC3D",
         |text| has_all(text, &["\"intrinsics_w_distortion\"", "\"extrinsics\""]),
-        "write f and c as fx fy cx cy, dist as [k[0], k[1], p[0], p[1], k[2]], R, and the file's T, which is the camera's centre, as camera_center (JSON)",
+        "write a JSON file with fx and fy (from f), cx and cy (from c), dist: [k[0], k[1], p[0], p[1], k[2]], R (unchanged) and camera_center (T, which is the camera's centre in this format)",
     ),
     unread_format(
         "InterHand2.6M",
         |text| has_all(text, &["\"campos\"", "\"camrot\"", "\"princpt\""]),
-        "camrot is R (camera_from_world), campos is the centre in millimetres: write K (focal and princpt), img_size, R and camera_center of each camera as JSON",
+        "write each camera as JSON: K (from focal and princpt), img_size, R (camrot) and camera_center (campos divided by 1000, because it is in millimetres)",
     ),
     unread_format(
         "BundleFusion or ScanNet's sensor information",
@@ -234,7 +234,7 @@ const UNREAD_FORMATS: [UnreadFormat; 31] = [
     unread_format(
         "Ego-Exo4D's gopro_calibs.csv",
         |text| text.lines().next().is_some_and(|line| has_all(line, &["tx_world_cam", "intrinsics_0"])),
-        "intrinsics_0 to 3 are fx fy cx cy, intrinsics_4 to 7 are the coefficients of lens model fisheye: write them with img_size, model, c2w_quaternion_xyzw and position of each camera as JSON",
+        "write each camera as JSON: fx fy cx cy (intrinsics_0 to 3), dist_coeffs (intrinsics_4 to 7) with model \"fisheye\", img_size, and the pose of the columns t*_world_cam and q*_world_cam as position and c2w_quaternion_xyzw",
     ),
     unread_format(
         "Kalibr's report (results-cam.txt)",

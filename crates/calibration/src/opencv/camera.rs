@@ -69,13 +69,7 @@ fn check_equal(at: &Cursor<'_>, values: &[f64], first: &Cursor<'_>) -> Result<()
         return Ok(());
     }
     let listed = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
-    Err(at.fail(format_args!(
-        "{}, but {} (line {}) has a different value for the same quantity, {}; remove one of the two keys",
-        listed(&numbers),
-        first.key,
-        first.node.line,
-        listed(values)
-    )))
+    Err(keys::contradiction(at, first, &format!(", {} instead of {}", listed(values), listed(&numbers))))
 }
 
 /// If the principal point's coordinates are more focal lengths than this, a value under `focal_length` is refused.

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use crate::document::length_unit::LengthUnit;
 use crate::document::lens_keys::plain;
 use crate::document::{Cursor, check_rotation, number_text, rigid};
-use raycam_formats::Result;
+use raycam_formats::{FormatError, Result};
 
 /// Keys of K, as 9 numbers or as 4: fx, fy, cx, cy.
 pub(super) const K: [&str; 28] = [
@@ -557,6 +557,15 @@ fn without_unit(key: &str, base: &str) -> Option<String> {
     unit.quantities().iter().any(|names| names.contains(&rest)).then(|| rest.to_owned())
 }
 
+/// The error for the value `at`, which differs from that of the key `first`; `values` begins with a comma and shows both
+/// values, or is empty.
+pub(super) fn contradiction(at: &Cursor<'_>, first: &Cursor<'_>, values: &str) -> FormatError {
+    at.fail(format_args!(
+        "{} (line {}) has a different value for the same quantity{values}; remove one of the two keys",
+        first.key, first.node.line
+    ))
+}
+
 /// View of a map that contains only the keys of one camera: keys without a marker, or keys that end or begin with a
 /// marker of the camera.
 #[derive(Clone)]
@@ -658,10 +667,7 @@ impl<'a> KeyView<'a> {
             Err(_) => format!("{:?}", at.node.value),
         };
         if let Some(other) = found.iter().skip(1).find(|other| words(other) != words(&found[0])) {
-            return Err(other.fail(format_args!(
-                "{} (line {}) has a different value for the same quantity; remove one of the two keys",
-                found[0].key, found[0].node.line
-            )));
+            return Err(contradiction(other, &found[0], ""));
         }
         Ok(found.into_iter().next())
     }

@@ -49,7 +49,7 @@ fn omnidirectional(view: &KeyView<'_>, shown: &Cursor<'_>, xi: f64, numbers: &[f
             lens_named(name, numbers).map_err(|message| shown.fail(message))
         }
         Some((at, name)) if !is_omni(name) => Err(at.fail(format_args!(
-            "{name:?}, but xi is {xi}, a parameter of lens model omni; remove xi, or specify the lens model omni"
+            "{name:?} is specified, but xi = {xi} requires lens model omni; remove xi, or change the model to omni"
         ))),
         _ => Lens::new(LensModel::Omni, &[&[xi], numbers].concat()).map_err(|error| shown.fail(error)),
     }

@@ -63,7 +63,7 @@ fn place_pair(root: &Cursor<'_>, pair: Option<(String, Pose)>, calibration: &mut
     let [first, second] = &calibration.records[..] else {
         return Err(root.fail(format_args!(
             "R and T outside the cameras' maps are only allowed for a pair, but the file has {}; write each camera's R and \
-             T into its map, or remove the R and T of another sensor",
+             T into its map, or remove R and T if they belong to another sensor",
             counted(calibration.records.len(), "camera")
         )));
     };
@@ -120,8 +120,8 @@ impl PosesBesideCameras<'_, '_> {
             self.pair = pose::read_r_t(around)?.map(|pose| (String::new(), pose));
         } else if has_cameras && (holds_poses && self.pair.is_none() || pose::is_pose_key(view, name, &inner.at)) {
             return Err(inner.at.fail(
-                "a pose outside the cameras' maps; write it into the map of its camera or, for a pair, as R and T, which \
-                 map points from the first camera to the second, or remove it if it belongs to another sensor",
+                "the pose is outside the cameras' maps; move it into its camera's map. For a pair of cameras, write R and T, \
+                 which map points from the first camera to the second. If the pose belongs to another sensor, remove it",
             ));
         }
         if !(view.knows(name) || view.is_rectified(name) || is_used) {

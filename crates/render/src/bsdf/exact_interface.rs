@@ -10,14 +10,11 @@ use glam::Vec3;
 
 use crate::bsdf::layer_stack::LayerStack;
 use crate::lobes::fresnel::{reflect, refract};
+use crate::lobes::mean_color::mean;
 use crate::sampling::sampler::splitmix64;
 
 /// Number of microfacets that are sampled at most. Interfaces that need so many are practically never sampled.
 const MAX_ATTEMPTS: usize = 1 << 12;
-
-fn mean(color: Vec3) -> f32 {
-    color.element_sum() / 3.0
-}
 
 /// Samples a local direction in proportion to the value of the interface of `stack`, averaged over the colours.
 pub(crate) fn sample_interface(stack: &LayerStack, wo: Vec3, random: [f32; 3]) -> Option<Vec3> {

@@ -17,6 +17,7 @@ use crate::lobes::albedo_internal::InternalTransmittance;
 use crate::lobes::albedo_tables::{Albedo, DirectionalAlbedo, albedo_tables, multi_scatter_lobe};
 use crate::lobes::fresnel::Fresnel;
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
+use crate::lobes::mean_color::mean;
 use crate::lobes::shading_frame::{ShadingFrame, cosine_hemisphere_pdf};
 
 /// Number of lobes. The constants below are the lobes' indices in `lobe_probabilities`.
@@ -211,7 +212,7 @@ impl<'a> LayeredBsdf<'a> {
         let mirror = Vec3::splat(1.0 - self.directional_albedo.energy_loss(self.wo));
         let reflected = mirror - internal.at(cosine, stack.fresnel.f0_f90());
         let refracted = internal.refraction_at(cosine, stack.base_fresnel.f0_f90()) * stack.transmission;
-        let albedo = (reflected + refracted).element_sum() / 3.0;
+        let albedo = mean(reflected + refracted);
         (albedo > 1e-6).then_some(albedo)
     }
 

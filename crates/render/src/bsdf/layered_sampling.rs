@@ -9,11 +9,8 @@ use crate::bsdf::layered::{
     COAT, DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION, LOBE_COUNT, LayeredBsdf, REFRACTION, SPECULAR, reflect_probability,
 };
 use crate::lobes::fresnel::{reflect, refract};
+use crate::lobes::mean_color::mean;
 use crate::lobes::shading_frame::{ShadingFrame, sample_cosine_hemisphere};
-
-fn mean(color: Vec3) -> f32 {
-    color.element_sum() / 3.0
-}
 
 impl LayeredBsdf<'_> {
     /// Approximate albedo of each lobe below the coat, to which its sampling probability is proportional.

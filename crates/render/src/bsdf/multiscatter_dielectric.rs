@@ -13,6 +13,7 @@ use crate::bsdf::layer_stack::LayerStack;
 use crate::lobes::albedo_dielectric::EnergyLoss;
 use crate::lobes::albedo_tables::DirectionalAlbedo;
 use crate::lobes::fresnel::Fresnel;
+use crate::lobes::mean_color::mean;
 
 /// Energy that single scattering loses for light from `wo`, and the sides on which it returns.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +37,7 @@ impl MultiscatterTerms {
         let mean_loss = near + far * (eta * eta);
         let is_significant = mean_loss.max_element() >= 1e-6;
         let mean_loss = mean_loss.max(Vec3::splat(1e-9));
-        Self { view_loss, mean_loss, reflected_fraction: (near / mean_loss).element_sum() / 3.0, is_significant }
+        Self { view_loss, mean_loss, reflected_fraction: mean(near / mean_loss), is_significant }
     }
 
     /// Value for a loss from `wi`, times the absolute cosine of `wi`, without absorption.
@@ -48,7 +49,7 @@ impl MultiscatterTerms {
     /// Fractions of light that the lobes return on the viewer's side and on the far side.
     #[inline(always)]
     pub fn lobe_probabilities(&self) -> [f32; 2] {
-        let view = self.view_loss.element_sum() / 3.0;
+        let view = mean(self.view_loss);
         [view * self.reflected_fraction, view * (1.0 - self.reflected_fraction)]
     }
 }
@@ -130,7 +131,7 @@ impl<'a> MultiscatterDielectric<'a> {
     /// for thin walls.
     pub fn single_scatter_albedo(&self, w: Vec3) -> Option<[f32; 2]> {
         let albedo = self.loss_tables.map(|tables| tables.albedo(self.starts_inside, w.z, self.f0_f90));
-        albedo.map(|albedo| albedo.map(|color| color.element_sum() / 3.0))
+        albedo.map(|albedo| albedo.map(mean))
     }
 
     /// Fractions of light that the lobes return on the viewer's side and on the far side.

@@ -7,6 +7,7 @@ use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::{BsdfEval, BsdfModel, BsdfSample};
 use crate::lobes::classify::is_smooth;
 use crate::lobes::fresnel::{Fresnel, refract};
+use crate::lobes::mean_color::mean;
 use crate::lobes::shading_frame::ShadingFrame;
 
 /// A smooth interface without other layers. Its samples are equal to the samples of
@@ -46,7 +47,6 @@ impl SpecularBsdf {
     /// followed `oversampling` times as often as its fraction of the light; the probability is at most 1.
     #[inline(always)]
     pub fn new(wo: Vec3, reflected: Vec3, transmission: Vec3, eta: f32, oversampling: f32) -> Self {
-        let mean = |color: Vec3| color.element_sum() / 3.0;
         let passed = mean(transmission);
         let below = if passed > 0.0 { 1.0 - mean(reflected) } else { 0.0 };
         let weights = [mean(reflected), passed * below];

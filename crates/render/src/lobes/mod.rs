@@ -18,6 +18,7 @@ pub(crate) mod cone_mixture;
 pub(crate) mod fresnel;
 pub(crate) mod ggx;
 pub(crate) mod henyey_greenstein;
+pub(crate) mod mean_color;
 pub(crate) mod phong_lobe;
 pub(crate) mod shading_frame;
 pub(crate) mod sheen;

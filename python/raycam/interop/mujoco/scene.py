@@ -209,9 +209,9 @@ class MujocoScene:
     def with_changes(self, visual: Any, camera: Camera) -> MujocoScene:
         """Returns a copy that shows an `mjvScene`: its decorations, and its changes since `remember_visual`.
 
-        A change is a geom that a program has added, such as a marker, or a geom of the model that it has changed or
-        removed. Lights that a program adds, changes or removes affect only `render`. The copy does not follow later
-        calls of `update`. Without decorations and changes, the result is this scene itself.
+        Changes are geoms or lights that a program has added (such as a marker), and geoms of the model or lights that
+        it has changed or removed. Changed lights affect only `render`. The copy does not follow later calls of
+        `update`. If the scene has neither decorations nor changes, this scene itself is returned.
 
         Spheres, capsules, ellipsoids, cylinders, boxes, planes, arrows, lines and triangles are shown with their
         `rgba`, `emission`, `specular` and `shininess`, and the mean colour of their texture. The width of lines is in

@@ -10,6 +10,16 @@ from .model import DECORATION, PREFIXES
 
 __all__ = ["SceneChanges", "SceneSnapshot"]
 
+GEOM_VALUES = (
+    *("objtype", "objid", "category", "type"),
+    *("emission", "specular", "shininess", "matid", "texid", "dataid"),
+)
+"""The values of an `mjvGeom` on which an image depends, beginning with the type and id of its element."""
+GEOM_ARRAYS = ("pos", "mat", "size", "rgba")
+LIGHT_VALUES = ("type", "headlight", "castshadow", "cutoff", "exponent")
+"""The values of an `mjvLight` on which an image depends."""
+LIGHT_ARRAYS = ("pos", "dir", "attenuation", "ambient", "diffuse", "specular")
+
 
 @dataclass(frozen=True)
 class SceneChanges:
@@ -30,8 +40,8 @@ class SceneSnapshot:
     """
 
     def __init__(self, geoms: Sequence[Any], lights: Sequence[Any]) -> None:
-        self._geoms = [_values(geom) for geom in geoms]
-        self._lights = [_light_values(light) for light in lights]
+        self._geoms = [_values(geom, GEOM_VALUES, GEOM_ARRAYS) for geom in geoms]
+        self._lights = [_values(light, LIGHT_VALUES, LIGHT_ARRAYS) for light in lights]
 
     def changes(self, geoms: Sequence[Any], lights: Sequence[Any]) -> SceneChanges:
         """Returns decorations, and geoms and lights that were added, changed or removed.
@@ -42,39 +52,17 @@ class SceneSnapshot:
         for number, values in enumerate(self._geoms):
             element, category = values[:2], values[2]
             is_element = element[0] in PREFIXES and category != DECORATION
-            is_same = number < len(current) and _values(current[number]) == values
+            is_same = number < len(current) and _values(current[number], GEOM_VALUES, GEOM_ARRAYS) == values
             if is_element and not is_same:
                 removed.add(element)
             if number < len(current) and not (is_element and is_same):
                 shown.append(current[number])
-        is_lit_as_before = [_light_values(light) for light in lights] == self._lights
+        is_lit_as_before = [_values(light, LIGHT_VALUES, LIGHT_ARRAYS) for light in lights] == self._lights
         return SceneChanges(
             shown + current[len(self._geoms) :], removed, None if is_lit_as_before else list(lights)
         )
 
 
-def _values(geom: Any) -> tuple[Any, ...]:
-    """Returns the values of an `mjvGeom` that an image depends on, beginning with the type and id of its element."""
-    arrays = (geom.pos, geom.mat, geom.size, geom.rgba)
-    looks = (geom.emission, geom.specular, geom.shininess, geom.matid, geom.texid, geom.dataid)
-    return (
-        geom.objtype,
-        geom.objid,
-        geom.category,
-        geom.type,
-        *(array.tobytes() for array in arrays),
-        *looks,
-    )
-
-
-def _light_values(light: Any) -> tuple[Any, ...]:
-    """Returns the values of an `mjvLight` that an image depends on."""
-    arrays = (light.pos, light.dir, light.attenuation, light.ambient, light.diffuse, light.specular)
-    return (
-        light.type,
-        light.headlight,
-        light.castshadow,
-        light.cutoff,
-        light.exponent,
-        *(array.tobytes() for array in arrays),
-    )
+def _values(item: Any, names: Sequence[str], arrays: Sequence[str]) -> tuple[Any, ...]:
+    """Returns the values and the bytes of arrays of an `mjvGeom` or `mjvLight`."""
+    return (*(getattr(item, name) for name in names), *(getattr(item, name).tobytes() for name in arrays))

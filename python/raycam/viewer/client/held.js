@@ -30,7 +30,8 @@ export class ShownImage {
     const { client, client: { picture, held }, movedFrom } = this;
     const isReleased = held !== null && movedFrom !== null && camera !== this.camera;
     if (!moving && camera !== movedFrom) this.movedFrom = null;
-    [this.number, this.camera] = [image, camera];
+    this.number = image;
+    this.camera = camera;
     if (isReleased) client.hold(null);
     if (width === picture.width && height === picture.height) return;
     const isInside = held !== null && !isReleased && moveWithImage(held, picture, { width, height });

@@ -13,6 +13,7 @@ use crate::bsdf::material_hit::MaterialHit;
 use crate::lobes::albedo_tables::{Albedo, AlbedoRow, albedo_tables, multi_scatter_color, multi_scatter_lobe};
 use crate::lobes::fresnel::{Fresnel, conductors, schlick};
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
+use crate::lobes::mean_color::mean;
 use crate::lobes::shading_frame::{cosine_hemisphere_pdf, sample_cosine_hemisphere};
 use crate::lobes::sheen::Sheen;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
@@ -245,7 +246,6 @@ impl BatchModel for GlossyModel {
             [albedos[0][lane], albedos[1][lane]] = row.albedo_at(tables, cosines[lane]);
             [means[0][lane], means[1][lane]] = row.mean_albedo(tables);
         }
-        let mean = |color: Vec3| color.element_sum() / 3.0;
         for lane in 0..LANES {
             let albedo = [albedos[0][lane], albedos[1][lane]];
             let means = [means[0][lane], means[1][lane]];

@@ -14,6 +14,7 @@ use crate::lobes::albedo_dielectric::EnergyLoss;
 use crate::lobes::albedo_tables::{Albedo, AlbedoRow, albedo_tables, multi_scatter_color, multi_scatter_lobe};
 use crate::lobes::fresnel::{Fresnel, dielectric, refract_unchecked, schlick, thinner_side_cosine};
 use crate::lobes::ggx::{Ggx, MicrofacetEval};
+use crate::lobes::mean_color::mean;
 use crate::lobes::shading_frame::{cosine_hemisphere_pdf, sample_cosine_hemisphere};
 use crate::prepare::geometry::Geometry;
 use crate::soa::{LANES, Vec3xN, lane_vec3, set_lane};
@@ -175,7 +176,7 @@ impl RoughDielectricModel {
             let table = self.loss_table(geometry, lane, &mut cached);
             let [up, down] = table.albedo(is_inside, cosines[lane], ends);
             for (out, albedo) in losses.single_scatter.iter_mut().zip([up, down]) {
-                out[lane] = albedo.element_sum() / 3.0;
+                out[lane] = mean(albedo);
             }
             set_lane(&mut losses.loss, lane, (Vec3::ONE - up - down).to_array());
             for (out, side) in losses.mean_loss.iter_mut().zip([is_inside, !is_inside]) {
@@ -263,7 +264,6 @@ impl BatchModel for RoughDielectricModel {
         }
         let [reflectance, base_reflectance] = self.reflectances(&cosines);
         let losses = self.view_losses(context.geometry, &lanes.is_active, &cosines);
-        let mean = |color: Vec3| color.element_sum() / 3.0;
         for lane in 0..LANES {
             let (albedo, mean_albedo) = ([albedos[0][lane], albedos[1][lane]], means[lane]);
             let reflected = 1.0 - albedo[0];

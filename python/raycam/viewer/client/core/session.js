@@ -127,7 +127,9 @@ export class Session {
   changed() {
     this.version += 1;
     this.touched = performance.now();
-    [this.samples, this.still, this.shown] = [0, null, ""];
+    this.samples = 0;
+    this.still = null;
+    this.shown = "";
   }
 
   /** Executes a message; messages of controls that pages do not show are ignored. @param {ClientMessage} message */
@@ -296,7 +298,8 @@ export class Session {
     }
     const ms = performance.now() - started;
     if (exact) return this.show(whole, 1, ms, false);
-    [this.still, this.samples] = [whole, samples];
+    this.still = whole;
+    this.samples = samples;
     this.say({ type: "about", ...this.described(this.notices || []) });
     if (COLORS.includes(this.channel)) this.show(whole, samples, ms, false);
   }
