@@ -6,12 +6,15 @@ Every error or notice has a code and contains the facts that help.
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import raycam
+from raycam.world.joint_keyframes import read_trajectory
 from support.raises import Fault, fault, raises, warns
 
 BOX = '<visual><geometry><box size="0.1 0.1 0.1"/></geometry></visual>'
@@ -58,6 +61,9 @@ MISSING = {
     "backslashes": ("meshes\\deep\\b.stl", "meshes/deep/b.stl"),
     "http": ("https://example.com/a.stl", "https://"),
     "folder": (".", "no such file"),
+    "null character": ("file:///a%00.stl", "null"),
+    "long": (f"{'a' * 5000}.stl", "too long"),
+    "long package": (f"package://{'a' * 5000}/a.stl", "too long"),
 }
 
 
@@ -80,6 +86,10 @@ def test_missing_meshes_are_listed_together_or_replaced(write: Callable[[str], P
 
 TREES = {
     "three roots": (links("a", "b", "c"), fault("not_a_tree", "3 links", "line 2", "line 4")),
+    "two parents": (
+        links("a", "b", "c") + joint("j", "a", "c") + joint("k", "b", "c"),
+        fault("not_a_tree", "'c'", "'k'", "'j' (line 5)", "robot.urdf:5"),
+    ),
     "loop of two beside a root": (
         links("r", "a", "b") + joint("j", "a", "b") + joint("k", "b", "a"),
         fault("cyclic_reference", "'j'", "'k'"),
@@ -103,6 +113,105 @@ def test_links_that_form_no_tree_are_refused_with_lines(write: Callable[[str], P
         raycam.load(write(body))
 
 
+SDF_TREES = {
+    "same link": (
+        '<link name="a"/>\n<link name="a"/>',
+        fault("duplicate_name", "link 'a'", "line 2", ":3"),
+    ),
+    "same joint": (
+        '<link name="a"/><link name="b"/><link name="c"/>\n'
+        '<joint name="j" type="fixed"><parent>a</parent><child>b</child></joint>\n'
+        '<joint name="j" type="fixed"><parent>a</parent><child>c</child></joint>',
+        fault("duplicate_name", "joint 'j'", "line 3", ":4"),
+    ),
+    "same model": (
+        '<model name="n"><link name="a"/></model>\n<model name="n"><link name="a"/></model>',
+        fault("duplicate_name", "model 'n'", "line 2", ":3"),
+    ),
+    "loop": (
+        '<link name="a"/><link name="b"/>\n'
+        '<joint name="j" type="fixed"><parent>a</parent><child>b</child></joint>\n'
+        '<joint name="k" type="fixed"><parent>b</parent><child>a</child></joint>',
+        fault("cyclic_reference", "'k' (line 4)", "'j' (line 3)"),
+    ),
+    "no parent link": (
+        '<link name="a"/>\n<joint name="j" type="fixed"><parent>x</parent><child>a</child></joint>',
+        fault("unknown_name", "'j'", "'x'", ":3"),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", SDF_TREES)
+def test_sdf_links_that_form_no_tree_are_refused_with_lines(tmp_path: Path, case: str) -> None:
+    body, expected = SDF_TREES[case]
+    path = tmp_path / "model.sdf"
+    path.write_text(f'<sdf version="1.9"><model name="m">\n{body}</model></sdf>')
+    with raises(raycam.FormatError, **expected):
+        raycam.load(path)
+
+
+def test_two_roots_in_a_xacro_file_are_refused_with_lines_of_the_expanded_file(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xacro"
+    path.write_text(MODELS[".xacro"] % '<link name="b"/>')
+    with raises(raycam.FormatError, code="not_a_tree") as refused:
+        raycam.load(path)
+    program = "import sys, xacro; print(xacro.process_file(sys.argv[1]).toprettyxml(indent='  '))"
+    run = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True, check=True)
+    lines = run.stdout.splitlines()
+    for name in ("a", "b"):
+        number = next(i for i, line in enumerate(lines, start=1) if f'<link name="{name}"' in line)
+        assert f"'{name}' (line {number})" in str(refused.value)
+
+
+MISSING_PARTS = {
+    "included models": (
+        "robot.sdf",
+        '<sdf version="1.9"><world name="w"><include><uri>model://one</uri></include>\n'
+        "<include><uri>model://two</uri></include></world></sdf>",
+        ["'model://one'", "'model://two'", "robot.sdf:2", "searched"],
+    ),
+    "MJCF files": (
+        "robot.xml",
+        '<mujoco><asset><mesh file="one.stl"/><texture type="2d" file="two.png"/></asset>\n'
+        '<worldbody><geom type="mesh" mesh="one"/></worldbody></mujoco>',
+        ["'one.stl'", "'two.png'", "robot.xml:1", "searched"],
+    ),
+    "xacro file": (
+        "robot.xacro",
+        MODELS[".xacro"] % '<xacro:include filename="one.xacro"/>',
+        ["no such file", "one.xacro"],
+    ),
+    "xacro package": (
+        "robot.xacro",
+        MODELS[".xacro"] % '<xacro:include filename="$(find nobody)/one.xacro"/>',
+        ["package 'nobody' not found", "searched"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", MISSING_PARTS)
+def test_missing_parts_of_other_formats_are_listed_together(tmp_path: Path, case: str) -> None:
+    name, text, facts = MISSING_PARTS[case]
+    if name.endswith(".xml"):
+        pytest.importorskip("mujoco")
+    (tmp_path / name).write_text(text)
+    with raises(raycam.FormatError, code="file_not_found", mentions=facts):
+        raycam.load(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["robot.urdf", "robot.sdf", "robot.xacro", "robot.xml", "mesh.dae"])
+def test_git_lfs_pointers_are_refused_with_their_cause(tmp_path: Path, name: str) -> None:
+    pointer = tmp_path / name
+    pointer.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n")
+    path = pointer
+    if name == "mesh.dae":
+        pytest.importorskip("collada")
+        path = tmp_path / "robot.urdf"
+        path.write_text(f'<robot name="r"><link name="a">{mesh(name)}</link></robot>')
+    with raises(raycam.FormatError, code="placeholder_file", mentions=[name, "git lfs pull"]):
+        raycam.load(path)
+
+
 JOINTS: list[tuple[object, Fault]] = [
     ({"elbo": 0.1}, fault("unknown_name", "'elbo'", "'elbow'")),
     ({3: 0.1}, fault("unknown_name", "3")),
@@ -112,6 +221,7 @@ JOINTS: list[tuple[object, Fault]] = [
     (0.5, fault("wrong_shape", "[2]", "[]")),
     ({"elbow": math.inf}, fault("out_of_range", "elbow")),
     ({"elbow": [[0.1]]}, fault("wrong_shape", "elbow")),
+    (None, fault("wrong_type", "None")),
 ]
 
 
@@ -136,6 +246,53 @@ def test_degrees_of_a_limited_joint_are_reported(
     with pytest.warns(raycam.Notice) as notices:
         world.set_joints("robot", {"elbow": value})
     assert {notice.message.code for notice in notices} == codes  # type: ignore[union-attr]
+
+
+WORLD_TEXTS = {
+    "joints of the table": "joints = { elbow = 90 }\n",
+    "keyframe": 'joints = { elbow = 0 }\n[[video.keyframe]]\ntime = 1\nrobot = "arm"\njoints = { elbow = 90 }\n',
+}
+
+
+@pytest.mark.parametrize("case", WORLD_TEXTS)
+def test_degrees_in_a_world_file_are_reported(write: Callable[[str], Path], case: str) -> None:
+    path = write(links("a", "b") + joint("elbow", "a", "b")).with_name("world.toml")
+    path.write_text(f'[[robot]]\nname = "arm"\nfile = "robot.urdf"\n{WORLD_TEXTS[case]}')
+    with pytest.warns(raycam.Notice) as notices:
+        raycam.load(path)
+    assert {notice.message.code for notice in notices} == {"implausible", "outside_limits"}  # type: ignore[union-attr]
+
+
+def test_robot_files_that_a_world_file_names_and_that_do_not_exist_raise(tmp_path: Path) -> None:
+    path = tmp_path / "world.toml"
+    path.write_text('[[object]]\nbox = { size = 1 }\n[[robot]]\nfile = "nobody.urdf"\n')
+    with pytest.raises(FileNotFoundError, match=r"line 3: robot\[0\].*nobody\.urdf"):
+        raycam.load(path)
+
+
+def test_joint_values_of_a_trajectory_that_are_not_finite_or_named_twice_raise(
+    write: Callable[[str], Path], tmp_path: Path
+) -> None:
+    world = raycam.load(write(links("a", "b") + joint("elbow", "a", "b")))
+    frames = [
+        {"time": time, "robot": "robot", "joints": {"elbow": value}}
+        for time, value in ((0, 0), (1, math.nan))
+    ]
+    with raises(raycam.WorldError, code="out_of_range", mentions=["elbow"]):
+        world.set_video(fps=10, keyframe=frames)
+    path = tmp_path / "joints.csv"
+    path.write_text("time,elbow,elbow\n0,0,0\n")
+    with raises(raycam.WorldError, code="duplicate_name", mentions=["'elbow'", "joints.csv:1"]):
+        read_trajectory(world.robots["robot"], path)
+    np.save(tmp_path / "joints.npy", np.array([{}], dtype=object))
+    with raises(raycam.WorldError, code="invalid_value", mentions=["joints.npy"]):
+        read_trajectory(world.robots["robot"], tmp_path / "joints.npy")
+
+
+def test_render_many_without_joint_vectors_raises(write: Callable[[str], Path]) -> None:
+    world = raycam.load(write(links("a", "b") + joint("elbow", "a", "b")))
+    with raises(raycam.WorldError, code="missing_value", mentions=["joints['robot']"]):
+        raycam.render_many(world, joints={"robot": np.zeros((0, 1))}, channels=["depth"])
 
 
 def test_turns_of_a_continuous_joint_are_not_reported(write: Callable[[str], Path]) -> None:

@@ -66,7 +66,7 @@ def expanded(path: Path, **arguments: str) -> str:
 @pytest.mark.parametrize("name", ROBOTS)
 def test_xacro_expansion_equals_that_of_ros(folder: Path, name: str) -> None:
     path = written(folder, ROBOTS[name])
-    program = "import sys, xacro; print(xacro.process_file(sys.argv[1]).toxml(), end='')"
+    program = "import sys, xacro; print(xacro.process_file(sys.argv[1]).toprettyxml(indent='  '), end='')"
     run = subprocess.run(
         [sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True
     )

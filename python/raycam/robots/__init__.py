@@ -10,7 +10,7 @@ from .kinematics import WIDTHS
 from .mjcf import CompiledModel
 from .mounted import MountedCamera, place_camera
 from .read import SUFFIXES, RobotModel, has_robot_root, read_robots
-from .resolve import FileResolver, Missing, find_root
+from .resolve import FileResolver, Missing, find_root, list_faults
 from .robot import JointValues, Robot
 from .sdf_cameras import SdfCamera
 from .transforms import quaternion_matrices, quaternions_of
@@ -38,6 +38,7 @@ __all__ = [
     "has_robot_root",
     "is_bag",
     "joint_points",
+    "list_faults",
     "place_camera",
     "quaternion_matrices",
     "quaternions_of",

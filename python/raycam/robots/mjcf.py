@@ -16,7 +16,7 @@ import numpy as np
 from ..arguments import Floats
 from ..errors import FormatError, Notice, SettingsError
 from .description import Joint, JointType, Link, RobotDescription
-from .resolve import FileResolver, read_bytes
+from .resolve import FileResolver, list_faults, read_bytes
 from .transforms import quaternion_matrices, rotations_about
 from .xml_tree import Element, XmlLimits, parse_xml
 
@@ -62,11 +62,15 @@ def read_mjcf(path: Path, root: Element, files: FileResolver) -> tuple[RobotDesc
         raise SettingsError(
             f"{path}: reading MJCF requires MuJoCo; pip install 'raycam[mujoco]'", code="missing_dependency"
         ) from None
-    _Files(path, files).check(root, path)
+    named = _Files(path, files)
+    named.check(root, path)
     try:
         model = mujoco.MjModel.from_xml_path(os.fspath(path))
     except ValueError as error:
-        raise FormatError(f"{path}: MuJoCo cannot load the model: {error}", code="invalid_value") from None
+        if named.missing:
+            raise FormatError(named.missing_text(), code="file_not_found") from None
+        reason = " ".join(str(error).split())
+        raise FormatError(f"{path}: MuJoCo cannot load the model: {reason}", code="invalid_value") from None
     links = _unique([_name(model, "body", body) for body in range(model.nbody)])
     return _describe(model, path, links), CompiledModel(model, links)
 
@@ -75,9 +79,12 @@ class _Files:
     """Checks the files that a model and its included files name."""
 
     def __init__(self, path: Path, files: FileResolver) -> None:
+        self._name = os.fspath(path)
         self._main, self._root = Path(os.path.abspath(path)).parent, files.root
         self._folders = {""}
         self._seen: set[Path] = set()
+        self.missing: list[str] = []
+        """The files that are in none of the model's folders, with their places in the model."""
 
     def check(self, root: Element, path: Path) -> None:
         """Checks a document and its included documents."""
@@ -93,19 +100,32 @@ class _Files:
                         named.append((value, f"{file}:{each.line}"))
                         if value.lower().endswith(".xml"):
                             documents += self._included(value, file)
-        for name, at in named:
-            for folder in sorted(self._folders):
-                self._check_file(self._main / folder / name, name, at)
+        for name, at in dict(named).items():
+            paths = [
+                Path(os.path.normpath(main / folder / name))
+                for main in (self._main, Path(at.rpartition(":")[0]).parent)
+                for folder in sorted(self._folders)
+            ]
+            found = [self._check_file(path, name, at) for path in dict.fromkeys(paths)]
+            if not any(found):
+                folders = ", ".join(dict.fromkeys(os.fspath(path.parent) for path in paths))
+                self.missing.append(f"{at}: {name!r} not found; searched {folders}")
+
+    def missing_text(self) -> str:
+        """The message for missing files."""
+        return (
+            f"{self._name}: files not found ({len(self.missing)}): {list_faults(self.missing)}; add the files, because "
+            'MuJoCo requires all of them (missing="box" has no effect on MJCF)'
+        )
 
     def _included(self, name: str, file: Path) -> list[tuple[Element, Path]]:
         """The documents that a name may refer to: relative to the model or to the including file."""
         found = []
         for folder in (self._main, file.parent):
             path = Path(os.path.normpath(folder / name))
-            if path in self._seen or not path.exists():
+            if path in self._seen or not self._check_file(path, name, str(file)):
                 continue
             self._seen.add(path)
-            self._check_file(path, name, str(file))
             if len(self._seen) > MAX_FILES:
                 raise FormatError(
                     f"{file}: the model has too many files; the limit is {MAX_FILES}", code="budget_exceeded"
@@ -114,10 +134,14 @@ class _Files:
             found.append((parse_xml(data, str(path)), path))
         return found
 
-    def _check_file(self, path: Path, name: str, at: str) -> None:
-        real = Path(os.path.realpath(path))
-        if not real.exists():
-            return  # MuJoCo itself reports missing files
+    def _check_file(self, path: Path, name: str, at: str) -> bool:
+        """Checks a file if it exists; returns False for a missing file."""
+        try:
+            real = Path(os.path.realpath(path))
+            if not real.exists():
+                return False
+        except (OSError, ValueError):  # a name that is too long or contains a null character
+            return False
         if not real.is_relative_to(os.path.realpath(self._root)):
             raise FormatError(
                 f"{at}: file {name!r} is outside {self._root}; pass a folder= that contains it",
@@ -130,6 +154,7 @@ class _Files:
                 f"{at}: file {name!r} is too large; the limit is {MAX_FILE_BYTES} bytes",
                 code="budget_exceeded",
             )
+        return True
 
 
 def _walk(element: Element) -> list[Element]:

@@ -6,16 +6,19 @@ Files are named by `package://`, `model://`, `file://` or a relative path.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import unquote
 
 from ..errors import FormatError, Notice, SettingsError
 
-__all__ = ["FileResolver", "Missing"]
+__all__ = ["FileResolver", "Missing", "find_root", "list_faults", "read_bytes"]
 
 MAX_LEVELS = 8
 """Number of parent folders in which package.xml is searched."""
+SHOWN_FAULTS = 20
+"""Maximum number of missing files that a message lists."""
 DESCRIPTION_FOLDERS = ("urdf", "robots", "robot", "xacro", "sdf", "mjcf")
 """Names of folders that contain only descriptions; the package is then the parent folder."""
 
@@ -59,6 +62,10 @@ class FileResolver:
 
     def find(self, name: str) -> Path:
         """Returns the path of a file; raises `Missing` with the reason and the searched folders."""
+        with _impossible_paths():
+            return self._find(name)
+
+    def _find(self, name: str) -> Path:
         text = name.strip().replace("\\", "/")
         scheme, found, rest = text.partition("://")
         if not found:
@@ -82,7 +89,8 @@ class FileResolver:
 
     def package_folder(self, package: str) -> Path:
         """Returns the folder of a package; raises `Missing` with the searched folders."""
-        folders = self._package_folders(package)
+        with _impossible_paths():
+            folders = self._package_folders(package)
         if not folders:
             raise Missing(f"package {package!r} not found; searched {', '.join(map(str, self._searched()))}")
         return folders[0]
@@ -147,6 +155,20 @@ class FileResolver:
         return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(root))
 
 
+@contextmanager
+def _impossible_paths() -> Iterator[None]:
+    """Context that raises `Missing` for paths that the system rejects.
+
+    Examples are names that are too long or contain a null character, and folders without read permission.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise Missing(error.strerror or str(error)) from None
+    except ValueError as error:
+        raise Missing(f"invalid name: {error}") from None
+
+
 def find_root(folder: Path) -> Path:
     """Returns the root folder of a description in `folder` if the user specifies no root folder."""
     for above in [folder, *folder.parents][:MAX_LEVELS]:
@@ -154,6 +176,12 @@ def find_root(folder: Path) -> Path:
             return above
     outer = folder.parent
     return outer if folder.name in DESCRIPTION_FOLDERS and outer != Path(outer.anchor) else folder
+
+
+def list_faults(faults: Collection[str]) -> str:
+    """Returns the faults as one text; of many faults, the first ones and their number."""
+    more = len(faults) - SHOWN_FAULTS
+    return "; ".join(list(faults)[:SHOWN_FAULTS]) + (f"; and {more} more" if more > 0 else "")
 
 
 def read_bytes(path: Path, limit: int) -> bytes:

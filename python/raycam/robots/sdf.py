@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,7 +17,7 @@ import numpy as np
 from ..arguments import Floats
 from ..errors import FormatError, Notice, nearest
 from .description import Geometry, Joint, JointType, Link, Material, RobotDescription, Visual
-from .resolve import FileResolver, Missing, read_bytes
+from .resolve import FileResolver, Missing, list_faults, read_bytes
 from .sdf_cameras import SdfCamera, read_sensor
 from .sdf_frames import MODEL_FRAME, FrameGraph, read_numbers, read_pose
 from .sdf_lights import SdfLight, ambient_light, read_light
@@ -85,6 +86,7 @@ class _Document:
             raise self.fail(
                 self._root, f"expected an <sdf> element, found <{self._root.tag}>{hint}", "wrong_format"
             )
+        self._included_paths = self._find_includes()
 
     def fail(self, element: Element, text: str, code: str) -> FormatError:
         """Returns an error with the file and the line of an element."""
@@ -156,6 +158,38 @@ class _Document:
             raise self.fail(self._root, "an included file must contain a <model>", "wrong_format")
         return model
 
+    def _find_includes(self) -> dict[str, Path]:
+        """The paths of all included files by URI; raises `FormatError` with all files that are missing."""
+        found: dict[str, Path] = {}
+        faults: dict[str, str] = {}
+        waiting = [self._root]
+        while waiting:
+            element = waiting.pop()
+            if element.tag in ("sdf", "world", "model"):
+                waiting += reversed(element.children)
+            uri = element.find("uri") if element.tag == "include" else None
+            text = "" if uri is None else uri.text.strip()
+            if not text or text in found or text in faults:
+                continue
+            try:
+                found[text] = self._find_include(text)
+            except Missing as reason:
+                faults[text] = f"{self.name}:{element.line}: <include> {text!r}: {reason}"
+        if faults:
+            raise FormatError(
+                f"{self.name}: included files not found ({len(faults)}): {list_faults(faults.values())}; "
+                "pass packages=[...]",
+                code="file_not_found",
+            )
+        return found
+
+    def _find_include(self, text: str) -> Path:
+        """The path of an included file or of the model.sdf in an included folder; raises `Missing`."""
+        if not text.endswith(".sdf"):
+            with suppress(Missing):
+                return self.files.find(f"{text.rstrip('/')}/model.sdf")
+        return self.files.find(text)
+
     def included(self, include: Element) -> _Document:
         """The document that an `<include>` names."""
         uri = include.find("uri")
@@ -168,20 +202,7 @@ class _Document:
                 "other in a circle",
                 "budget_exceeded",
             )
-        text = uri.text.strip()
-        names = [text] if text.endswith(".sdf") else [f"{text.rstrip('/')}/model.sdf", text]
-        path = None
-        for name in names:
-            try:
-                path = self.files.find(name)
-                break
-            except Missing as reason:
-                last = reason
-        if path is None:
-            raise FormatError(
-                f"{self.name}:{include.line}: <include> {text!r}: {last}; pass packages=[...]",
-                code="file_not_found",
-            )
+        path = self._included_paths[uri.text.strip()]
         files = FileResolver(path, self.files.folder, self.files.packages)
         return _Document(read_bytes(path, XmlLimits().bytes), os.fspath(path), files, self.depth + 1)
 

@@ -32,7 +32,9 @@ class FrameGraph:
     def add(self, name: str, base: str, base_from_frame: Floats, element: Element) -> None:
         """Adds a frame; raises `FormatError` for a name that is already used."""
         if name in self._frames or name == MODEL_FRAME:
-            raise self._fail(element, f"duplicate frame {name!r}", "duplicate_name")
+            first = f"; the first is in line {self._frames[name][2].line}" if name in self._frames else ""
+            shown = name.removesuffix(f"::{MODEL_FRAME}")
+            raise self._fail(element, f"duplicate {element.tag} {shown!r}{first}", "duplicate_name")
         self._frames[name] = (base, base_from_frame, element)
 
     def resolve(self, name: str, element: Element) -> Floats:

@@ -39,6 +39,10 @@ class Refused(BaseException):
     """
 
 
+class MissingPackage(xacro.substitution_args.SubstitutionException):  # type: ignore[misc]
+    """A package of `$(find NAME)` that was not found, with the searched folders."""
+
+
 class Guard:
     """Confines this process to reading files in folders, from `start` on."""
 
@@ -102,7 +106,7 @@ def expand(request: dict[str, Any]) -> tuple[str, list[str]]:
         try:
             found[package] = files.package_folder(package)
         except Missing as reason:
-            raise xacro.substitution_args.SubstitutionException(str(reason)) from None
+            raise MissingPackage(str(reason)) from None
         guard.roots.append(os.path.realpath(found[package]))
         return os.fspath(found[package])
 
@@ -113,7 +117,7 @@ def expand(request: dict[str, Any]) -> tuple[str, list[str]]:
     arguments = Arguments(request["arguments"])
     guard.start()
     try:
-        document: str = xacro.process_file(os.fspath(path), mappings=arguments).toxml()
+        document: str = xacro.process_file(os.fspath(path), mappings=arguments).toprettyxml(indent="  ")
     finally:
         guard.stop()
     unused = sorted(set(request["arguments"]) - arguments.used)
@@ -145,6 +149,21 @@ def _location() -> str:
     return f" (in {', included from '.join(stack)})" if stack else ""
 
 
+def _error_code(cause: BaseException) -> str:
+    if isinstance(cause, Refused):
+        return "outside_root"
+    return "file_not_found" if isinstance(cause, FileNotFoundError | MissingPackage) else "syntax"
+
+
+def _error_text(cause: BaseException, error: BaseException) -> str:
+    """The reason for an error; `error` is xacro's exception, which contains the `cause`."""
+    if isinstance(cause, FileNotFoundError):
+        return f"no such file: {cause.filename}"
+    if isinstance(cause, MissingPackage):
+        return str(cause)
+    return f"{type(cause).__name__}: {' '.join(str(error).split())}"
+
+
 def main(request: dict[str, Any]) -> None:
     """Expands the file of a request, and writes the document or the error to the answer file."""
     limits = request["limits"]
@@ -159,9 +178,7 @@ def main(request: dict[str, Any]) -> None:
         if isinstance(cause, MemoryError):
             answer = f"budget_exceeded\nthe expansion needs more than {limits['memory']} bytes of memory{_location()}"
         else:
-            text = " ".join(str(error).split())
-            code = "outside_root" if isinstance(cause, Refused) else "syntax"
-            answer = f"{code}\n{type(cause).__name__}: {text}{_location()}"
+            answer = f"{_error_code(cause)}\n{_error_text(cause, error)}{_location()}"
     data = answer.encode("utf-8", "replace")
     if len(data) > limits["bytes"]:
         data = (

@@ -12,6 +12,8 @@ from ..errors import FormatError
 
 __all__ = ["ROOT_BYTES", "Element", "XmlLimits", "check_xml", "parse_xml", "root_tag"]
 
+LFS_POINTER = b"version https://git-lfs.github.com"
+"""First bytes of a file that Git LFS has not downloaded."""
 ROOT_BYTES = 64 << 10
 """Number of bytes at a document's start in which the root element is searched for."""
 
@@ -109,6 +111,11 @@ class _Builder:
             raise FormatError(
                 f"{self._name}: file too large: {len(data)} bytes; the limit is {self._limits.bytes}",
                 code="budget_exceeded",
+            )
+        if data.startswith(LFS_POINTER):
+            raise FormatError(
+                f"{self._name}: a Git LFS pointer instead of the file; run git lfs pull",
+                code="placeholder_file",
             )
         try:
             self._parser.Parse(data, True)

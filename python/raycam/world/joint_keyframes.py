@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -104,6 +105,7 @@ def _motion(robot: Robot, frames: Sequence[Mapping[str, Any]], fps: float, alone
             values = np.unwrap(values, axis=0)
         for column in range(values.shape[1]):
             vectors[:, start + column] = np.interp(times, [time for time, _ in track], values[:, column])
+    robot._check_values(vectors)
     vectors, notices = robot._limited(vectors, clamp=False)
     warn_all(notices)
     return limit_turns(robot, JointMotion(times, vectors, alone))
@@ -167,12 +169,11 @@ def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats,
         return _from_bag(robot, path)
     path = Path(path)
     if path.suffix.lower() == ".npy":
-        table = floats(
-            os.fspath(path),
-            np.load(path, allow_pickle=False),
-            ("n", 1 + robot._kinematics.size),
-            error=WorldError,
-        )
+        try:
+            array = np.load(path, allow_pickle=False)
+        except ValueError as error:
+            raise WorldError(f"{path}: invalid NPY file: {error}", code="invalid_value") from None
+        table = floats(os.fspath(path), array, ("n", 1 + robot._kinematics.size), error=WorldError)
         return table[:, 0], table[:, 1:]
     lines = [line for line in decode_text(path.read_bytes()).splitlines() if line.strip()]
     names = [name.strip() for name in lines[0].split(",")] if lines else []
@@ -181,6 +182,9 @@ def read_trajectory(robot: Robot, path: str | os.PathLike[str]) -> tuple[Floats,
             f'{path}:1: expected the header "time, JOINT, ...", got {lines[0] if lines else ""!r}',
             code="missing_value",
         )
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise WorldError(f"{path}:1: duplicate column {twice[0]!r}", code="duplicate_name")
     rows = []
     for number, line in enumerate(lines[1:], start=2):
         try:

@@ -235,10 +235,13 @@ def _with_robots(
     except tomllib.TOMLDecodeError as error:
         raise WorldError(f"{os.fspath(path)}: {error}", code="syntax") from None
     try:
-        with collected():
-            return World._described(description, home, texture_memory, lines)
+        with collected() as notices:
+            world = World._described(description, home, texture_memory, lines)
     except Error as error:
         raise type(error)(f"{os.fspath(path)}: {error}", code=error.code) from None
+    # Notices about joint values, keyframes and calibrations are not among the world's notices.
+    warn_all(notice for notice in notices if notice not in world.notices)
+    return world
 
 
 def _load_robot(

@@ -29,8 +29,6 @@ OWN_MATERIALS = (".glb", ".gltf", ".dae")
 """Endings of mesh files that contain their own materials."""
 LINK_MESH_ENDINGS = (*MESH_ENDINGS, *OWN_MATERIALS)
 """Endings of mesh files of links."""
-SHOWN_FAULTS = 20
-"""Maximum number of missing files that an error lists."""
 
 
 def is_robot(name: object) -> bool:
@@ -154,12 +152,9 @@ class _Builder:
             except robots.Missing as reason:
                 faults[name] = f"{at}: mesh {name!r}: {reason}"
         if faults and missing == "error":
-            more = len(faults) - SHOWN_FAULTS
-            rest = f"; and {more} more" if more > 0 else ""
             raise FormatError(
                 f"{self._robot.description.file}: meshes that cannot be used ({len(faults)}): "
-                + "; ".join(list(faults.values())[:SHOWN_FAULTS])
-                + f"{rest}; pass packages=[...] or folder=, or show boxes instead with"
+                f"{robots.list_faults(faults.values())}; pass packages=[...] or folder=, or show boxes instead with"
                 ' world.add_robot(..., missing="box")',
                 code="file_not_found",
             )

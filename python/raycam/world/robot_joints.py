@@ -31,6 +31,8 @@ def find_robot(world: WorldContents, name: object) -> Robot:
 def move_robot(world: WorldContents, name: str, joints: JointValues, *, clamp: bool) -> None:
     """Sets joint values of a robot and moves its objects and cameras."""
     robot = find_robot(world, name)
+    if joints is None:
+        raise WorldError("set_joints: expected joint values, got None", code="wrong_type")
     vectors, single = robot._vectors(joints)
     if not single:
         raise WorldError(
@@ -65,6 +67,10 @@ def joint_poses(world: WorldContents, joints: Mapping[str, JointValues]) -> dict
     for name, values in joints.items():
         robot = find_robot(world, name)
         vectors, notices = robot._limited(robot._vectors(values)[0], clamp=False)
+        if len(vectors) == 0:
+            raise WorldError(
+                f"joints[{name!r}] is empty; expected a vector for each image", code="missing_value"
+            )
         warn_all(notices)
         poses |= {key: found for key, found in robot._object_matrices(vectors).items() if key in present}
     return poses

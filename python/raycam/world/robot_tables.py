@@ -78,6 +78,9 @@ def add_robot_tables(
             _add(world, dict(table), Path(folder))
         except Error as error:
             raise type(error)(f"{line}robot[{number}]: {error}", code=error.code) from None
+        except OSError as error:
+            text = f"{error.strerror} ({line}robot[{number}])"
+            raise with_code(type(error)(error.errno, text, error.filename)) from None
 
 
 def _add(world: WorldBuilding, table: dict[str, Any], folder: Path) -> None:

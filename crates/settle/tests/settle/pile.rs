@@ -67,6 +67,31 @@ fn equal_requests_give_equal_bytes() {
     assert_ne!(first, poses(4));
 }
 
+/// Hashes of settled piles, recorded on x86-64: number of objects, seed, hash.
+const RECORDED: [(usize, u64, u64); 4] = [
+    (10, 0, 0x8652_c71b_6a99_0f69),
+    (10, 1, 0x434f_d8f8_78b0_3260),
+    (10, 2, 0x581c_b685_7b2b_33a8),
+    (20, 0, 0x5e64_dd7b_003b_0f29),
+];
+
+/// FNV-1a hash of the bits of all numbers of the transforms.
+fn hash(transforms: &[DAffine3]) -> u64 {
+    let numbers = transforms.iter().flat_map(|transform| transform.to_cols_array());
+    let bytes = numbers.flat_map(|number| number.to_bits().to_le_bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3))
+}
+
+#[test]
+fn piles_have_the_recorded_bytes_on_every_processor() {
+    let found = RECORDED.map(|(count, seed, _)| {
+        let (world, sides, things) = bin(count);
+        let settled = settle(&world, &into_bin(&things, &sides, seed), &|| false).unwrap();
+        (count, seed, hash(&settled.transforms))
+    });
+    assert_eq!(found, RECORDED, "{found:#x?}");
+}
+
 #[test]
 fn object_order_does_not_affect_objects_that_do_not_touch() {
     // The target is one large floor, because two distant tables would be two targets. On it, the three small objects do
