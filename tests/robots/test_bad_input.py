@@ -319,6 +319,59 @@ def test_million_links_are_refused(tmp_path: Path, suffix: str) -> None:
         raycam.load(path)
 
 
+BOMBS = {
+    "copies of copies": ('<replicate count="1000">' * 3 + '<geom size="1"/>' + "</replicate>" * 3, "300000"),
+    "copies of an included file": (
+        '<replicate count="1000"><include file="part.txt"/></replicate>',
+        "300000",
+    ),
+    "generated bodies": ('<flexcomp name="f" type="grid" count="1000 1000 1000"/>', "300000"),
+    "generated values": (
+        "</worldbody><asset><hfield nrow='30000' ncol='30000'/></asset><worldbody>",
+        "67108864",
+    ),
+    "entity of an included file": ('<include file="entity.txt"/>', "'a'"),
+    "included file that names a file outside": ('<include file="outside.txt"/>', "secret.xml"),
+}
+
+
+@pytest.mark.parametrize("case", BOMBS)
+def test_mjcf_files_that_generate_too_much_are_refused(tmp_path: Path, case: str) -> None:
+    pytest.importorskip("mujoco")
+    body, fact = BOMBS[case]
+    (tmp_path / "secret.xml").write_text("<mujocoinclude/>")
+    folder = tmp_path / "inside"
+    folder.mkdir()
+    (folder / "part.txt").write_text(
+        '<mujocoinclude><replicate count="1000"><site/></replicate></mujocoinclude>'
+    )
+    (folder / "entity.txt").write_text(f"{LAUGHS}<mujocoinclude/>")
+    (folder / "outside.txt").write_text('<mujocoinclude><include file="../secret.xml"/></mujocoinclude>')
+    (folder / "robot.xml").write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+    with raises(raycam.FormatError, mentions=[fact]):
+        raycam.load(folder / "robot.xml")
+
+
+def test_sdf_files_that_include_each_other_many_times_are_refused(tmp_path: Path) -> None:
+    links_of_model = "".join(f'<link name="l{i}"/>' for i in range(10))
+    for depth in range(7):
+        inner = "".join(f"<include><uri>m{depth + 1}.sdf</uri><name>n{i}</name></include>" for i in range(10))
+        body = '<plugin name="p"/>' * 10_000 + (inner if depth < 6 else links_of_model)
+        (tmp_path / f"m{depth}.sdf").write_text(f'<sdf version="1.9"><model name="m">{body}</model></sdf>')
+    with raises(raycam.FormatError, code="budget_exceeded", mentions=["300000"]):
+        raycam.load(tmp_path / "m0.sdf")
+
+
+@pytest.mark.parametrize(("head", "fact"), [(LAUGHS, "'a'"), (SECRET, "'s'")])
+def test_entities_of_included_xacro_files_are_refused(tmp_path: Path, head: str, fact: str) -> None:
+    (tmp_path / "secret.txt").write_text("secret")
+    (tmp_path / "part.xacro").write_text(f"{head}<robot/>")
+    path = tmp_path / "robot.xacro"
+    path.write_text(MODELS[".xacro"] % '<xacro:include filename="part.xacro"/>')
+    with raises(raycam.FormatError, code="unsupported_feature", mentions=["part.xacro:1", fact]):
+        raycam.load(path)
+
+
 def test_robot_inside_a_table_is_reported_by_info(write: Callable[[str], Path]) -> None:
     from raycam.info import info
 

@@ -7,7 +7,9 @@ Source: MuJoCo's documentation (chapters Computation and XML reference, `mjModel
 
 from __future__ import annotations
 
+import math
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,6 +31,8 @@ EQUAL_JOINTS = 2
 FOLDER_KEYS = ("meshdir", "texturedir", "assetdir")
 MAX_FILE_BYTES = 256 << 20
 """Largest size of a file that a model names."""
+MAX_CELLS = 1 << 26
+"""Largest number of pixels of a texture, and of values of a height field, whose size is in the model."""
 MAX_FILES = 10_000
 """Largest number of files that a model names."""
 DEFAULT_NAME = "MuJoCo Model"
@@ -66,7 +70,7 @@ def read_mjcf(path: Path, root: Element, files: FileResolver) -> tuple[RobotDesc
     named.check(root, path)
     try:
         model = mujoco.MjModel.from_xml_path(os.fspath(path))
-    except ValueError as error:
+    except (ValueError, RuntimeError, MemoryError) as error:
         if named.missing:
             raise FormatError(named.missing_text(), code="file_not_found") from None
         reason = " ".join(str(error).split())
@@ -83,23 +87,25 @@ class _Files:
         self._main, self._root = Path(os.path.abspath(path)).parent, files.root
         self._folders = {""}
         self._seen: set[Path] = set()
+        self._elements = 0
         self.missing: list[str] = []
         """The files that are in none of the model's folders, with their places in the model."""
 
     def check(self, root: Element, path: Path) -> None:
         """Checks a document and its included documents."""
-        documents = [(root, Path(os.path.abspath(path)))]
+        documents = [(root, Path(os.path.abspath(path)), 1)]
         named: list[tuple[str, str]] = []
         while documents:
-            element, file = documents.pop()
-            for each in _walk(element):
+            element, file, outer = documents.pop()
+            for each, copies in _walk(element, outer):
+                self._count(each, copies, file)
                 if each.tag == "compiler":
                     self._folders |= {each.attributes[key] for key in FOLDER_KEYS if key in each.attributes}
                 for key, value in each.attributes.items():
                     if key.startswith("file") and value:
                         named.append((value, f"{file}:{each.line}"))
-                        if value.lower().endswith(".xml"):
-                            documents += self._included(value, file)
+                        if each.tag in ("include", "model") or value.lower().endswith(".xml"):
+                            documents += [(*found, copies) for found in self._included(value, file)]
         for name, at in dict(named).items():
             paths = [
                 Path(os.path.normpath(main / folder / name))
@@ -110,6 +116,24 @@ class _Files:
             if not any(found):
                 folders = ", ".join(dict.fromkeys(os.fspath(path.parent) for path in paths))
                 self.missing.append(f"{at}: {name!r} not found; searched {folders}")
+
+    def _count(self, element: Element, copies: int, file: Path) -> None:
+        """Counts an element and the elements that it generates; raises `FormatError` beyond the limits."""
+        at = f"{file}:{element.line}: <{element.tag}>"
+        generated = math.prod(_wholes(element, "count")) if element.tag in ("composite", "flexcomp") else 1
+        self._elements += copies * generated
+        limit = XmlLimits().elements
+        if self._elements > limit:
+            raise FormatError(
+                f"{at}: the model has too many elements, including copies; the limit is {limit}",
+                code="budget_exceeded",
+            )
+        for width, height in (("width", "height"), ("nrow", "ncol")):
+            cells = math.prod([*_wholes(element, width), *_wholes(element, height)])
+            if cells > MAX_CELLS:
+                raise FormatError(
+                    f"{at}: too large: {cells} values; the limit is {MAX_CELLS}", code="budget_exceeded"
+                )
 
     def missing_text(self) -> str:
         """The message for missing files."""
@@ -157,12 +181,21 @@ class _Files:
         return True
 
 
-def _walk(element: Element) -> list[Element]:
-    found, waiting = [], [element]
+def _walk(element: Element, copies: int) -> Iterator[tuple[Element, int]]:
+    """Iterates over an element and the elements inside, with the number of copies that `<replicate>` creates."""
+    waiting = [(element, copies)]
     while waiting:
-        found.append(waiting.pop())
-        waiting += reversed(found[-1].children)
-    return found
+        element, copies = waiting.pop()
+        yield element, copies
+        inner = copies * math.prod(_wholes(element, "count")) if element.tag == "replicate" else copies
+        waiting += [(child, inner) for child in reversed(element.children)]
+
+
+def _wholes(element: Element, key: str) -> list[int]:
+    """The positive whole numbers of an attribute; values that are not are omitted, because MuJoCo reports them."""
+    return [
+        int(word) for word in element.attributes.get(key, "").split() if word.isdecimal() and int(word) > 0
+    ]
 
 
 def _describe(model: Any, path: Path, bodies: list[str]) -> RobotDescription:

@@ -69,14 +69,23 @@ def read_sdf(data: bytes, name: str, files: FileResolver) -> list[SdfModel]:
     such as `arm::hand`. Raises `FormatError` with file and line for invalid XML, unknown frames, circles of frames or
     files, missing values, and files without models.
     """
-    return _Document(data, name, files, depth=0).models()
+    return _Document(data, name, files).models()
+
+
+@dataclass
+class Budget:
+    """The number of elements that a file and its included files have so far."""
+
+    elements: int = 0
 
 
 class _Document:
     """The state of reading a file."""
 
-    def __init__(self, data: bytes, name: str, files: FileResolver, depth: int) -> None:
-        self.name, self.files, self.depth = name, files, depth
+    def __init__(self, data: bytes, name: str, files: FileResolver, outer: _Document | None = None) -> None:
+        self.name, self.files = name, files
+        self.depth: int = 0 if outer is None else outer.depth + 1
+        self.budget: Budget = Budget() if outer is None else outer.budget
         self.notices: list[Notice] = []
         self.ignored: Counter[str] = Counter()
         self.lights: list[SdfLight] = []
@@ -158,16 +167,28 @@ class _Document:
             raise self.fail(self._root, "an included file must contain a <model>", "wrong_format")
         return model
 
+    def _count(self, element: Element) -> None:
+        """Counts an element of the outermost file; raises `FormatError` beyond the limit."""
+        self.budget.elements += 1
+        limit = XmlLimits().elements
+        if self.budget.elements > limit:
+            raise self.fail(
+                element,
+                f"too many elements, including included files; the limit is {limit}",
+                "budget_exceeded",
+            )
+
     def _find_includes(self) -> dict[str, Path]:
         """The paths of all included files by URI; raises `FormatError` with all files that are missing."""
         found: dict[str, Path] = {}
         faults: dict[str, str] = {}
-        waiting = [self._root]
+        waiting = [(self._root, "")]
         while waiting:
-            element = waiting.pop()
-            if element.tag in ("sdf", "world", "model"):
-                waiting += reversed(element.children)
-            uri = element.find("uri") if element.tag == "include" else None
+            element, outer = waiting.pop()
+            self._count(element)
+            waiting += [(child, element.tag) for child in reversed(element.children)]
+            is_include = element.tag == "include" and outer in ("sdf", "world", "model")
+            uri = element.find("uri") if is_include else None
             text = "" if uri is None else uri.text.strip()
             if not text or text in found or text in faults:
                 continue
@@ -204,7 +225,7 @@ class _Document:
             )
         path = self._included_paths[uri.text.strip()]
         files = FileResolver(path, self.files.folder, self.files.packages)
-        return _Document(read_bytes(path, XmlLimits().bytes), os.fspath(path), files, self.depth + 1)
+        return _Document(read_bytes(path, XmlLimits().bytes), os.fspath(path), files, self)
 
 
 @dataclass

@@ -11,6 +11,7 @@ import os
 import sys
 import xml.dom.expatbuilder  # noqa: F401  (imported late by xacro, like yaml)
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape
@@ -19,8 +20,10 @@ import xacro
 import xacro.substitution_args
 import yaml  # noqa: F401
 
+from ..errors import FormatError
 from ..io.limited_process import apply_rlimits
-from .resolve import FileResolver, Missing
+from .resolve import FileResolver, Missing, read_bytes
+from .xml_tree import XmlLimits, check_xml
 
 __all__: list[str] = []
 
@@ -112,6 +115,18 @@ def expand(request: dict[str, Any]) -> tuple[str, list[str]]:
 
     warnings: list[str] = []
     _replace_messages(warnings)
+    parse = xacro.parse
+
+    def checked(text: Any, filename: str | None = None) -> Any:
+        """Checks a document before xacro reads it; xacro reports missing files."""
+        if text is None:
+            with suppress(OSError):
+                check_xml(
+                    read_bytes(Path(xacro.root_dir or "", str(filename)), XmlLimits().bytes), str(filename)
+                )
+        return parse(text, filename)
+
+    xacro.parse = checked
     xacro.substitution_args._eval_find = find
     os.environ.clear()
     arguments = Arguments(request["arguments"])
@@ -150,6 +165,8 @@ def _location() -> str:
 
 
 def _error_code(cause: BaseException) -> str:
+    if isinstance(cause, FormatError):
+        return cause.code
     if isinstance(cause, Refused):
         return "outside_root"
     return "file_not_found" if isinstance(cause, FileNotFoundError | MissingPackage) else "syntax"
@@ -159,7 +176,7 @@ def _error_text(cause: BaseException, error: BaseException) -> str:
     """The reason for an error; `error` is xacro's exception, which contains the `cause`."""
     if isinstance(cause, FileNotFoundError):
         return f"no such file: {cause.filename}"
-    if isinstance(cause, MissingPackage):
+    if isinstance(cause, MissingPackage | FormatError):
         return str(cause)
     return f"{type(cause).__name__}: {' '.join(str(error).split())}"
 
