@@ -14,22 +14,13 @@ use crate::schema::displace_object::ObjectParts;
 use crate::schema::geometry::{Additions, LoadedMeshes};
 use crate::schema::keys::Keys;
 use crate::schema::material_keys::has_material_keys;
+use crate::schema::object_keys::{GEOMETRY, SHAPES};
 use crate::schema::shorthand::{Category, Splat};
 use crate::schema::spec::displace::DisplaceSpec;
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
 use crate::up::Up;
 use crate::world::{Object, World};
-
-/// Keys that each define the shape.
-pub(super) const SHAPES: [&str; 9] =
-    ["box", "plane", "sphere", "cylinder", "cone", "torus", "mesh", "vertices", "instance_of"];
-/// Keys that belong to the mesh, not to its placement or material.
-pub(super) const GEOMETRY: [&str; 7] =
-    ["triangles", "refine", "displace", "face_colors", "vertex_colors", "uvs", "normals"];
-
-/// Keys that define the placement.
-pub(super) const PLACEMENT: [&str; 6] = ["location", "roll", "pitch", "yaw", "scale", "matrix"];
 
 impl ObjectSpec {
     /// Adds the described object to a world, with its mesh and materials, and returns its id. If this fails, the world

@@ -9,52 +9,16 @@ use crate::material::metal::Metal;
 use crate::material::principled::Principled;
 use crate::material::{Alpha, Material, MaterialModel};
 use crate::schema::keys::Keys;
+use crate::schema::object_keys::{
+    COMMON_KEYS, GLASS_KEYS, MATERIAL_KEYS, MEDIUM_KEYS, METAL_KEYS, PHONG_KEYS, PRINCIPLED_KEYS,
+};
 use crate::schema::shorthand::{Color, Splat};
 use crate::schema::spec::object::{AlphaMode, KEYS, MaterialType, ObjectSpec};
 use crate::schema::texture_binding::TextureBinding;
 
-/// Keys that are valid for several material types.
-const COMMON_KEYS: [&str; 12] = [
-    "type",
-    "color",
-    "texture",
-    "textures",
-    "wrap",
-    "height_scale",
-    "specular",
-    "emission",
-    "opacity",
-    "alpha",
-    "roughness",
-    "slots",
-];
-/// Keys that are valid only for some material types: the lecture's material, metals, glass, media and the principled
-/// material.
-const PHONG_KEYS: [&str; 2] = ["diffuse", "shininess"];
-const METAL_KEYS: [&str; 1] = ["metal"];
-const GLASS_KEYS: [&str; 6] = ["ior", "thin", "dispersion", "attenuation_color", "attenuation_distance", "priority"];
-const MEDIUM_KEYS: [&str; 1] = ["medium"];
-const PRINCIPLED_KEYS: [&str; 14] = [
-    "metallic",
-    "specular_color",
-    "transmission",
-    "clearcoat",
-    "clearcoat_roughness",
-    "sheen_color",
-    "sheen_roughness",
-    "iridescence",
-    "iridescence_ior",
-    "iridescence_thickness",
-    "anisotropy",
-    "anisotropy_rotation",
-    "diffuse_transmission",
-    "diffuse_transmission_color",
-];
-
 /// True if a key that changes a material is present.
 pub(crate) fn has_material_keys(keys: &Keys<KEYS>) -> bool {
-    let all = [&COMMON_KEYS[..], &PHONG_KEYS, &METAL_KEYS, &GLASS_KEYS, &PRINCIPLED_KEYS, &MEDIUM_KEYS];
-    all.into_iter().any(|some| !keys.given(some).is_empty())
+    MATERIAL_KEYS.into_iter().any(|some| !keys.given(some).is_empty())
 }
 
 impl ObjectSpec {

@@ -10,8 +10,8 @@ use crate::mesh::Mesh;
 use crate::model::AssetLoader;
 use crate::notice::Notice;
 use crate::schema::build_failure::BuildFailure;
-use crate::schema::build_object::{GEOMETRY, PLACEMENT, SHAPES};
 use crate::schema::keys::{Keys, by_key};
+use crate::schema::object_keys::{GEOMETRY, PLACEMENT, SHAPES, WHOLE_OBJECT};
 use crate::schema::spec::object::{KEYS, ObjectSpec};
 use crate::texture::Texture;
 
@@ -71,7 +71,7 @@ impl ObjectSpec {
         let keys = self.keys();
         let reason = "belongs to the whole object; a slot accepts only keys of materials";
         Keys(by_key! { self, is_some: name, category, visible, shadow_catcher, lidar })
-            .refuse(&["name", "category", "visible", "shadow_catcher", "lidar"], reason)?;
+            .refuse(&WHOLE_OBJECT, reason)?;
         for others in [&SHAPES[..], &GEOMETRY, &PLACEMENT, &["upright", "slots"]] {
             keys.refuse(others, reason)?;
         }

@@ -17,6 +17,7 @@ mod geometry;
 mod keys;
 mod material_keys;
 mod material_slots;
+mod object_keys;
 mod shorthand;
 mod spec;
 mod texture_binding;

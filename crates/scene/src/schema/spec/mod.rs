@@ -13,5 +13,6 @@ pub(crate) mod pose;
 pub(crate) mod rig;
 pub(crate) mod sensor;
 pub(crate) mod shape;
+pub(crate) mod slots;
 pub(crate) mod texture;
 pub(crate) mod video;

@@ -11,6 +11,7 @@ use crate::schema::shorthand::{Category, Color, Refine, Splat, Visible, Wraps};
 use crate::schema::spec::displace::DisplaceSpec;
 use crate::schema::spec::medium::MediumSpec;
 use crate::schema::spec::shape::{BoxShape, ConeShape, CylinderShape, PlaneShape, SphereShape, TorusShape};
+use crate::schema::spec::slots::slot_tables;
 use crate::schema::spec::texture::{TextureSpec, TexturesSpec};
 
 /// An object: exactly one shape (`box`, `plane`, `sphere`, `cylinder`, `cone`, `torus`, `mesh`, `vertices` with
@@ -174,6 +175,7 @@ pub struct ObjectSpec {
     /// Changes of single material slots, which are applied after the keys above: a table of material keys for each slot,
     /// such as { windows = { type = "glass" } }. A slot is specified by its number (from 0) or by the name of its
     /// material. A name changes all slots with this material name; if both match, the number takes precedence.
+    #[serde(deserialize_with = "slot_tables")]
     pub slots: Option<BTreeMap<String, ObjectSpec>>,
 }
 

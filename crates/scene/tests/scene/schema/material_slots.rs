@@ -94,3 +94,13 @@ fn slots_that_do_not_exist_and_keys_of_objects_are_refused() {
         assert_eq!(world, before, "{json}");
     }
 }
+
+#[test]
+fn unknown_key_of_a_slot_lists_only_material_keys() {
+    let mut world = object_with(r#"{ "mesh": "car.obj" }"#, &mut car()).unwrap();
+    let error = change(&mut world, r#"{ "slots": { "paint": { "colr": [1, 0, 0] } } }"#).unwrap_err();
+    assert_eq!(error.code(), ErrorCode::UnknownKey);
+    assert!(matches!(&error, SceneError::Schema { path, .. } if path == "slots.paint.colr"), "{error:?}");
+    let text = error.to_string();
+    assert!(text.contains("roughness") && !text.contains("sphere") && !text.contains("slots,"), "{text}");
+}
