@@ -264,3 +264,22 @@ def test_damaged_text_file_of_ros_camera_calibration_raises(
     (tmp_path / "ost.txt").write_text(text.replace(old, new, 1))
     with raises(FormatError, **reason):
         raycam.load_cameras(tmp_path / "ost.txt")
+
+
+@pytest.mark.parametrize("names", [("cam_a1", "cam_a2"), ("0", "1"), ("front", "back")])
+def test_folder_of_files_with_k_and_c2w_keeps_k_and_size(tmp_path: Path, names: tuple[str, str]) -> None:
+    for number, name in enumerate(names):
+        c2w = np.eye(4)
+        c2w[0, 3] = number
+        camera = {
+            "K": [[500 + number, 0, 320], [0, 500, 240], [0, 0, 1]],
+            "img_size": [640, 480],
+            "c2w": c2w.tolist(),
+        }
+        (tmp_path / f"{name}.json").write_text(json.dumps(camera))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        cameras = raycam.load_cameras(tmp_path)
+    for number, name in enumerate(names):
+        assert cameras[name].K[0, 0] == 500 + number
+        np.testing.assert_allclose(cameras[name].C, [number, 0, 0])

@@ -487,3 +487,31 @@ def test_rounded_quaternions_are_normalised(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("0.5 1 2 3 0 0 0.71 0.71\n")
     (camera,) = raycam.load_cameras(tmp_path / "a.txt", intrinsics=EYE).values()
     check(camera, K, Rotation.from_euler("z", -90, degrees=True).as_matrix(), np.array([1.0, 2, 3]))
+
+
+@pytest.mark.parametrize("count", [12, 16])
+@pytest.mark.parametrize("start", [0.5, 1_305_031_102.0])
+def test_poses_after_times_are_read(tmp_path: Path, start: float, count: int) -> None:
+    poses = [world_from_camera(seed) for seed in range(3)]
+    texts = [f"{start + seed!r} " + lines([pose[: count // 4]]) for seed, pose in enumerate(poses)]
+    (tmp_path / "a.txt").write_text("# time r11 r12 ...\n" + "".join(texts))
+    cameras = raycam.load_cameras(tmp_path / "a.txt", intrinsics=EYE, direction="world_from_camera")
+    check_all(cameras, 3)
+    assert list(cameras.times.values()) == [start, start + 1, start + 2]
+    assert next(iter(cameras)) == repr(start)
+
+
+def test_poses_after_whole_numbers_stay_kitti_360(tmp_path: Path) -> None:
+    texts = [f"{seed} " + lines([world_from_camera(seed)[:3]]) for seed in range(3)]
+    (tmp_path / "poses.txt").write_text("".join(texts))
+    cameras = raycam.load_cameras(tmp_path / "poses.txt", intrinsics=EYE)
+    assert cameras.times == {}
+    assert has_notice(cameras.notices, "placed_cameras", "KITTI-360")
+
+
+@pytest.mark.parametrize("columns", [7, 8])
+def test_nuke_chan_is_refused_with_its_missing_values(tmp_path: Path, columns: int) -> None:
+    row = ["1", "0", "1.5", "5", "10", "20", "30", "35"][:columns]
+    (tmp_path / "a.chan").write_text("\t".join(row) + "\n")
+    with raises(FormatError, code="unsupported_feature", mentions=["chan", "order of the rotations", "zxy"]):
+        raycam.load_cameras(tmp_path / "a.chan", intrinsics=EYE)

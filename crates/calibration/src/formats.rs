@@ -15,8 +15,9 @@ use crate::datasets::{
 use crate::devices::{aria, aria_mps, real_sense, zed};
 use crate::document::number_lines::{line_with_decimal_commas, looks_like};
 use crate::document::world_file::is_world_file;
-use crate::document::{npy, unread, yaml, zip_members};
+use crate::document::{npy, unread, zip_members};
 use crate::files::{about_cameras, notice_of_repairs};
+use crate::opencv::storage;
 use crate::photogrammetry::{alice_vision, bundler, kapture, metashape, open_mvg, open_sfm, reality_capture, xmp};
 use crate::radiance_fields::{camera_path, nerf, nerf_splits, polycam, record3d, splats};
 use crate::slam_settings::{ncamera, orb_slam, ov2slam, vins};
@@ -425,7 +426,7 @@ fn join_single_cameras(folder: &Folder, files: Vec<ReadFile>, known: &ReadHints)
 /// Detects the format of a file by its bytes and its name.
 fn detected(source: &InputFile) -> Option<&'static CalibrationFormat> {
     let text = std::str::from_utf8(&source.bytes).unwrap_or("");
-    if unread::named_format(text).is_some() {
+    if unread::named_format(&source.path, text).is_some() {
         return None;
     }
     FORMATS.iter().find(|format| (format.detect)(source, text))
@@ -489,7 +490,8 @@ const MAX_EXAMINED_BYTES: usize = 1 << 20;
 fn unknown_file(source: &InputFile) -> FormatError {
     let known = format_list();
     let text = std::str::from_utf8(&source.bytes).unwrap_or("");
-    if let Some((name, way)) = unread::named_format(text).or_else(|| unread::name_of(&source.bytes, text)) {
+    if let Some((name, way)) = unread::named_format(&source.path, text).or_else(|| unread::name_of(&source.bytes, text))
+    {
         return FormatError::unsupported(
             &source.path,
             format!("unsupported calibration format: {name}; {way} (supported formats: {known})"),
@@ -540,16 +542,37 @@ fn unknown_file(source: &InputFile) -> FormatError {
              JSON (google.protobuf.json_format.MessageToJson)",
         );
     }
-    let document = source.path.extension().is_some_and(|ending| ["yaml", "yml", "json"].iter().any(|e| ending == *e));
-    let broken = if document { yaml::parse(text, &source.path).err() } else { None };
-    let broken = broken.map_or_else(String::new, |error| format!(". Read as YAML or JSON: {error}"));
+    if let Some(error) = error_of_document(&source.path, text) {
+        return error;
+    }
     FormatError::unsupported(
         &source.path,
         format!(
             "unknown calibration format; supported: {known}. If you specify the format (format=\"NAME\", \
-             --camera-format NAME), the error message contains the line that cannot be read{broken}"
+             --camera-format NAME), the error message contains the line that cannot be read"
         ),
     )
+}
+
+/// Error of a text that is not valid in its language: XML, TOML, YAML or JSON; `None` for a valid text and for a text in
+/// another language. Readers recognise a document only if it can be parsed.
+fn error_of_document(path: &Path, text: &str) -> Option<FormatError> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let start = text.trim_start_matches('\u{feff}').trim_start();
+    let language = match &ending[..] {
+        _ if start.starts_with('<') => "XML",
+        _ if storage::is_toml(text) => "TOML",
+        "yaml" | "yml" | "json" => "YAML or JSON",
+        _ if start.starts_with('{') => "YAML or JSON",
+        _ => return None,
+    };
+    match storage::parse_tree(text, path).err()? {
+        FormatError::Syntax { path, location, message } => {
+            let text = format!("{message} (read as {language})");
+            Some(FormatError::Syntax { path, location, message: message.with_text(text) })
+        }
+        error => Some(error),
+    }
 }
 
 /// If all cameras with a size have the same size, assigns this size to the cameras that have K but no size, and returns

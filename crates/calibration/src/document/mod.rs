@@ -398,11 +398,11 @@ fn counted_opencv(name: &str) -> Option<usize> {
 
 /// Returns the lens for a model name that calibration tools use.
 pub(crate) fn lens_named(name: &str, given: &[f64]) -> Result<Lens, String> {
-    // Lower case also accepts the spellings "None" and "NONE", which Python and ROS drivers write.
     let lower = name.to_lowercase();
+    // Python and ROS drivers also write "None" and "NONE".
     let has_none = matches!(
-        &lower[..],
-        "none" | "nodistortion" | "no_distortion" | "null" | "undistorted" | "rectified" | "ideal" | "linear" | "zero"
+        &lower.replace([' ', '_', '-'], "")[..],
+        "none" | "nodistortion" | "null" | "undistorted" | "rectified" | "ideal" | "linear" | "zero"
     );
     let model = match if has_none { "none" } else { name } {
         "plumb_bob" | "rational_polynomial" | "thin_prism" | "radtan" | "radial-tangential" | "opencv" | "brown" => {

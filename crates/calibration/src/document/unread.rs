@@ -1,5 +1,9 @@
 //! Formats that are recognised but not supported, each with an alternative.
 
+use std::path::Path;
+
+use crate::document::number_lines::looks_like;
+
 const OCAM_REMEDY: &str = "calibrate as MEI or KANNALA_BRANDT with camodocal, or with cv2.fisheye";
 
 /// Name of a format, markers that every file of this format contains, and the alternative.
@@ -259,7 +263,16 @@ const UNREAD_FORMATS: [UnreadFormat; 31] = [
 ];
 
 /// Name of a format that is recognised but not supported, and the alternative.
-pub(crate) fn named_format(text: &str) -> Option<(&'static str, &'static str)> {
+pub(crate) fn named_format(path: &Path, text: &str) -> Option<(&'static str, &'static str)> {
+    if path.extension().is_some_and(|ending| ending == "chan") && (looks_like(text, 7) || looks_like(text, 8)) {
+        return Some((
+            "Nuke's .chan (frame, position, rotation in degrees, vertical field of view)",
+            "the file contains neither the order of the rotations nor the image size. Write a list of 4x4 matrices \
+             with R = scipy.spatial.transform.Rotation.from_euler(\"zxy\", [rz, rx, ry], degrees=True) for Nuke's \
+             default order ZXY, load it with axes=\"opengl\" (--axes opengl), and pass intrinsics= with \
+             fx = fy = (height / 2) / tan(vertical angle / 2)",
+        ));
+    }
     let found = UNREAD_FORMATS.iter().find(|format| (format.detect)(text))?;
     Some((found.name, found.remedy))
 }

@@ -1,5 +1,7 @@
 //! One camera of an OpenCV file: its size, K and pose.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
 use raycam_scene::{NoticeCode, PixelCenter, counted};
 
@@ -22,6 +24,7 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
         for (other, value) in entries.filter_map(|(other, value)| Some((other?, value))) {
             check_equal(&other, &[value], &at)?;
         }
+        refuse_other_pixels(view, &k, &at)?;
         return match skew {
             Some((skew, at)) if skew != 0.0 && skew != k.y_axis.x => {
                 Err(at.fail(format_args!("{skew}, but K[0, 1] is {}; expected equal values", k.y_axis.x)))
@@ -60,16 +63,48 @@ pub(super) fn k(view: &KeyView<'_>) -> Result<Option<DMat3>> {
     Ok(Some(k))
 }
 
+/// Keys of two numbers that K also contains, with these numbers in K.
+fn pairs_of_k(k: &DMat3) -> [(&'static [&'static str], [f64; 2]); 2] {
+    [(&keys::FOCAL_PAIR, [k.x_axis.x, k.y_axis.y]), (&keys::PRINCIPAL_POINT, [k.z_axis.x, k.z_axis.y])]
+}
+
+/// Rejects a focal length or a principal point next to K that differs from K. Other units than pixels are allowed, such
+/// as millimetres and offsets from the image's centre; values in such a unit are not used.
+fn refuse_other_pixels(view: &KeyView<'_>, k: &DMat3, at: &Cursor<'_>) -> Result<()> {
+    for (names, values) in pairs_of_k(k) {
+        for other in view.all(names) {
+            let Ok(pair) = focal_pair(&other) else { continue };
+            let may_be_pixels = |(a, b): (&f64, &f64)| RATIOS_OF_PIXELS.contains(&(a / b));
+            if pair.iter().zip(&values).all(may_be_pixels) {
+                check_close(&other, &pair, &values, at)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Range of the ratio of a value to the same value in K, if both may be in pixels.
+const RATIOS_OF_PIXELS: Range<f64> = 0.2..5.0;
+
 /// Returns an error if the numbers of `at` differ from `values`, the same quantity in the key `first`. Numbers
 /// that differ by at most 0.01 % (below 1: by 1e-4) count as equal, because they may be rounded.
 fn check_equal(at: &Cursor<'_>, values: &[f64], first: &Cursor<'_>) -> Result<()> {
     let numbers = at.numbers().or_else(|_| at.number().map(|number| vec![number]))?;
-    let is_equal = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-4 * b.abs().max(1.0);
-    if numbers.len() == values.len() && numbers.iter().zip(values).all(is_equal) {
+    check_close(at, &numbers, values, first)
+}
+
+/// Same as [`check_equal`], for the given numbers of `at`.
+fn check_close(at: &Cursor<'_>, numbers: &[f64], values: &[f64], first: &Cursor<'_>) -> Result<()> {
+    if are_close(numbers, values) {
         return Ok(());
     }
     let listed = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
-    Err(keys::contradiction(at, first, &format!(", {} instead of {}", listed(values), listed(&numbers))))
+    Err(keys::contradiction(at, first, &format!(", {} instead of {}", listed(values), listed(numbers))))
+}
+
+fn are_close(numbers: &[f64], values: &[f64]) -> bool {
+    let is_equal = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-4 * b.abs().max(1.0);
+    numbers.len() == values.len() && numbers.iter().zip(values).all(is_equal)
 }
 
 /// If the principal point's coordinates are more focal lengths than this, a value under `focal_length` is refused.
@@ -86,13 +121,24 @@ pub(super) fn has_focal_pair(view: &KeyView<'_>) -> bool {
     (fx && fy || numbers(&keys::FOCAL_PAIR)) && (cx && cy || numbers(&keys::PRINCIPAL_POINT))
 }
 
-/// True for a key from which K is read because the map contains neither a camera matrix nor fx and fy (or cx and cy).
+/// True for a key from which K is read because the map contains neither a camera matrix nor fx and fy (or cx and cy),
+/// and for a key whose value K contains too.
 pub(super) fn is_focal_key(view: &KeyView<'_>, key: &str) -> bool {
     let has = |names: &[&str]| !view.all(names).is_empty();
+    let repeats = |k: &DMat3| {
+        pairs_of_k(k).iter().any(|(names, values)| {
+            let value = || focal_pair(&view.at.get(key)?).ok();
+            view.has_name(key, names) && value().is_some_and(|pair| are_close(&pair, values))
+        })
+    };
     let [fx, fy, cx, cy] = keys::FOCALS;
     // The key's name is checked first, because `has` inspects all keys.
     let is_pair = |pair: &[&str], parts: [&[&str]; 2]| view.has_name(key, pair) && !parts.into_iter().all(has);
-    (is_pair(&keys::FOCAL_PAIR, [fx, fy]) || is_pair(&keys::PRINCIPAL_POINT, [cx, cy])) && !has(&keys::K)
+    let names_pair = view.has_name(key, &keys::FOCAL_PAIR) || view.has_name(key, &keys::PRINCIPAL_POINT);
+    match names_pair && has(&keys::K) {
+        true => k(view).is_ok_and(|k| k.is_some_and(|k| repeats(&k))),
+        false => is_pair(&keys::FOCAL_PAIR, [fx, fy]) || is_pair(&keys::PRINCIPAL_POINT, [cx, cy]),
+    }
 }
 
 /// Two numbers in a map, such as `focal_length: {fx: 500, fy: 500}` and `principal_point: {x: 320, y: 240}`.

@@ -1,11 +1,12 @@
 //! Common keys of cameras, lenses and poses, compared without case, `_`, `-`, `.` and spaces.
 
 use std::cell::OnceCell;
+use std::collections::HashMap;
 use std::rc::Rc;
 
 use crate::document::length_unit::LengthUnit;
 use crate::document::lens_keys::plain;
-use crate::document::{Cursor, check_rotation, number_text, rigid};
+use crate::document::{Cursor, DocumentNode, Value, check_rotation, number_text, rigid};
 use raycam_formats::{FormatError, Result};
 
 /// Keys of K, as 9 numbers or as 4: fx, fy, cx, cy.
@@ -358,6 +359,14 @@ pub(super) fn is_other_sensor(key: &str, at: &Cursor<'_>) -> bool {
         .any(|word| OTHER_SENSORS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
 }
 
+/// Words in the keys of bodies that carry cameras.
+const BODIES: [&str; 5] = ["body", "base", "vehicle", "robot", "ego"];
+
+/// True for the key of a body that carries cameras.
+pub(super) fn is_body(key: &str) -> bool {
+    words_of_key(key).iter().any(|word| BODIES.contains(&&word[..]))
+}
+
 /// True for a map that is not a matrix in OpenCV's notation.
 pub(super) fn is_keyed(at: &Cursor<'_>) -> bool {
     at.is_map() && at.get("data").is_none() && at.get("rows").is_none()
@@ -575,8 +584,9 @@ pub(super) struct KeyView<'a> {
     pub(super) side: Vec<String>,
     /// Maps that enclose this map, the innermost first; their size, skew and lens model also apply to the camera.
     pub(super) above: Vec<Rc<KeyView<'a>>>,
-    /// [`KeyView::base`] of each key of the map, computed once.
-    bases: OnceCell<Rc<[Vec<String>]>>,
+    /// For each [`KeyView::base`] of the map's keys, the indices of its entries; computed once.
+    places: OnceCell<Rc<HashMap<String, Vec<usize>>>>,
+    mentions_fisheye: OnceCell<bool>,
 }
 
 /// True if any of a key's bases is one of these names.
@@ -592,7 +602,7 @@ impl<'a> KeyView<'a> {
 
     /// Creates a view of the keys with a marker of a camera.
     pub(super) fn marked(at: Cursor<'a>, side: Vec<String>) -> Self {
-        Self { at, side, above: vec![], bases: OnceCell::new() }
+        Self { at, side, above: vec![], places: OnceCell::new(), mentions_fisheye: OnceCell::new() }
     }
 
     /// Creates a view of a map inside other maps, the innermost first.
@@ -636,27 +646,60 @@ impl<'a> KeyView<'a> {
         is_any(&self.base(key), names)
     }
 
-    /// Entries of the map with the bases of their keys.
-    fn entries_with_bases(&self) -> impl Iterator<Item = (&'a str, Cursor<'a>, &[String])> {
-        let entries = self.at.entries().unwrap_or_default();
-        let bases = self.bases.get_or_init(|| entries.iter().map(|(key, _)| self.base(key)).collect());
-        entries.into_iter().zip(bases.iter()).map(|((key, at), bases)| (key, at, &bases[..]))
+    /// Indices of the map's entries whose keys have one of these names, in the map's order.
+    fn places(&self, names: &[&str]) -> Vec<usize> {
+        let places = self.places.get_or_init(|| {
+            let mut places = HashMap::<String, Vec<usize>>::new();
+            for (place, (key, _)) in self.entries().iter().enumerate() {
+                self.base(key).into_iter().for_each(|base| places.entry(base).or_default().push(place));
+            }
+            Rc::new(places)
+        });
+        let mut found: Vec<usize> = names.iter().filter_map(|name| places.get(*name)).flatten().copied().collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    fn entries(&self) -> &'a [(String, DocumentNode)] {
+        match &self.at.node.value {
+            Value::Map(entries) => entries,
+            _ => &[],
+        }
+    }
+
+    /// Key and value of an entry.
+    fn entry(&self, place: usize) -> (&'a str, Cursor<'a>) {
+        let (key, node) = &self.entries()[place];
+        (key, self.at.child(key, node))
     }
 
     /// Values of all keys with these names, in this map and in the map of the intrinsics.
     pub(super) fn all(&self, names: &[&str]) -> Vec<Cursor<'a>> {
         let inner = self.intrinsics().map(|inner| inner.all(names)).unwrap_or_default();
-        let is_other = |(key, at, bases): &(&str, Cursor<'_>, &[String])| {
-            is_any(bases, &K) && (is_keyed(at) || is_rigid_transform(at) || is_k_of_coefficients(key, at))
-        };
-        let named = self.entries_with_bases().filter(|(_, at, bases)| is_any(bases, names) && !at.is_null());
-        named.filter(|entry| !is_other(entry)).map(|(_, at, _)| at).chain(inner).collect()
+        let of_k = self.places(&K);
+        let own = self.places(names).into_iter().filter_map(|place| {
+            let (key, at) = self.entry(place);
+            let is_other = || is_keyed(&at) || is_rigid_transform(&at) || is_k_of_coefficients(key, &at);
+            let is_used = !at.is_null() && !(of_k.contains(&place) && is_other());
+            is_used.then_some(at)
+        });
+        own.chain(inner).collect()
     }
 
     /// View of a separate map of intrinsics with named numbers: `intrinsics: {fx: ..., fy: ...}`.
     pub(super) fn intrinsics(&self) -> Option<KeyView<'a>> {
-        let mut maps = self.entries_with_bases().filter(|(_, at, bases)| is_any(bases, &K) && is_keyed(at));
-        maps.next().map(|(_, at, _)| KeyView::new(at))
+        let mut values = self.places(&K).into_iter().map(|place| self.entry(place).1);
+        values.find(is_keyed).map(KeyView::new)
+    }
+
+    /// True if a key or a word of the map contains "fisheye".
+    pub(super) fn mentions_fisheye(&self) -> bool {
+        let says = |word: &str| plain(word).contains("fisheye");
+        let entry_says = |(key, node): &(String, DocumentNode)| {
+            says(key) || matches!(&node.value, Value::Scalar(word) if says(word))
+        };
+        *self.mentions_fisheye.get_or_init(|| self.entries().iter().any(entry_says))
     }
 
     /// Value of a key with one of these names; several such keys must have equal values.

@@ -265,6 +265,9 @@ const NAMES: [&str; 16] = [
 /// Finds "fisheye" in the value of a key that is neither a known key nor a name, as in `calibration_method:
 /// cv2.fisheye`.
 fn fisheye_under_another_key<'a>(view: &KeyView<'a>) -> Option<(Cursor<'a>, &'a str)> {
+    if !view.mentions_fisheye() {
+        return None;
+    }
     let entries = view.at.entries().unwrap_or_default();
     entries.into_iter().find_map(|(key, at)| {
         let key = plain(key);
@@ -336,12 +339,9 @@ fn may_be_fisheye(view: &KeyView<'_>, shown: &Cursor<'_>, numbers: &[f64]) -> bo
     let named = shown.is_map() && shown.get("data").is_none();
     let only_radial = named && view.all(&["p1", "p2"]).is_empty() && !view.all(&["k4"]).is_empty();
     let stereo_calib = view.at.get("M1").is_some();
-    let says = |word: &str| plain(word).contains("fisheye");
-    let says_so = |(key, at): &(&str, Cursor<'_>)| says(key) || at.word().is_ok_and(says);
-    let above = view.above.iter().any(|outer| outer.at.entries().is_ok_and(|entries| entries.iter().any(says_so)));
     let hinted = !view.all(&["dim"]).is_empty()
-        || shown.file_name().is_some_and(|name| says(&name))
-        || above
-        || view.at.entries().is_ok_and(|entries| entries.iter().any(says_so));
+        || shown.file_name().is_some_and(|name| plain(&name).contains("fisheye"))
+        || view.mentions_fisheye()
+        || view.above.iter().any(|outer| outer.mentions_fisheye());
     (is_d && !stereo_calib) || only_radial || hinted
 }

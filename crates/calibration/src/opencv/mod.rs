@@ -10,6 +10,7 @@ mod one_camera;
 pub(crate) mod pair_folder;
 mod partner;
 mod pose;
+mod poses_by_name;
 pub(crate) mod projection;
 mod quaternion_pose;
 pub(crate) mod read;

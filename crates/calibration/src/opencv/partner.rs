@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use crate::Calibration;
 use crate::document::{Cursor, zip_members};
 use crate::opencv::keys::{self, KeyView};
+use crate::opencv::poses_by_name::{self, CameraNames, contains_poses};
 use crate::opencv::storage::parse;
 use crate::opencv::{pose, stereo};
-use crate::rig::one_rig;
+use crate::{Calibration, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_scene::{NoticeCode, counted};
@@ -20,9 +20,14 @@ pub(super) fn has_poses(root: &Cursor<'_>) -> bool {
         .any(|(_, at)| keys::is_keyed(at) && pose::read_r_t(&KeyView::new(at.clone())).is_ok_and(|pose| pose.is_some()))
 }
 
-/// Sets the cameras' poses if no camera has one: R and T under the cameras' names in `extrinsics.json` next to
+/// Sets the cameras' poses if no camera has one: the poses under the cameras' names in `extrinsics.json` next to
 /// `intrinsics.json`.
-pub(super) fn place_cameras(source: &InputFile, assets: &mut AssetRoot, calibration: &mut Calibration) -> Result<()> {
+pub(super) fn place_cameras(
+    source: &InputFile,
+    assets: &mut AssetRoot,
+    hints: &ReadHints,
+    calibration: &mut Calibration,
+) -> Result<()> {
     if calibration.records.iter().any(|record| record.pose.is_some()) {
         return Ok(());
     }
@@ -30,21 +35,18 @@ pub(super) fn place_cameras(source: &InputFile, assets: &mut AssetRoot, calibrat
     let Ok(file) = assets.read_reference(Path::new(""), &name) else { return Ok(()) };
     let file = zip_members::unpacked(file, &mut assets.budget)?;
     let node = parse(&file, assets)?;
-    let root = Cursor::root(&node, &file.path);
-    let mut placed = 0;
-    for record in &mut calibration.records {
-        if let Some(at) = root.get(&record.name).filter(Cursor::is_map) {
-            record.pose = pose::read_r_t(&KeyView::new(at))?;
-            placed += usize::from(record.pose.is_some());
+    let names = CameraNames::of(&calibration.records);
+    let mut poses = vec![];
+    for (key, at) in Cursor::root(&node, &file.path).entries().unwrap_or_default() {
+        match names.get(key) {
+            Some(camera) if contains_poses(&at, 0) || pose::has_part(&at) => poses.push((camera, at)),
+            _ => calibration.notices.extend(at.notice_of_unread_key(key, format!("{key} of {name}"))),
         }
     }
-    if placed == 0 {
+    if poses.is_empty() {
         return Ok(());
     }
     calibration
-        .note(NoticeCode::UsedOtherFile, format!("R and T of {} were read from {name}", counted(placed, "camera")));
-    if placed == calibration.records.len() {
-        one_rig(&mut calibration.records, "rig");
-    }
-    Ok(())
+        .note(NoticeCode::UsedOtherFile, format!("poses of {} were read from {name}", counted(poses.len(), "camera")));
+    poses_by_name::place(&poses, "", &name, hints, calibration)
 }

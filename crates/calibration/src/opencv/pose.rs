@@ -94,6 +94,12 @@ pub(super) fn is_part(view: &KeyView<'_>, key: &str) -> bool {
     [&keys::R[..], &keys::T, &keys::RVEC, &keys::TVEC].iter().any(|names| view.has_name(key, names))
 }
 
+/// True for a map with a part of a pose: R or T, or rvec or tvec.
+pub(super) fn has_part(at: &Cursor<'_>) -> bool {
+    let view = KeyView::new(at.clone());
+    at.entries().unwrap_or_default().iter().any(|(key, _)| is_part(&view, key))
+}
+
 /// Values that describe a camera's own pose in forms that [`read_r_t`] does not accept.
 struct OtherPose<'a> {
     center: Option<Cursor<'a>>,

@@ -4,7 +4,7 @@
 
 use crate::document::lens_keys::plain;
 use crate::document::number_lines::has_kitti_matrix;
-use crate::document::{Cursor, csv_tree, npy, unread};
+use crate::document::{Cursor, DocumentNode, csv_tree, npy, unread};
 use crate::opencv::camera_maps::{has_camera, list_of_cameras};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::storage::{parse, parse_tree};
@@ -44,7 +44,8 @@ pub(crate) fn detect(source: &InputFile, text: &str) -> bool {
         return false;
     }
     let Ok(node) = parse_tree(text, path) else { return false };
-    let Ok(node) = stacks::unstack(by_name::split(node)) else { return true };
+    let Ok((node, _)) = by_name::split(node) else { return true };
+    let Ok(node) = stacks::unstack(node) else { return true };
     let root = Cursor::root(&node, path);
     let cameras = list_of_cameras(&root).unwrap_or_default();
     has_camera(&root)
@@ -105,9 +106,22 @@ fn marked(root: &KeyView<'_>, hints: &ReadHints) -> Result<Calibration> {
 }
 
 pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints) -> Result<Calibration> {
-    let node = stacks::unstack(by_name::split(parse(source, assets)?));
-    let node = node.map_err(|message| FormatError::whole(&source.path, message))?;
-    let root = Cursor::root(&node, &source.path);
+    let fail = |message: String| FormatError::whole(&source.path, message);
+    let (node, notices) = by_name::split(parse(source, assets)?).map_err(fail)?;
+    let node = stacks::unstack(node).map_err(fail)?;
+    let mut calibration = read_tree(&node, source, assets, hints)?;
+    calibration.notices.extend(notices);
+    Ok(calibration)
+}
+
+/// Reads the cameras of a document, in which each camera has its own keys or its own map.
+fn read_tree(
+    node: &DocumentNode,
+    source: &InputFile,
+    assets: &mut AssetRoot,
+    hints: &ReadHints,
+) -> Result<Calibration> {
+    let root = Cursor::root(node, &source.path);
     let view = KeyView::new(root.clone());
     if has_camera(&root) {
         let mut calibration = one_camera::read(&view, source.stem().unwrap_or_else(|| "camera".into()), hints)?;

@@ -8,12 +8,12 @@ use crate::document::lens_keys::plain;
 use crate::opencv::camera_maps::{has_camera, list_of_cameras};
 use crate::opencv::keys::{self, KeyView};
 use crate::opencv::one_camera::{self, refuse_lens_without_k};
+use crate::opencv::poses_by_name::{self, CameraNames, contains_poses};
 use crate::opencv::{partner, pose, stereo};
-use crate::rig::one_rig;
-use crate::{Calibration, Pose, ReadHints, pose_map};
+use crate::{Calibration, Pose, ReadHints};
 use raycam_formats::Result;
 use raycam_formats::io::{AssetRoot, InputFile};
-use raycam_scene::{Notice, NoticeCode, counted};
+use raycam_scene::counted;
 
 /// Maximum nesting level of the poses below a map such as `extrinsics`.
 const MAX_POSE_DEPTH: usize = 3;
@@ -37,7 +37,8 @@ pub(super) fn read(
         calibration.notices.extend(camera.notices);
         calibration.used_convention |= camera.used_convention;
     }
-    let mut poses = PosesBesideCameras { view, hints, pair: pose::read_r_t(view)?.map(|pose| (String::new(), pose)) };
+    let pair = pose::read_r_t(view)?.map(|pose| (String::new(), pose));
+    let mut poses = PosesBesideCameras { view, hints, pair, names: CameraNames::of(&calibration.records) };
     for (name, inner) in others {
         poses.add(&name, &inner, &mut calibration)?;
     }
@@ -52,7 +53,7 @@ pub(super) fn read(
             root.fail("no camera found; expected a camera matrix such as K, camera_matrix, cameraMatrix or mtx")
         );
     }
-    partner::place_cameras(source, assets, &mut calibration)?;
+    partner::place_cameras(source, assets, hints, &mut calibration)?;
     place_pair(root, poses.pair, &mut calibration)?;
     Ok(calibration)
 }
@@ -88,6 +89,7 @@ struct PosesBesideCameras<'v, 'a> {
     hints: &'v ReadHints,
     /// R and T of a pair, with the key of their map.
     pair: Option<(String, Pose)>,
+    names: CameraNames,
 }
 
 impl PosesBesideCameras<'_, '_> {
@@ -104,13 +106,20 @@ impl PosesBesideCameras<'_, '_> {
         if has_cameras {
             inner.at.refuse_lens(name)?;
         }
-        if place_by_name(&inner.at, self.hints, calibration)? {
-            return Ok(());
+        let poses = poses_of_cameras(&inner.at, &self.names);
+        if !poses.is_empty() {
+            return poses_by_name::place(&poses, inner.at.name(), "the map of poses", self.hints, calibration);
         }
         let holds_poses = pose::is_pose_word(name) && contains_poses(&inner.at, MAX_POSE_DEPTH);
         let is_r_t = keys::is_keyed(&inner.at)
             && !(holds_poses && has_cameras && !pose::has_r_t(&inner.at))
             && !keys::is_other_sensor(name, &inner.at);
+        // R and T of a body, such as `base` or `robot`, may be the pair's, unless other keys specify the cameras' poses.
+        let may_be_of_pair = keys::is_body(name)
+            && matches!(&calibration.records[..], [first, second] if first.pose.is_none() && second.pose.is_none())
+            && self.pair.is_none()
+            && keys::is_keyed(&inner.at)
+            && pose::has_r_t(&inner.at);
         let mut is_used = false;
         if self.pair.is_none() && is_r_t {
             self.pair = pose::read_r_t(&KeyView::new(inner.at.clone()))?.map(|pose| (name.to_owned(), pose));
@@ -118,7 +127,9 @@ impl PosesBesideCameras<'_, '_> {
         } else if let (None, true, Some(around)) = (&self.pair, pose::is_part(view, name), inner.above.first()) {
             // R and T are next to the cameras, in a map below the root.
             self.pair = pose::read_r_t(around)?.map(|pose| (String::new(), pose));
-        } else if has_cameras && (holds_poses && self.pair.is_none() || pose::is_pose_key(view, name, &inner.at)) {
+        } else if may_be_of_pair
+            || has_cameras && (holds_poses && self.pair.is_none() || pose::is_pose_key(view, name, &inner.at))
+        {
             return Err(inner.at.fail(
                 "the pose is outside the cameras' maps; move it into its camera's map. For a pair of cameras, write R and T, \
                  which map points from the first camera to the second. If the pose belongs to another sensor, remove it",
@@ -132,45 +143,10 @@ impl PosesBesideCameras<'_, '_> {
     }
 }
 
-/// Assigns the poses in a map whose keys are the names of cameras; returns false for another map.
-fn place_by_name(at: &Cursor<'_>, hints: &ReadHints, calibration: &mut Calibration) -> Result<bool> {
-    let entries = at.entries().unwrap_or_default();
-    let names: Vec<String> = calibration.records.iter().map(|record| plain(&record.name)).collect();
-    let camera_of = |key: &str| names.iter().position(|name| *name == plain(key));
-    let is_pose = |at: &Cursor<'_>| contains_poses(at, 0);
-    let own: Vec<_> = entries.iter().filter_map(|(key, at)| Some((camera_of(key)?, at))).collect();
-    if own.is_empty() || own.len() != entries.len() || !own.iter().all(|(_, at)| is_pose(at)) {
-        return Ok(false);
-    }
-    for (camera, inner) in own {
-        let pose = pose::pose_of_key(at.name(), inner, hints, calibration)?;
-        let record = &mut calibration.records[camera];
-        if record.pose.as_ref().is_some_and(|own| !own.is_near(&pose)) {
-            return Err(
-                inner.fail(format_args!("camera {} has another pose in its map; expected one pose", record.name))
-            );
-        }
-        record.pose = Some(pose);
-    }
-    let without: Vec<_> = calibration.records.iter().filter(|record| record.pose.is_none()).collect();
-    let text = "no pose in the map of poses; the camera is at the origin";
-    let notices: Vec<_> =
-        without.iter().map(|record| Notice::about(NoticeCode::AssumedConvention, record.name.clone(), text)).collect();
-    if notices.is_empty() {
-        one_rig(&mut calibration.records, "rig");
-    }
-    calibration.notices.extend(notices);
-    Ok(true)
-}
-
-/// True for a pose, or for a list or map with a pose at most `depth` levels below it.
-fn contains_poses(at: &Cursor<'_>, depth: usize) -> bool {
-    if keys::is_keyed(at) && (pose::has_r_t(at) || pose_map::is_pose_map(at))
-        || matches!(at.numbers().map(|numbers| numbers.len()), Ok(12 | 16))
-    {
-        return true;
-    }
-    let below = |at: &Cursor<'_>| depth > 0 && contains_poses(at, depth - 1);
-    let listed = at.list().unwrap_or_default();
-    at.entries().unwrap_or_default().iter().map(|(_, at)| at).chain(&listed).any(below)
+/// The poses in a map whose keys are the names of cameras, with the numbers of the cameras; empty for another map.
+fn poses_of_cameras<'a>(at: &Cursor<'a>, names: &CameraNames) -> Vec<(usize, Cursor<'a>)> {
+    let Ok(entries) = at.entries() else { return vec![] };
+    let camera_of = |(key, at): (&str, Cursor<'a>)| Some((names.get(key)?, at)).filter(|(_, at)| contains_poses(at, 0));
+    let poses: Option<Vec<_>> = entries.into_iter().map(camera_of).collect();
+    poses.unwrap_or_default()
 }

@@ -43,7 +43,7 @@ pub(super) fn parse_text(source: &InputFile) -> Result<DocumentNode> {
 }
 
 /// Parses a text in XML, TOML, YAML or JSON, or a table with a header.
-pub(super) fn parse_tree(text: &str, path: &Path) -> Result<DocumentNode> {
+pub(crate) fn parse_tree(text: &str, path: &Path) -> Result<DocumentNode> {
     if text.trim_start().starts_with('<') {
         return xml::parse(text, path);
     }
@@ -55,7 +55,7 @@ pub(super) fn parse_tree(text: &str, path: &Path) -> Result<DocumentNode> {
 
 /// True for a text whose first line of content is a section or a key with `=`, as in TOML and INI files. raycam's world
 /// files, which are TOML too, do not count.
-fn is_toml(text: &str) -> bool {
+pub(crate) fn is_toml(text: &str) -> bool {
     let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
     let Some(first) = lines.find(|line| !line.is_empty() && !line.starts_with(['#', ';'])) else { return false };
     let is_name = |name: &str| {

@@ -8,13 +8,13 @@ use crate::document::number_lines::{data_lines, looks_like, numbers};
 use crate::document::rigid;
 use crate::rig::on_a_body;
 use crate::trajectory::body::place_on_body;
-use crate::trajectory::matrices::checked34;
+use crate::trajectory::matrices::{checked34, has_times};
 use crate::{Calibration, CameraRecord, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
 
 pub(crate) fn detect(_: &InputFile, text: &str) -> bool {
-    looks_like(text, 13) || is_mounts(text)
+    looks_like(text, 13) && !has_times(text) || is_mounts(text)
 }
 
 fn is_mounts(text: &str) -> bool {
@@ -35,7 +35,11 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
             return Err(FormatError::line(
                 path,
                 line,
-                format!("frame index {}; expected a whole number before the 12 numbers of the pose", all[0]),
+                format!(
+                    "frame index {}; expected a whole number before the 12 numbers of the pose (format=\"poses\" reads \
+                     times)",
+                    all[0]
+                ),
             ));
         }
         let mut record = CameraRecord::new(row.split_whitespace().next().unwrap_or_default(), PixelCenter::Integer);

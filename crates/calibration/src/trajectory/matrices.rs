@@ -1,8 +1,9 @@
 //! Poses as 4x4 matrices by rows: four lines of four numbers (ScanNet, 7-Scenes), 16 numbers per line (`traj.txt` of
-//! Replica in NICE-SLAM's version), an index and 16 numbers (`cam0_to_world.txt` of KITTI-360), three lines (ICL-NUIM),
-//! NumPy arrays [n, 4, 4], or JSON. Camera matrices P = K R [I | -C], 3x4, are in the same forms, or have 12 numbers
-//! per line (`pos_001.txt` of DTU). K may be in a file of the same form. Sources: ScanNet's SensorData.py; nice-slam's
-//! datasets.py; kitti360Scripts; Hartley and Zisserman, Multiple View Geometry, 6.1 (P).
+//! Replica in NICE-SLAM's version), an index or a time and 16 numbers (`cam0_to_world.txt` of KITTI-360), a time and 12
+//! numbers, three lines (ICL-NUIM), NumPy arrays [n, 4, 4], or JSON. Camera matrices P = K R [I | -C], 3x4, are in the
+//! same forms, or have 12 numbers per line (`pos_001.txt` of DTU). K may be in a file of the same form. Sources:
+//! ScanNet's SensorData.py; nice-slam's datasets.py; kitti360Scripts; Hartley and Zisserman, Multiple View Geometry, 6.1
+//! (P).
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -22,6 +23,7 @@ use crate::opencv::projection;
 use crate::trajectory::convention::{convention_of, means_camera_from_world};
 use crate::trajectory::matrix_tree::{self, FoundMatrices, PosesOfTree, is_poses};
 use crate::trajectory::named_columns::columns_of;
+use crate::trajectory::times::notice_of_odd_times;
 use crate::{Calibration, CameraRecord, Folder, OutputFiles, ReadHints};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
@@ -36,7 +38,8 @@ const PRINCIPAL_POINTS: Range<f64> = 0.25..0.75;
 pub(crate) enum MatrixLayout {
     /// Poses of several lines of four numbers; the field is the number of lines per pose: 4, or 3 for the upper rows.
     Blocks(usize),
-    /// One matrix per line; the field is the count of values per line: 16, 17 with an index, or 12 for camera matrices.
+    /// One matrix per line; the field is the count of values per line: 16, 17 with an index or a time, 13 with a time, or
+    /// 12 for camera matrices.
     Lines(usize),
     /// K, in three or four lines.
     Intrinsics,
@@ -72,9 +75,20 @@ pub(crate) fn layout(text: &str) -> Option<MatrixLayout> {
             }
         }
         16 | 17 => Some(MatrixLayout::Lines(first.len())),
+        13 => has_times(text).then_some(MatrixLayout::Lines(13)),
         12 => is_camera_matrix(first.first_chunk()?).then_some(MatrixLayout::Lines(12)),
         _ => None,
     }
+}
+
+/// Smallest whole number before a pose that counts as a time, not as the index of an image: one in September 2001, in
+/// seconds since 1970.
+const MIN_WHOLE_TIME: f64 = 1e9;
+
+/// True if the numbers before the poses are times: if one of them has a fraction, or is too large for an index.
+pub(crate) fn has_times(text: &str) -> bool {
+    let is_time = |time: f64| time.fract() != 0.0 || time >= MIN_WHOLE_TIME;
+    data_lines(text).any(|(_, line)| words(line).next().and_then(|word| word.parse().ok()).is_some_and(is_time))
 }
 
 /// True for the upper three rows of consecutive poses, without the row 0 0 0 1.
@@ -130,13 +144,16 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     let content = content_of(&found, &stem, hints, &mut calibration.notices);
     let poses = found.matrices;
     let alone = poses.len() == 1;
+    let are_times = matches!(layout(text), Some(MatrixLayout::Lines(13 | 17))) && has_times(text);
     let mut lost = 0;
     for (i, (index, line, rows)) in poses.into_iter().enumerate() {
         let name = index.unwrap_or_else(|| if alone { stem.clone() } else { format!("{i:06}") });
+        let time = if are_times { name.parse().ok() } else { None };
         let record = content.record(name, rows).map_err(|message| FormatError::line(path, line, message))?;
         lost += usize::from(record.is_none());
-        calibration.records.extend(record);
+        calibration.records.extend(record.map(|record| CameraRecord { time, ..record }));
     }
+    calibration.notices.extend(notice_of_odd_times(&calibration.records));
     if lost > 0 {
         calibration.note(
             NoticeCode::IgnoredElement,
@@ -167,8 +184,8 @@ pub(crate) fn poses_of(source: &InputFile, assets: &mut AssetRoot) -> Result<Pos
     match layout(text) {
         Some(layout) if layout != MatrixLayout::Intrinsics => matrices(text, &source.path, layout).map(alone),
         _ => Err(fail(
-            "expected a 4x4 matrix as four lines, as 16 numbers in a line, as an index and 16 numbers, or as a list \
-             in JSON"
+            "expected a 4x4 matrix as four lines, as 16 numbers in a line, as an index or a time and 16 numbers, or as \
+             a list in JSON"
                 .into(),
         )),
     }
@@ -265,17 +282,12 @@ pub(crate) fn matrices(text: &str, path: &Path, layout: MatrixLayout) -> Result<
             return Err(fail(format!("{}; expected {expected}", counted(numbers.len(), "number"))));
         }
         let mut index = None;
-        if layout == MatrixLayout::Lines(17) {
-            let first = numbers.remove(0);
-            if first.fract() != 0.0 {
-                return Err(fail(format!(
-                    "frame index {first}; expected a whole number before the 16 numbers of the pose"
-                )));
-            }
+        if matches!(layout, MatrixLayout::Lines(13 | 17)) {
+            numbers.remove(0);
             index = words(row).next().map(str::to_owned);
         }
         block.extend(numbers);
-        if matches!(layout, MatrixLayout::Blocks(3) | MatrixLayout::Lines(12)) && block.len() == 12 {
+        if matches!(layout, MatrixLayout::Blocks(3) | MatrixLayout::Lines(12 | 13)) && block.len() == 12 {
             block.extend([0.0, 0.0, 0.0, 1.0]);
         }
         if let Ok(matrix) = <[f64; 16]>::try_from(&block[..]) {

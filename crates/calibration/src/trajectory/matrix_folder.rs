@@ -12,7 +12,7 @@ use crate::trajectory::matrices::{
     MatrixContent, MatrixLayout, content_of, has_camera_matrices, intrinsics, layout, poses_of,
 };
 use crate::trajectory::matrix_tree::PosesOfTree;
-use crate::{Calibration, Folder, ReadHints};
+use crate::{Calibration, Folder, ReadHints, opencv};
 use raycam_formats::io::AssetRoot;
 use raycam_formats::{FormatError, Result};
 
@@ -48,6 +48,10 @@ fn find_poses(folder: &Folder, assets: &mut AssetRoot) -> Option<(Folder, Vec<St
             let names: Vec<String> = place.ending(ending).filter(|name| may_be_pose(name)).cloned().collect();
             let Some(first) = names.first() else { continue };
             let Ok(source) = place.read(first, assets) else { continue };
+            // Files with K and a pose are one camera each.
+            if opencv::read::detect(&source, source.text().unwrap_or_default()) {
+                continue;
+            }
             let found = poses_of(&source, assets).ok().filter(|found| found.matrices.len() == 1);
             // A folder with a single camera matrix does not count as a folder with a matrix for each image.
             let is_folder = |found: &PosesOfTree| names.len() > 1 || !has_camera_matrices(&found.matrices);

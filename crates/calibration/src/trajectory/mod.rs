@@ -12,4 +12,5 @@ pub(crate) mod named_columns;
 pub(crate) mod open3d;
 pub(crate) mod redwood;
 pub(crate) mod stated_order;
+pub(crate) mod times;
 pub(crate) mod tum;

@@ -11,6 +11,7 @@ use crate::intrinsics::{lens_of, pinhole_matrix};
 use crate::picture_size::size_of_picture;
 use crate::pose::normalized;
 use crate::trajectory::named_columns::{self, columns_of};
+use crate::trajectory::times::notice_of_odd_times;
 use crate::{Calibration, CameraRecord, OutputFiles, Pose, ReadHints, Rotation};
 use raycam_formats::io::{AssetRoot, InputFile};
 use raycam_formats::{FormatError, Result};
@@ -24,7 +25,7 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
     if let Some(columns) = columns_of(text) {
         let columns = columns.map_err(|message| FormatError::whole(&source.path, message))?;
         let mut calibration = named_columns::read(text, &source.path, &columns)?;
-        note_odd_times(&mut calibration);
+        calibration.notices.extend(notice_of_odd_times(&calibration.records));
         if hints.intrinsics.is_none() {
             beside(source, assets, &mut calibration)?;
         }
@@ -49,33 +50,11 @@ pub(crate) fn read(source: &InputFile, assets: &mut AssetRoot, hints: &ReadHints
         record.pose = Some(Pose::world_from_camera(rotation, DVec3::new(x, y, z)));
         calibration.records.push(record);
     }
-    note_odd_times(&mut calibration);
+    calibration.notices.extend(notice_of_odd_times(&calibration.records));
     if hints.intrinsics.is_none() {
         beside(source, assets, &mut calibration)?;
     }
     Ok(calibration)
-}
-
-/// Latest time, in seconds since 1970 (the year 5138); later times must be in another unit.
-const LATEST_TIME: f64 = 1e11;
-
-/// Adds a notice if the times are not in seconds.
-fn note_odd_times(calibration: &mut Calibration) {
-    let times = calibration.records.iter().filter_map(|record| record.time);
-    let latest = times.fold(0.0, |latest: f64, time| latest.max(time.abs()));
-    if latest > LATEST_TIME {
-        let unit = ["milliseconds", "microseconds", "nanoseconds"]
-            .into_iter()
-            .zip([1e14, 1e17, f64::INFINITY])
-            .find_map(|(unit, end)| (latest < end).then_some(unit))
-            .unwrap_or("another unit");
-        calibration.note(
-            NoticeCode::Implausible,
-            format!(
-                "times up to {latest:e}, read as seconds as in TUM's files, look like {unit}; the numbers are kept"
-            ),
-        );
-    }
 }
 
 /// Reads the numbers of a text that consists of one line: fx fy cx cy, optionally followed by k1 k2 p1 p2 (k3).
