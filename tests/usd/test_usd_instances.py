@@ -13,6 +13,7 @@ import pytest
 import raycam
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 from raycam import usd
+from support.raises import has_notice
 from support.usd_stages import bind, material, square, stage
 
 RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -323,3 +324,52 @@ def test_prims_of_a_prototype_that_cannot_be_shown_are_reported(tmp_path: Path, 
     made.DefinePrim("/many/a/other", kind)
     assert len(load(made).objects) == 2
     assert "ignored_feature" in read_codes(made, tmp_path)
+
+
+def test_instances_without_prototype_numbers_are_reported(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    square(made)
+    many = UsdGeom.PointInstancer.Define(made, "/many")
+    many.CreatePositionsAttr([(0, 0, 0), (1, 0, 0)])
+    many.CreateExtentAttr([(0, 0, 0), (1, 1, 1)])
+    world = load(made)
+    assert len(world.objects) == 1
+    assert has_notice(world.notices, "ignored_element", "/many", "2 instances", "protoIndices")
+
+
+def test_bounds_are_those_of_the_points_not_of_authored_extents(tmp_path: Path) -> None:
+    made = stage(tmp_path / "a.usda")
+    ball = UsdGeom.Sphere.Define(made, "/ball")
+    ball.CreateRadiusAttr(2.0)
+    ball.CreateExtentAttr([(-9, -9, -9), (9, 9, 9)])
+    world = load(made)
+    cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_])
+    judged = cache.ComputeWorldBound(made.GetPseudoRoot()).ComputeAlignedRange()
+    assert list(judged.GetMax()) == [9, 9, 9]
+    exact = UsdGeom.Boundable.ComputeExtentFromPlugins(ball, Usd.TimeCode.Default())
+    np.testing.assert_allclose(world.bounds, np.array(exact), atol=1e-6)
+
+
+@pytest.mark.parametrize("moved", ["positions", "orientations"])
+def test_instances_with_velocities_are_shown_at_the_first_time(tmp_path: Path, moved: str) -> None:
+    made = stage(tmp_path / "a.usda")
+    square(made, "/proto")
+    many = instancer(made, ["/proto"], [0, 0])
+    half = Gf.Quath(0.5**0.5, 0, 0, 0.5**0.5)
+    if moved == "positions":
+        many.GetPositionsAttr().Clear()
+        for time in (3.0, 5.0):
+            many.GetPositionsAttr().Set([(0, 0, time), (10, 0, time)], time)
+        many.CreateVelocitiesAttr([(0, 0, 24.0), (0, 0, 24.0)])
+        many.GetVelocitiesAttr().Set([(0, 0, 24.0), (0, 0, 24.0)], 3.0)
+    else:
+        many.CreateOrientationsAttr().Set([half, half], 3.0)
+        many.CreateAngularVelocitiesAttr().Set([(0, 0, 90.0), (0, 0, 90.0)], 3.0)
+    world = load(made)
+    assert len(world.objects) == 3
+    assert not has_notice(world.notices, "ignored_element")
+    time = Usd.TimeCode(3.0)
+    expected = many.ComputeInstanceTransformsAtTime(time, time)
+    found = [np.array(thing.matrix) for thing in world.objects if thing.name != "proto"][-2:]
+    for matrix, judged in zip(found, expected, strict=True):
+        np.testing.assert_allclose(matrix, np.array(judged).T, atol=1e-6)

@@ -167,3 +167,15 @@ def test_primvar_reader_fallback_is_used(tmp_path: Path, key: str, fallback: Any
         assert notice_codes(world.notices) == ["ignored_key"] * (fallback is None)
     else:
         assert has_notice(world.notices, "ignored_feature", "roughness")
+
+
+@pytest.mark.parametrize("content", [b"\x01\x02\x03\x04", b"\x89PNG\r\n\x1a\n", b""])
+def test_dome_light_with_an_unreadable_image_is_omitted(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "sky.tex").write_bytes(content)
+    made = stage(tmp_path / "a.usda")
+    square(made)
+    UsdLux.DomeLight.Define(made, "/sky").CreateTextureFileAttr("sky.tex")
+    world = load(made)
+    assert len(world.objects) == 1
+    assert not world.lights
+    assert has_notice(world.notices, "unreadable_file", "sky.tex")

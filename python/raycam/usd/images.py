@@ -16,6 +16,7 @@ import numpy as np
 from pxr import Ar, Sdf
 
 from .. import _core
+from ..errors import FormatError, SettingsError
 from .confinement import Confinement, UsdRejected, notice_code
 from .image_search import found_elsewhere
 from .image_values import Texels, level_values, look_up
@@ -65,6 +66,20 @@ class Images:
                 code = error.code if isinstance(error, UsdRejected) else "file_unreadable"
                 self._note(notice_code(code), asset.path, f"ignored: {error}")
         return self._known[key]
+
+    def environment(self, asset: Sdf.AssetPath) -> str | None:
+        """Same as `file`, for an image that must be readable because the world requires it."""
+        name = self.file(asset)
+        if name is not None:
+            try:
+                _core.read_texels(self.folder / name)
+            except SettingsError:
+                pass  # an image of floats
+            except FormatError as error:
+                reason = str(error).rpartition(f"{name}: ")[2]
+                self._note(notice_code(error.code), asset.path, f"ignored: {reason}")
+                return None
+        return name
 
     def _note(self, code: str, path: str, text: str) -> None:
         self.notices.append(StageNotice(code, text, f"image {path!r}"))

@@ -94,12 +94,19 @@ class PointInstancers:
         prim = source.GetPrim()
         which = np.array(source.GetProtoIndicesAttr().Get(self._time) or [], np.int64)
         options = UsdGeom.PointInstancer
+        time = self._time_of_transforms(source)
         transforms = source.ComputeInstanceTransformsAtTime(
-            self._time, self._time, options.ExcludeProtoXform, options.IgnoreMask
+            time, time, options.ExcludeProtoXform, options.IgnoreMask
         )
         matrices = np.array(transforms, float).reshape(-1, 4, 4)
+        positions = len(source.GetPositionsAttr().Get(self._time) or [])
+        if positions and not len(which):
+            self._note(
+                "ignored_element",
+                prim,
+                f"{positions} instances are not shown: protoIndices is missing or empty",
+            )
         if len(which) and len(matrices) != len(which):
-            positions = len(source.GetPositionsAttr().Get(self._time) or [])
             self._note(
                 "ignored_element",
                 prim,
@@ -120,6 +127,19 @@ class PointInstancers:
             )
         numbers = np.flatnonzero(shown & finite)
         return which[numbers], matrices[numbers], numbers
+
+    def _time_of_transforms(self, source: UsdGeom.PointInstancer) -> Usd.TimeCode:
+        """The time at which the instances' transforms are computed.
+
+        OpenUSD extrapolates velocities from the first sample. The earliest of all times is too far away for that, so
+        the time of the first sample is used instead.
+        """
+        if self._time != Usd.TimeCode.EarliestTime():
+            return self._time
+        attributes = [source.GetPositionsAttr(), source.GetOrientationsAttr(), source.GetOrientationsfAttr()]
+        samples = [attribute.GetTimeSamples()[:1] for attribute in attributes]
+        first = [time for times in samples for time in times]
+        return Usd.TimeCode(min(first)) if first else self._time
 
     def _note_missing(self, prim: Usd.Prim, which: Any, targets: list[Any]) -> None:
         """Reports instances whose prototype does not exist or contains nothing visible."""

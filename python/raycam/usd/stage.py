@@ -322,7 +322,7 @@ class StageReader:
             self._placement.add(number, prim.GetName(), appearance, from_local)
             self._report_unused(prim, unused_of_light(prim, self._time))
             return
-        light, text = light_spec(prim, from_local, self._images.file, self.up, self._time)
+        light, text = light_spec(prim, from_local, self._images.environment, self.up, self._time)
         self.lights.extend([light] if light else [])
         if text:
             self._note("approximated_value" if light else "ignored_element", prim, text)
