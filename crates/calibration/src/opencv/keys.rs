@@ -681,8 +681,8 @@ impl<'a> KeyView<'a> {
         let own = self.places(names).into_iter().filter_map(|place| {
             let (key, at) = self.entry(place);
             let is_other = || is_keyed(&at) || is_rigid_transform(&at) || is_k_of_coefficients(key, &at);
-            let is_used = !at.is_null() && !(of_k.contains(&place) && is_other());
-            is_used.then_some(at)
+            let is_unused = at.is_null() || of_k.contains(&place) && is_other();
+            (!is_unused).then_some(at)
         });
         own.chain(inner).collect()
     }

@@ -163,6 +163,17 @@ fn reading_many_keys_is_fast() {
     }
 }
 
+/// The keys of the enclosing map are searched once, not once for each camera, which would take more than two minutes.
+#[test]
+fn reading_many_cameras_in_maps_is_fast() {
+    let camera = |i| format!("cam{i}: {{K: [500, 0, 320, 0, 500, 240, 0, 0, 1], size: [640, 480]}}\n");
+    let text = (0..8_000).map(camera).collect::<String>();
+    let start = std::time::Instant::now();
+    let read = decode(text.into_bytes(), Path::new("a.yaml"), None, &ReadHints::default(), &Budget::default()).unwrap();
+    assert_eq!(read.records.len(), 8_000);
+    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
+}
+
 #[test]
 fn mounts_written_to_a_camchain_are_read_back() {
     let cameras: Vec<CameraRecord> = [0.0, 0.2]
