@@ -60,54 +60,41 @@ class MujocoLights:
 
 def model_lights(model: Any, data: Any) -> MujocoLights:
     """Returns the active lights in the state `data`; lights that OpenGL does not draw are omitted."""
-    lights = []
-    for light in np.flatnonzero(np.asarray(model.light_active)):
-        kind = int(model.light_type[light])
-        if kind in (SPOT, DIRECTIONAL):
-            directional = kind == DIRECTIONAL
-            lights.append(
-                Light(
-                    kind,
-                    position=np.array(data.light_xpos[light], np.float64),
-                    direction=np.array(data.light_xdir[light], np.float64),
-                    ambient=np.array(model.light_ambient[light], np.float64),
-                    diffuse=np.array(model.light_diffuse[light], np.float64),
-                    specular=np.array(model.light_specular[light], np.float64),
-                    shadow=bool(model.light_castshadow[light]),
-                    attenuation=np.array(
-                        [1, 0, 0] if directional else model.light_attenuation[light], np.float64
-                    ),
-                    cutoff=float(model.light_cutoff[light]),
-                    exponent=float(model.light_exponent[light]),
-                )
-            )
+    active = [model.light(number) for number in np.flatnonzero(np.asarray(model.light_active))]
+    fixed = [_light(light, data.light_xpos[light.id], data.light_xdir[light.id]) for light in active]
     headlight = model.vis.headlight
-    return MujocoLights(lights, [_colors(headlight)] if headlight.active else [])
+    return MujocoLights(_drawn(fixed), [_colors(headlight)] if headlight.active else [])
 
 
 def scene_lights(lights: Sequence[Any]) -> MujocoLights:
     """Returns the `mjvLight`s of a scene; lights that OpenGL does not draw are omitted."""
-    fixed = []
-    for light in lights:
-        kind = int(light.type)
-        if light.headlight or kind not in (SPOT, DIRECTIONAL):
-            continue
-        ambient, diffuse, specular = _colors(light)
-        fixed.append(
-            Light(
-                kind,
-                position=np.array(light.pos, np.float64),
-                direction=np.array(light.dir, np.float64),
-                ambient=ambient,
-                diffuse=diffuse,
-                specular=specular,
-                shadow=bool(light.castshadow),
-                attenuation=np.array([1, 0, 0] if kind == DIRECTIONAL else light.attenuation, np.float64),
-                cutoff=float(light.cutoff),
-                exponent=float(light.exponent),
-            )
-        )
-    return MujocoLights(fixed, [_colors(light) for light in lights if light.headlight])
+    fixed = [_light(light, light.pos, light.dir) for light in lights if not light.headlight]
+    return MujocoLights(_drawn(fixed), [_colors(light) for light in lights if light.headlight])
+
+
+def _drawn(lights: list[Light]) -> list[Light]:
+    """The lights that OpenGL draws."""
+    return [light for light in lights if light.kind in (SPOT, DIRECTIONAL)]
+
+
+def _light(light: Any, position: Any, direction: Any) -> Light:
+    """Returns the light of a model or a scene; a model's values are arrays [1]."""
+    kind, shadow, cutoff, exponent = (
+        np.asarray(value).item() for value in (light.type, light.castshadow, light.cutoff, light.exponent)
+    )
+    ambient, diffuse, specular = _colors(light)
+    return Light(
+        int(kind),
+        position=np.array(position, np.float64),
+        direction=np.array(direction, np.float64),
+        ambient=ambient,
+        diffuse=diffuse,
+        specular=specular,
+        shadow=bool(shadow),
+        attenuation=np.array([1, 0, 0] if kind == DIRECTIONAL else light.attenuation, np.float64),
+        cutoff=float(cutoff),
+        exponent=float(exponent),
+    )
 
 
 def _colors(light: Any) -> tuple[Floats, Floats, Floats]:
