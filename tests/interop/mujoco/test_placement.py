@@ -61,3 +61,16 @@ def test_update_ignores_cameras_that_were_added_to_the_world(
     scene.update(data)
     np.testing.assert_allclose(scene.world.camera("side").C, [0, -4, 1])
     np.testing.assert_allclose(scene.world.camera("extra").C, [0, -3, 1])
+
+
+def test_matrices_of_thin_ellipsoids_are_rigid() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><geom name="leaf" type="ellipsoid" size="0.03 0.01 0.0006" euler="10 20 30"/>'
+        "</worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    leaf = raycam.from_mujoco(model, data).world.objects[0]
+    rotation = leaf.matrix[:3, :3]
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(rotation, data.geom_xmat[0].reshape(3, 3), atol=1e-12)

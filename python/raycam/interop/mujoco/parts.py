@@ -69,7 +69,7 @@ def link_geoms(model: Any, geometry: str) -> tuple[list[LinkGeom], list[Notice]]
             continue
         shape = with_texture(model, GEOM_OBJECT, geom, shape, material)
         pose = np.eye(4)
-        pose[:3, :3] = rotation_of(np.asarray(model.geom_quat[geom], np.float64)) @ shape.scale
+        pose[:3, :3] = rotation_of(np.asarray(model.geom_quat[geom], np.float64))
         pose[:3, 3] = model.geom_pos[geom]
         keys = {
             **shape.keys,

@@ -17,15 +17,14 @@ __all__ = ["RigidPlacement"]
 class RigidPlacement:
     """The objects that show geoms, or those that show sites."""
 
-    def __init__(self, kind: int, elements: list[tuple[int, int]], scales: list[Floats]) -> None:
+    def __init__(self, kind: int, elements: list[tuple[int, int]]) -> None:
         """Collects the objects whose element has the type `kind` (`mjtObj`).
 
-        `elements` and `scales` contain the element and the matrix shape_from_mesh [3, 3] of each object.
+        `elements` contains the element of each object.
         """
         self._prefix = element_prefix(kind)
         self._numbers = [number for number, (of, _) in enumerate(elements) if of == kind]
         self._elements = np.array([elements[number][1] for number in self._numbers], np.int64)
-        self._scales = np.array([scales[number] for number in self._numbers]).reshape(-1, 3, 3)
         self._before: Floats | None = None
 
     def update(self, world: World, data: Any) -> None:
@@ -33,8 +32,7 @@ class RigidPlacement:
         if not len(self._numbers):
             return
         poses = np.empty((len(self._numbers), 3, 4))
-        rotations = getattr(data, f"{self._prefix}_xmat")[self._elements].reshape(-1, 3, 3)
-        np.matmul(rotations, self._scales, out=poses[:, :, :3])
+        poses[:, :, :3] = getattr(data, f"{self._prefix}_xmat")[self._elements].reshape(-1, 3, 3)
         poses[:, :, 3] = getattr(data, f"{self._prefix}_xpos")[self._elements]
         before = np.full_like(poses, np.nan) if self._before is None else self._before
         moved = np.flatnonzero((poses != before).reshape(len(poses), -1).any(axis=1))

@@ -69,7 +69,6 @@ class MujocoScene:
         """The world: one object per visible geom, site, skin, flex and tendon, and the model's lights and cameras."""
         self.elements: list[tuple[int, int]] = []
         """For each object of the world, its type (`mjtObj`, such as geom or tendon) and its id in the model."""
-        self._scales: list[Floats] = []
         self._round: dict[int, tuple[int, Floats]] = {}  # type and size of objects with curved surfaces
         self._placements: list[RigidPlacement] = []
         self._camera_values = self._light_values = b""
@@ -103,9 +102,7 @@ class MujocoScene:
             text = "the skybox is not part of the world; only MujocoScene.render shows it"
             self._world_notices.append(Notice(text, "ignored_element"))
         self._camera_names = list(self.world.cameras)
-        self._placements = [
-            RigidPlacement(kind, self.elements, self._scales) for kind in (GEOM_OBJECT, SITE_OBJECT)
-        ]
+        self._placements = [RigidPlacement(kind, self.elements) for kind in (GEOM_OBJECT, SITE_OBJECT)]
         self._surfaces = Surfaces(model, self.elements, self._densities, dynamic_alpha)
         self._look = MujocoLook(model, self.world, self._surfaces, self.elements)
         self.flags = np.array(DEFAULT_FLAGS, np.uint8)
@@ -193,8 +190,7 @@ class MujocoScene:
             numbers, starts = np.unique(instance[chosen], return_index=True)
             for number, first, end in zip(numbers, starts, [*starts[1:], len(chosen)], strict=True):
                 kind, size = self._round[int(number)]
-                pose = objects[int(number)].matrix.copy()
-                pose[:3, :3] = pose[:3, :3] @ np.linalg.inv(self._scales[int(number)])
+                pose = objects[int(number)].matrix
                 part = slice(first, end)
                 distance = round_distances(kind, size, pose, origins[part], directions[part])
                 met = np.isfinite(distance)
@@ -306,7 +302,6 @@ class MujocoScene:
             size = np.array(getattr(model, f"{prefix}_size")[number], np.float64)
             self._round[len(self.elements)] = shape_kind, size
         self.elements.append((kind, number))
-        self._scales.append(shape.scale)
 
     def _add_deformable(self, deformable: Deformable, data: Any) -> None:
         model = self.model
@@ -327,7 +322,6 @@ class MujocoScene:
         )
         self._note_texture(material, keys | {"triangles": deformable.triangles(model)})
         self.elements.append((deformable.kind, deformable.number))
-        self._scales.append(np.eye(3))
 
     def _mean_color(self, texture: int) -> Floats:
         """Returns a texture's mean colour [3], sRGB."""

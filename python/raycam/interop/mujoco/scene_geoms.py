@@ -65,7 +65,6 @@ def scene_geom(geom: Any, eye: Floats, pixel: float) -> SceneGeom | None:
         if found is None:
             return None
         shape = found
-        pose[:3, :3] = pose[:3, :3] @ shape.scale
     values = SurfaceValues(float(geom.emission), float(geom.specular), float(geom.shininess))
     rgba = np.asarray(geom.rgba, np.float64)
     casts_shadow = kind != LINE and int(geom.category) != DECORATION

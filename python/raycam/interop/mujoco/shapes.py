@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cache
 from hashlib import sha256
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...arguments import Floats
+from ...world import World
 from ...world.capsule import capsule_mesh
 from .materials import element_look, is_opaque
 from .model import (
@@ -40,11 +43,10 @@ KEPT_IN_METRES = (PLANE, HFIELD, MESH, SDF)
 
 @dataclass
 class Shape:
-    """A shape in the geom's frame: keys of an object, and a scale for the object's matrix."""
+    """A shape in the geom's frame."""
 
     keys: dict[str, Any]
-    scale: Floats = field(default_factory=lambda: np.eye(3))
-    """The scale [3, 3] that is applied to the shape of `keys`: ellipsoids are scaled unit spheres."""
+    """Keys of an object."""
     uvs: Floats | None = None
     """The mesh's own texture coordinates [t, 3, 2], if the model contains any."""
 
@@ -66,8 +68,14 @@ def primitive_shape(kind: int, size: Floats) -> Shape | None:
     if kind == PLANE:
         sides = [2 * (half if half > 0 else INFINITE_PLANE) for half in size[:2]]
         return Shape({"plane": {"size": sides}})
-    if kind in (SPHERE, ELLIPSOID):
-        return Shape({"sphere": {"radius": 1.0}}, np.diag(size if kind == ELLIPSOID else [size[0]] * 3))
+    if kind == SPHERE:
+        return Shape({"sphere": {"radius": size[0]}})
+    if kind == ELLIPSOID:
+        # Exact rays take much longer if the matrix of an object is a strongly uneven scale.
+        points, faces = _unit_sphere()
+        normals = points * (size.min() / size)
+        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        return Shape({"vertices": points * size, "triangles": faces, "normals": normals})
     if kind == BOX:
         return Shape({"box": {"size": (2 * size).tolist()}})
     if kind == CYLINDER:
@@ -76,6 +84,15 @@ def primitive_shape(kind: int, size: Floats) -> Shape | None:
         vertices, faces, normals = capsule_mesh(size[0], 2 * size[1])
         return Shape({"vertices": vertices, "triangles": faces, "normals": normals})
     return None
+
+
+@cache
+def _unit_sphere() -> tuple[Floats, npt.NDArray[np.intp]]:
+    """The vertices [n, 3] and triangles [t, 3] of raycam's sphere with the radius 1."""
+    world = World()
+    world.add_object(sphere={"radius": 1.0})
+    points, faces = np.unique(world.triangles(0).reshape(-1, 3), axis=0, return_inverse=True)
+    return points, faces.reshape(-1, 3)
 
 
 def covered_geoms(model: Any, groups: tuple[int, ...]) -> list[int]:
