@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import raycam
 from PIL import Image, ImageOps
+from raycam.io.oriented_photo import linear_pixels
 from raycam.notices import collected
 from raycam.photos.images import PhotoSource
 from raycam.srgb import linear_from_srgb
@@ -32,7 +33,7 @@ def linear(srgb: np.ndarray) -> np.ndarray:
 
 
 def read(path: Path) -> np.ndarray:
-    return PhotoSource(path.parent, [path.name]).read(path.name, CAMERA)
+    return linear_pixels(PhotoSource(path.parent, [path.name]).read(path.name, CAMERA))
 
 
 @pytest.mark.parametrize("orientation", [2, 3, 4, 5, 6, 7, 8])
@@ -47,7 +48,7 @@ def test_exif_orientation_gives_a_notice_and_is_not_applied(tmp_path: Path, orie
     assert notice_codes(notices) == ["ignored_orientation"]
     assert "a.jpg" in str(notices[0])
     with Image.open(tmp_path / "a.jpg") as stored:  # Pillow does not rotate the photograph either
-        np.testing.assert_allclose(found[..., :3], linear(np.asarray(stored)), atol=0.02)
+        np.testing.assert_allclose(linear_pixels(found)[..., :3], linear(np.asarray(stored)), atol=0.02)
 
 
 def test_orientation_is_applied_if_the_size_equals_the_cameras_size_only_after_rotation(

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import raycam
 from raycam._core import PhotoPyramid
+from raycam.io.oriented_photo import linear_pixels
 from support.raises import raises
 
 
@@ -56,3 +57,11 @@ def test_photograph_of_another_shape_is_refused(shape: tuple[int, ...]) -> None:
 def test_areas_and_places_of_different_numbers_are_refused() -> None:
     with raises(raycam.SettingsError):
         PhotoPyramid(np.zeros((4, 4, 4), np.float32)).mean_colors(np.zeros((3, 2)), np.zeros((2, 2, 2)), None)
+
+
+def test_srgb_photograph_has_the_same_colors_as_its_linear_pixels() -> None:
+    stored = np.random.default_rng(5).integers(0, 256, (21, 34, 4)).astype(np.uint8)
+    random = np.random.default_rng(6)
+    places, areas = random.uniform(0, 34, (500, 2)), random.uniform(-6, 6, (500, 2, 2))
+    found = PhotoPyramid(stored).mean_colors(places, areas, None)
+    np.testing.assert_array_equal(found, PhotoPyramid(linear_pixels(stored)).mean_colors(places, areas, None))

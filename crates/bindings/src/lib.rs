@@ -52,6 +52,8 @@ mod core {
         ray_fields, world_cast_rays, world_count_intersections, world_intersections, world_occluded,
     };
     #[pymodule_export]
+    use crate::queries::texel_views::TexelViews;
+    #[pymodule_export]
     use crate::render::annotations::{amodal_masks, flow, keypoints, oriented_boxes};
     #[pymodule_export]
     use crate::render::encode::{

@@ -12,19 +12,21 @@ from .. import _core
 from ..arguments import one_of
 from ..errors import Notice
 
-__all__ = ["ORIENTATIONS", "Orientation", "read_oriented"]
+__all__ = ["ORIENTATIONS", "Orientation", "StoredPixels", "linear_pixels", "read_oriented"]
 
 Orientation = Literal["auto", "apply", "ignore"]
 """Use of a photograph's EXIF orientation."""
 ORIENTATIONS = list(get_args(Orientation))
-Pixels = npt.NDArray[np.float32]
+StoredPixels = npt.NDArray[np.uint8] | npt.NDArray[np.float32]
+"""Colours and opacity [h, w, 4]: uint8 is sRGB with linear opacity, float32 is linear."""
 
 
 def read_oriented(
     path: str | os.PathLike[str], size: tuple[int, int] | None, orientation: str = "auto"
-) -> tuple[Pixels, list[Notice]]:
-    """Returns the linear colours and opacity [h, w, 4] of a photograph, and notices.
+) -> tuple[StoredPixels, list[Notice]]:
+    """Returns the colours and opacity [h, w, 4] of a photograph, and notices.
 
+    Photographs of 8 bits are not converted to linear colours, because this takes four times as much memory.
     `size` is the (width, height) of the camera that took the photograph. With `orientation` "auto", the photograph is
     rotated by its EXIF orientation if only the rotated photograph has the camera's aspect ratio. A notice reports the
     rotation, or why the photograph is not rotated. "apply" always rotates the photograph, like `cv2.imread`, and
@@ -62,7 +64,17 @@ def read_oriented(
     return pixels, [*notices, Notice(text, "ignored_orientation", [name], 1)]
 
 
-def _turn(pixels: Pixels, exif: int) -> Pixels:
+def linear_pixels(pixels: StoredPixels) -> npt.NDArray[np.float32]:
+    """Returns linear colours and opacity [h, w, 4]."""
+    if pixels.dtype != np.uint8:
+        return np.asarray(pixels, np.float32)
+    found = np.empty(pixels.shape, np.float32)
+    found[..., :3] = _core.linear_from_srgb8(np.ascontiguousarray(pixels[..., :3], np.uint8))
+    found[..., 3] = pixels[..., 3] / np.float32(255)
+    return found
+
+
+def _turn(pixels: StoredPixels, exif: int) -> StoredPixels:
     """The upright photograph. Source: CIPA DC-008 (EXIF 2.32), tag Orientation."""
     if exif in (5, 6, 7, 8):
         pixels = pixels.swapaxes(0, 1)
@@ -70,10 +82,10 @@ def _turn(pixels: Pixels, exif: int) -> Pixels:
         pixels = pixels[::-1]
     if exif in (2, 3, 6, 7):
         pixels = pixels[:, ::-1]
-    return np.ascontiguousarray(pixels)
+    return np.ascontiguousarray(pixels)  # type: ignore[return-value]
 
 
-def _fits(pixels: Pixels, size: tuple[int, int] | None) -> bool:
+def _fits(pixels: StoredPixels, size: tuple[int, int] | None) -> bool:
     """True if a photograph has the camera's shape, up to its scale and one pixel."""
     if size is None:
         return False
@@ -82,5 +94,5 @@ def _fits(pixels: Pixels, size: tuple[int, int] | None) -> bool:
     return abs(own[0] * height - own[1] * width) <= max(size) * max(1.0, own[0] / width)
 
 
-def _text(pixels: Pixels) -> str:
+def _text(pixels: StoredPixels) -> str:
     return f"{pixels.shape[1]} x {pixels.shape[0]}"

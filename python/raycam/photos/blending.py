@@ -5,53 +5,30 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from .._core import TexelViews
 from ..arguments import Floats
 from ..srgb import LUMINANCE
 
-__all__ = ["MAX_BLENDED_VIEWS", "TexelViews", "robust_mean"]
+__all__ = ["robust_mean", "write_means"]
 
 Single = npt.NDArray[np.float32]
-Ints = npt.NDArray[np.int64]
 
-MAX_BLENDED_VIEWS = 8
-"""Number of views that are blended per texel; the views with the largest weights are used."""
 LUMINANCE_TOLERANCE = 0.06
 """Relative difference of luminance within which views agree."""
 CHUNK_TEXELS = 1 << 16
 """Number of texels processed at a time, about 50 MB."""
 
 
-class TexelViews:
-    """For a set of texels, the views with the largest weights, filled photograph by photograph."""
+def write_means(views: TexelViews, gains: Floats, mean: Single, spread: Single) -> None:
+    """Writes the robust means [n, 3] and the disagreement [n] of all texels into the arrays.
 
-    BYTES = MAX_BLENDED_VIEWS * 20 + 4
-    """The memory that each texel needs, in bytes."""
-
-    def __init__(self, count: int) -> None:
-        self.weights = np.zeros((count, MAX_BLENDED_VIEWS), np.float32)
-        self.colors = np.zeros((count, MAX_BLENDED_VIEWS, 3), np.float32)
-        self.cameras = np.zeros((count, MAX_BLENDED_VIEWS), np.int32)
-        self.views = np.zeros(count, np.int32)
-
-    def add(self, number: int, index: Ints, weight: Single, colors: Single) -> None:
-        """Adds the colours [k, 3] of the texels [k] in the photograph `number`."""
-        self.views[index] += 1
-        slot = self.weights[index].argmin(axis=1)
-        better = weight > self.weights[index, slot]
-        self.weights[index[better], slot[better]] = weight[better]
-        self.colors[index[better], slot[better]] = colors[better]
-        self.cameras[index[better], slot[better]] = number
-
-    def write_mean(self, gains: Floats, mean: Single, spread: Single) -> None:
-        """Writes the robust means [n, 3] and the disagreement [n] of all texels into the arrays.
-
-        The colours are divided by the photographs' `gains` [cameras, 3].
-        """
-        factors = gains.astype(np.float32)
-        for first in range(0, len(self.views), CHUNK_TEXELS):
-            part = slice(first, first + CHUNK_TEXELS)
-            colors = self.colors[part] / factors[self.cameras[part]]
-            mean[part], spread[part] = robust_mean(self.weights[part], colors)
+    The colours are divided by the photographs' `gains` [cameras, 3].
+    """
+    factors = gains.astype(np.float32)
+    for first in range(0, len(mean), CHUNK_TEXELS):
+        part = slice(first, min(first + CHUNK_TEXELS, len(mean)))
+        weights, colors, cameras = views.kept(part.start, part.stop)
+        mean[part], spread[part] = robust_mean(weights, colors / factors[cameras])
 
 
 def robust_mean(weights: Single, colors: Single) -> tuple[Single, Single]:
@@ -62,7 +39,9 @@ def robust_mean(weights: Single, colors: Single) -> tuple[Single, Single]:
     order = np.argsort(-weights, axis=1, kind="stable")
     heavy = np.take_along_axis(weights.astype(np.float64), order, axis=1)
     colors = np.take_along_axis(colors, order[..., None], axis=1)
-    light = (colors * LUMINANCE).sum(axis=2).astype(np.float64)
+    light = (
+        (colors[..., 0] * LUMINANCE[0] + colors[..., 1] * LUMINANCE[1]) + colors[..., 2] * LUMINANCE[2]
+    ).astype(np.float64)
     kept = heavy * ~luminance_outliers(light, heavy)
     total = np.maximum(kept.sum(axis=1), 1e-300)
     mean = (kept[..., None] * colors).sum(axis=1) / total[:, None]

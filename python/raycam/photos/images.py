@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from ..camera import Camera
 from ..errors import Notice, SettingsError, with_code
-from ..io.oriented_photo import Orientation, read_oriented
+from ..io.oriented_photo import Orientation, StoredPixels, read_oriented
 from ..notices import distinct, warn
 from ..one_line import counted
 from ..srgb import linear_from_srgb
@@ -78,15 +78,15 @@ class PhotoSource:
         given = self.photos[name] if isinstance(self.photos, Mapping) else Path(self.photos) / name
         return Path(given) if isinstance(given, str | os.PathLike) else given
 
-    def read(self, name: str, camera: Camera) -> npt.NDArray[np.float32]:
-        """The photograph of this name, linear [h, w, 4] with opacity.
+    def read(self, name: str, camera: Camera) -> StoredPixels:
+        """The photograph of this name [h, w, 4] with opacity: sRGB if uint8, linear if float32.
 
         Raises `SettingsError` if its size is not the camera's, for values that are not finite and for arrays of another
         shape; `FormatError` and `OSError` for its file.
         """
         given = self._path_or_array(name)
         if not isinstance(given, Path):
-            found = linear_photo(name, given)
+            found: StoredPixels = linear_photo(name, given)
         else:
             found, notices = read_oriented(given, camera.size, self.orientation)
             for notice in distinct(notices):
@@ -106,7 +106,7 @@ class PhotoSource:
                 f"{camera.size[1]}; {remedy}",
                 code="photograph_size",
             )
-        if not np.isfinite(found).all():
+        if found.dtype != np.uint8 and not np.isfinite(found).all():
             count = int((~np.isfinite(found)).any(axis=2).sum())
             raise SettingsError(
                 f"photograph {name!r} has {counted(count, 'pixel')} with NaN or infinite values; mask them with an "

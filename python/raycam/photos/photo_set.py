@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from .._core import TexelViews
 from ..arguments import Floats
 from ..camera import Camera
 from ..world import World
-from .blending import TexelViews
+from .blending import write_means
 from .face_views import FaceTotals
 from .gains import estimate_gains
 from .images import PhotoSource
@@ -95,7 +96,7 @@ def blend_texels(
     colors, spread = np.zeros((count, 3), np.float32), np.zeros(count, np.float32)
     number_of_views, texels = np.zeros(count, np.int32), np.zeros(len(photos.cameras), np.int64)
     survey, gains = None, np.ones_like(photos.gains)
-    step = max(PART_TEXELS, memory // (TexelViews.BYTES + SurfacePart.BYTES))
+    step = max(PART_TEXELS, memory // (TexelViews.TEXEL_BYTES + SurfacePart.BYTES))
     for first in range(0, max(count, 1), step):
         inside = slice(first, min(first + step, count))
         views = TexelViews(inside.stop - first)
@@ -113,7 +114,7 @@ def blend_texels(
         if survey is None:
             survey = builder.survey(len(photos.cameras))
             gains = estimate_gains(survey) if equalise else gains
-        number_of_views[inside] = views.views
-        views.write_mean(gains, colors[inside], spread[inside])
+        number_of_views[inside] = views.counts()
+        write_means(views, gains, colors[inside], spread[inside])
     assert survey is not None
     return BlendedTexels(colors, number_of_views, spread, texels, survey, gains)

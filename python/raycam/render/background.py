@@ -15,7 +15,7 @@ from .. import _core
 from ..arguments import Bools, Floats, is_tensor, numbers
 from ..camera import Background, Camera, check_camera
 from ..errors import FormatError, Notice, SettingsError, WorldError
-from ..io.oriented_photo import read_oriented
+from ..io.oriented_photo import linear_pixels, read_oriented
 from ..one_line import counted
 from ..srgb import linear_from_srgb, srgb_from_linear
 
@@ -228,7 +228,7 @@ def _read(
         raise FormatError(
             f"{fault}; expected a PNG or JPEG image as a background", code="unknown_format"
         ) from None
-    return np.ascontiguousarray(pixels[..., :3]), list(notices)
+    return np.ascontiguousarray(linear_pixels(pixels)[..., :3]), list(notices)
 
 
 def _linear(array: npt.NDArray[Any]) -> Colors:

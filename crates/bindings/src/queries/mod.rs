@@ -4,6 +4,7 @@ pub(crate) mod lidar;
 pub(crate) mod photo_pyramid;
 pub(crate) mod points;
 pub(crate) mod rays;
+pub(crate) mod texel_views;
 
 use numpy::Element;
 use pyo3::prelude::*;

@@ -3,12 +3,20 @@
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use raycam_render::queries::photo_pyramid::PhotoPyramid as Inner;
+use raycam_scene::Texels;
 
 use crate::arrays::{ArrayResult, Floats, array, rows};
 use crate::error::{OrRaise, settings_error};
 use crate::interruptible::run_for_work;
 
-/// A linear photograph \[h, w, 4] with copies at half, quarter, ... size.
+/// A photograph \[h, w, 4]: uint8 in sRGB with linear opacity, or linear float32.
+#[derive(FromPyObject)]
+pub(crate) enum Photo<'py> {
+    Srgb8(PyReadonlyArrayDyn<'py, u8>),
+    Linear(PyReadonlyArrayDyn<'py, f32>),
+}
+
+/// A photograph with linear copies at half, quarter, ... size.
 #[pyclass(frozen, module = "raycam._core")]
 pub(crate) struct PhotoPyramid {
     inner: Inner,
@@ -17,12 +25,15 @@ pub(crate) struct PhotoPyramid {
 #[pymethods]
 impl PhotoPyramid {
     #[new]
-    fn new(py: Python<'_>, photo: PyReadonlyArrayDyn<'_, f32>) -> PyResult<Self> {
-        let &[height, width, 4] = photo.shape() else {
-            return Err(settings_error(format!("photo: expected an array [h, w, 4], got shape {:?}", photo.shape())));
+    fn new(py: Python<'_>, photo: Photo<'_>) -> PyResult<Self> {
+        let (shape, pixels) = match &photo {
+            Photo::Srgb8(array) => (array.shape(), Texels::Srgb8(rows(array, "photo")?.to_vec())),
+            Photo::Linear(array) => (array.shape(), Texels::Float(rows(array, "photo")?.to_vec())),
         };
-        let pixels: &[[f32; 4]] = rows(&photo, "photo")?;
-        Ok(Self { inner: py.detach(|| Inner::new([width, height], pixels.to_vec())).or_raise()? })
+        let &[height, width, 4] = shape else {
+            return Err(settings_error(format!("photo: expected an array [h, w, 4], got shape {shape:?}")));
+        };
+        Ok(Self { inner: py.detach(|| Inner::new([width, height], pixels)).or_raise()? })
     }
 
     /// Returns the mean colours \[n, 4] of parallelograms around `places` \[n, 2], which are in pixels from the top left

@@ -52,14 +52,20 @@ pub(crate) fn read_texels(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, P
     }
 }
 
-/// Decodes a photo to linear colours, float32 [height, width, 4], in the stored orientation. Also returns the EXIF
-/// orientation (1 to 8) and notices.
+/// Decodes a photo [height, width, 4] in the stored orientation. Photos of 8 bits are uint8: colours in sRGB, and linear
+/// opacity. Other photos are linear float32. Also returns the EXIF orientation (1 to 8) and notices.
 #[pyfunction]
-pub(crate) fn read_photo(py: Python<'_>, path: PathBuf) -> PyResult<(NewArray<'_, f32>, u8, Notices)> {
+pub(crate) fn read_photo(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyAny>, u8, Notices)> {
     let (image, orientation, notices) = detached(py, || raycam_formats::read_photo(&path, &Budget::default()))?;
-    let pixels = (0..image.texels.len()).flat_map(|i| image.texels.linear(i)).collect();
     let shape = [image.size[1] as usize, image.size[0] as usize, 4];
-    Ok((array(py, pixels, &shape)?, orientation, notices.into()))
+    let pixels = match image.texels {
+        Texels::Srgb8(texels) => array(py, texels.into_flattened(), &shape)?.into_any(),
+        texels => {
+            let linear: Vec<[f32; 4]> = (0..texels.len()).map(|i| texels.linear(i)).collect();
+            array(py, linear.into_flattened(), &shape)?.into_any()
+        }
+    };
+    Ok((pixels, orientation, notices.into()))
 }
 
 /// Returns (name, is_integer, values) of each channel of a single-part EXR file. The values are uint32 [height, width]:

@@ -4,7 +4,7 @@
 //! Cameras show surface points ([`camera_sight`]) and faces ([`face_sight`]). Crossings decide whether points are inside
 //! ([`inside`]). Points have closest points ([`points`]) and signed distances ([`signed_distance`]); points of surfaces
 //! receive and emit light ([`light`]) and move ([`velocity`]). Photographs have colours at fractional pixels
-//! ([`photo_pyramid`]).
+//! ([`photo_pyramid`]), and texels keep their best views in photographs ([`texel_views`]).
 
 mod block_view;
 pub mod camera_sight;
@@ -22,6 +22,7 @@ pub mod selection;
 mod sight_line;
 pub mod signed_distance;
 mod tasks;
+pub mod texel_views;
 pub mod timed;
 pub mod velocity;
 mod view_bounds;

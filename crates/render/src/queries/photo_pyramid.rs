@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use glam::DVec2;
+use raycam_scene::Texels;
 
 use crate::control::Control;
 use crate::error::RenderError;
@@ -22,7 +23,7 @@ pub struct PhotoPyramid {
 #[derive(Clone, Debug)]
 struct Level {
     size: [usize; 2],
-    pixels: Vec<[f32; 4]>,
+    pixels: Texels,
 }
 
 impl Level {
@@ -30,14 +31,18 @@ impl Level {
     /// the last one is omitted.
     fn halve(&self) -> Self {
         let [width, height] = self.size.map(|side| side / 2);
-        let mean = |x: usize, y: usize| {
-            let upper = 2 * y * self.size[0] + 2 * x;
-            let [a, b, c, d] =
-                [upper, upper + 1, upper + self.size[0], upper + self.size[0] + 1].map(|at| self.pixels[at]);
-            std::array::from_fn(|i| ((a[i] + c[i]) + (b[i] + d[i])) * 0.25)
+        let row = |y: usize| -> Vec<[f32; 4]> {
+            (y * self.size[0]..(y + 1) * self.size[0]).map(|at| self.pixels.linear(at)).collect()
         };
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| mean(x, y))).collect();
-        Self { size: [width, height], pixels }
+        let mut pixels = Vec::with_capacity(width * height);
+        for y in 0..height {
+            let (upper, lower) = (row(2 * y), row(2 * y + 1));
+            let pairs = upper.as_chunks().0.iter().zip(lower.as_chunks().0);
+            pixels.extend(pairs.map(|([a, b], [c, d])| -> [f32; 4] {
+                std::array::from_fn(|i| ((a[i] + c[i]) + (b[i] + d[i])) * 0.25)
+            }));
+        }
+        Self { size: [width, height], pixels: Texels::Float(pixels) }
     }
 
     /// Interpolates between the four pixels around a place, which is given in pixels of this level from the top left
@@ -50,7 +55,7 @@ impl Level {
         let (right, bottom) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
         let (fx, fy) = (place.x - left as f64, place.y - top as f64);
         let row = |y: usize| {
-            let [a, b] = [left, right].map(|x| self.pixels[y * width + x].map(f64::from));
+            let [a, b] = [left, right].map(|x| self.pixels.linear(y * width + x).map(f64::from));
             std::array::from_fn::<f64, 4, _>(|i| (1.0 - fx) * a[i] + fx * b[i])
         };
         let (upper, lower) = (row(top), row(bottom));
@@ -59,11 +64,12 @@ impl Level {
 }
 
 impl PhotoPyramid {
-    /// Creates the pyramid of a photograph of `size` (width, height), at least 1 x 1 pixel.
+    /// Creates the pyramid of a photograph of `size` (width, height), at least 1 x 1 pixel. The photograph's own pixels
+    /// keep their format, because most of them are never looked up.
     ///
     /// # Errors
     /// [`RenderError::Settings`] if the number of pixels is not width x height, or 0.
-    pub fn new(size: [usize; 2], pixels: Vec<[f32; 4]>) -> Result<Self, RenderError> {
+    pub fn new(size: [usize; 2], pixels: Texels) -> Result<Self, RenderError> {
         if pixels.is_empty() || pixels.len() != size[0] * size[1] {
             return Err(RenderError::settings(format!(
                 "photograph of size {} x {}: expected at least one pixel, and as many as the size specifies, got {}",
