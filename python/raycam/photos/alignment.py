@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arguments import Floats
+from ..arguments import Floats, product
 from ..srgb import LUMINANCE
+from .linear_systems import remove_projection, solve_positive_definite
 from .survey import Survey
 
 __all__ = ["Alignment", "measure_alignment"]
@@ -52,8 +53,8 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
     """
     factors = gains[survey.camera]
     color = survey.color / factors
-    light = color @ LUMINANCE.astype(np.float64)
-    slope = survey.slope / (factors @ LUMINANCE)[:, None]
+    light = product(color, LUMINANCE)
+    slope = survey.slope / product(factors, LUMINANCE)[:, None]
     weight = survey.weight.astype(np.float64)
     count = np.bincount(survey.point, minlength=survey.points)[survey.point]
     total = np.bincount(survey.point, weights=weight, minlength=survey.points)[survey.point] - weight
@@ -63,7 +64,7 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
         weighted = weight * color[:, channel]
         sums = np.bincount(survey.point, weights=weighted, minlength=survey.points)[survey.point] - weighted
         np.divide(sums, total, out=other_color[:, channel], where=usable)
-    others = other_color @ LUMINANCE.astype(np.float64)
+    others = product(other_color, LUMINANCE)
     tones = np.column_stack([other_color, others**2])
     difference = light - others
     shift, disagreement = np.full(survey.cameras, np.nan), np.full(survey.cameras, np.nan)
@@ -86,7 +87,7 @@ def measure_alignment(survey: Survey, gains: Floats, sizes: Floats) -> Alignment
                 moved = _shift(
                     slope[some], appearance, difference[some], MIN_NOISE * float(np.median(others[some]))
                 )
-                squares, views = squares + len(some) * float(moved @ moved), views + len(some)
+                squares, views = squares + len(some) * float((moved**2).sum()), views + len(some)
         if views:
             shift[number] = np.sqrt(squares / views)
     return Alignment(shift, disagreement)
@@ -106,21 +107,18 @@ def _shift(slope: Floats, appearance: Floats, difference: Floats, noise: float) 
     The shift is damped if `appearance` explains the slopes, or if the slopes are small compared with `noise` (in units
     of the differences).
     """
-    moved: Floats = np.zeros(2)
-    weight: Floats = np.ones(len(slope))
+    moved, weight = np.zeros(2), np.ones(len(slope))
     for _ in range(ROUNDS):
-        root = np.sqrt(weight)[:, None]
-        basis = np.linalg.svd(root * appearance, full_matrices=False)
-        # Tiny singular values are rounding errors of dependent columns, such as equal grey channels.
-        known = basis.U[:, 1e-6 * basis.S[0] < basis.S]
-        own_slope = root * slope
-        own_slope -= known @ (known.T @ own_slope)
-        off = root[:, 0] * difference
-        off -= known @ (known.T @ off)
-        spread = 1.4826 * float(np.median(np.abs((off - own_slope @ moved) / root[:, 0])))
+        root = np.sqrt(weight)
+        x, y, off = remove_projection(root * appearance.T, root * np.stack([*slope.T, difference]))
+        spread = 1.4826 * float(np.median(np.abs((off - moved[0] * x - moved[1] * y) / root)))
         variance = max(spread, noise) ** 2
-        matrix = own_slope.T @ own_slope / variance + np.eye(2) / MAX_SHIFT_PX**2
-        moved = np.linalg.solve(matrix, own_slope.T @ off / variance).astype(np.float64)
-        remaining = (off - own_slope @ moved) / root[:, 0]
+        xx, xy, yy, xd, yd = (
+            (a * b).sum() / variance for a, b in ((x, x), (x, y), (y, y), (x, off), (y, off))
+        )
+        prior = 1 / MAX_SHIFT_PX**2
+        matrix = np.array([[xx + prior, xy], [xy, yy + prior]])
+        moved = solve_positive_definite(matrix, np.array([[xd], [yd]]))[:, 0]
+        remaining = (off - moved[0] * x - moved[1] * y) / root
         weight = 1 / (1 + (remaining / (3 * max(spread, 1e-6))) ** 2)
     return moved

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Floats
-from ..world.face_geometry import unique_rows
+from ..world.face_geometry import interpolate, unique_rows
 from .face_views import FaceTotals, choose_views, neighbor_faces
 from .photo_set import PART_TEXELS, BlendedTexels, PhotoSet
 from .seam_levels import SeamSamples, TexelLinks, level_texels, level_vertices, link_texels
@@ -109,7 +109,7 @@ def compose(photos: PhotoSet, blended: BlendedTexels, totals: FaceTotals) -> Com
     for start in range(0, len(shown), PART_TEXELS):
         some = shown[start : start + PART_TEXELS]
         at_corners = adjustment[corner[texels.face[some]]]
-        colors[some] += np.einsum("nk,nkc->nc", texels.weights(some), at_corners)
+        colors[some] += interpolate(texels.weights(some), at_corners)
     seen = np.flatnonzero(blended.views > 0)
     whole = surface.part(seen)
     links = link_texels(texels.index[seen], texels.size, whole.points, whole.spacing)

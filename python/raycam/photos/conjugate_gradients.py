@@ -100,5 +100,5 @@ def conjugate_gradients(
 
 def _products(a: Floats, b: Floats) -> Floats:
     """The scalar products [k] of the columns of a and b [n, k]."""
-    found: Floats = np.einsum("nk,nk->k", a, b)
+    found: Floats = (a * b).sum(axis=0)
     return found

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Floats
+from ..arguments import Floats, product
 from ..srgb import LUMINANCE
 from .blending import luminance_outliers
 
@@ -74,7 +74,7 @@ class FaceTotals:
         weights = np.zeros((len(faces), MAX_FACE_VIEWS))
         light = np.zeros((len(faces), MAX_FACE_VIEWS))
         views[row, rank], weights[row, rank] = camera[order], weight[order]
-        light[row, rank] = (color[order] @ LUMINANCE) / weight[order]
+        light[row, rank] = product(color[order], LUMINANCE) / weight[order]
         weights[luminance_outliers(light, weights)] = 0
         views[weights == 0] = -1
         return FaceCandidates(faces.astype(np.int64), views, weights)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..arguments import Floats
 from ..elementary import exp, log
+from .linear_systems import solve_positive_definite
 from .survey import Survey
 
 __all__ = ["estimate_gains"]
@@ -84,7 +85,7 @@ def _solve(
     ).reshape(cameras, cameras)
     own = np.bincount(camera, weights=weight - weight**2 / total[point, 0], minlength=cameras)
     ridge = RIDGE * max(float(own.max()), 1e-300)
-    matrix = np.diag(own + ridge) - pair - pair.T
-    found: Floats = np.linalg.solve(matrix, right).astype(np.float64)
+    matrix = (np.diag(own + ridge) - pair - pair.T).astype(np.float64)
+    found = solve_positive_definite(matrix, right)
     reflected = sums(point, weight[:, None] * (values - found[camera]), points) / total
     return found, values - found[camera] - reflected[point]

@@ -17,7 +17,7 @@ from ..notices import warn_all
 from ..one_line import one_line
 from ..world import World
 from ..world.chosen import Chosen, object_mask
-from ..world.face_geometry import face_areas, face_normals
+from ..world.face_geometry import face_areas, face_normals, interpolate
 from .lidar_points import FacePoints, points_on_faces
 from .placement import placement_notices
 from .sight import find_sight
@@ -99,7 +99,7 @@ def sample_surface(
         batch = int(np.clip(2 * (wanted - total), MIN_BATCH, MAX_BATCH))
         face = np.searchsorted(areas, random.random(batch) * areas[-1], side="right")
         weights = _weights(random.random((batch, 2)))
-        points = _points(corners[face], weights)
+        points = interpolate(weights, corners[face])
         drawn += batch
         if viewpoints is not None:
             seen = np.zeros(batch, bool)
@@ -159,10 +159,3 @@ def _weights(numbers: Floats) -> Floats:
     """
     root = np.sqrt(numbers[:, 0])
     return np.stack([1 - root, root * (1 - numbers[:, 1]), root * numbers[:, 1]], axis=1)
-
-
-def _points(corners: Floats, weights: Floats) -> Floats:
-    """Points [n, 3] in triangles [n, 3, 3]."""
-    each = weights[:, :, None] * corners
-    found: Floats = each[:, 0] + each[:, 1] + each[:, 2]
-    return found

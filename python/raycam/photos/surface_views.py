@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import PhotoPyramid
-from ..arguments import Floats
+from ..arguments import Floats, product
 from ..baking.texels import Texels
 from ..camera import Camera
 from ..world import World
-from ..world.face_geometry import face_areas, face_normals
+from ..world.face_geometry import face_areas, face_normals, interpolate
 from ..world.object_mesh import ObjectMesh
 from .depth_edges import DepthEdges
 from .sight import Facing, find_sight
@@ -71,7 +71,7 @@ class TexturedSurface:
     def part(self, some: slice | Ints) -> SurfacePart:
         """The surface points of a subset of the texels."""
         face = self.texels.face[some]
-        points = np.einsum("nk,nkj->nj", self.texels.weights(some), self.mesh.corners[face])
+        points = interpolate(self.texels.weights(some), self.mesh.corners[face])
         return SurfacePart(face, points, self.normals, self.spacing)
 
 
@@ -122,9 +122,12 @@ def view_part(
         none = np.zeros(0, np.float32)
         return PartView(index, np.zeros((0, 2)), np.zeros((0, 3), np.float32), none, none)
     jacobian = sight.footprints
-    area = np.nan_to_num(np.abs(np.linalg.det(jacobian)))
+    area = np.nan_to_num(
+        np.abs(jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0])
+    )
     places = sight.pixels - camera.corner
-    border = np.minimum(places, np.array(camera.size) - places).min(axis=1)
+    inside = np.minimum(places, np.array(camera.size) - places)
+    border = np.minimum(inside[:, 0], inside[:, 1])
     if edges is not None:
         border = np.minimum(border, edges().at(places))
     border = border / BORDER_WIDTH_PX
@@ -151,11 +154,13 @@ def vignetting_at(camera: Camera, pixels: Floats) -> Floats:
     factor = np.ones(len(pixels))
     if known is None:
         return factor
-    plane = np.linalg.solve(camera.K, np.concatenate([pixels, np.ones((len(pixels), 1))], axis=1).T)
-    squared = plane[0] ** 2 + plane[1] ** 2
+    (f_x, skew, c_x), (_, f_y, c_y), _ = camera.K
+    y = (pixels[:, 1] - c_y) / f_y
+    x = (pixels[:, 0] - c_x - skew * y) / f_x
+    squared = x**2 + y**2
     for power, term in enumerate(known["polynomial"], start=1):
         factor = factor + term * squared**power
     if known["cos4"]:
         _, directions = camera.rays(pixels)
-        factor = factor * np.nan_to_num((directions @ camera.R[2]) ** 4)
+        factor = factor * np.nan_to_num(product(directions, camera.R[2]) ** 4)
     return factor

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import PhotoPyramid
-from ..arguments import Floats
+from ..arguments import Floats, product
 from ..camera import Camera
 from ..srgb import LUMINANCE
 from ..world import World
@@ -144,7 +144,8 @@ def _slopes(pyramid: PhotoPyramid, places: Floats, footprint: Single, threads: i
         step = np.zeros((len(places), 2))
         step[:, axis] = reach
         ahead, behind = (
-            pyramid.mean_colors(places + sign * step, areas, threads)[:, :3] @ LUMINANCE for sign in (1, -1)
+            product(pyramid.mean_colors(places + sign * step, areas, threads)[:, :3], LUMINANCE)
+            for sign in (1, -1)
         )
         found[:, axis] = (ahead - behind) / (2 * reach)
     return found
