@@ -50,6 +50,7 @@ mod rig_mount;
 mod ros;
 mod slam_settings;
 mod trajectory;
+mod unknown_file;
 mod view_synthesis;
 
 pub use self::files::{Calibration, OutputFiles, PoseHints, ReadHints};

@@ -6,6 +6,7 @@ use raycam_formats::{FormatError, Result};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::document::world_file::is_world_file;
 use crate::document::{DocumentNode, MAX_DEPTH, Value};
 
 /// Maximum length of a text that is parsed; calibrations have kilobytes.
@@ -26,6 +27,20 @@ pub(crate) fn parse(text: &str, path: &Path) -> Result<DocumentNode> {
         calibration",
         )
     })
+}
+
+/// True for a text whose first line of content is a section or a key with `=`, as in TOML and INI files. raycam's world
+/// files, which are TOML too, do not count.
+pub(crate) fn is_toml(text: &str) -> bool {
+    let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
+    let Some(first) = lines.find(|line| !line.is_empty() && !line.starts_with(['#', ';'])) else { return false };
+    let is_name = |name: &str| {
+        !name.is_empty() && name.trim().chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | '"'))
+    };
+    let section = first.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    let is_section = section.is_some_and(|name| is_name(name) && name.parse::<f64>().is_err());
+    !is_world_file(text)
+        && (is_section && text.contains('=') || first.split_once('=').is_some_and(|(key, _)| is_name(key)))
 }
 
 fn table_node(table: Spanned<DeTable<'_>>, line: &dyn Fn(usize) -> usize, depth: usize) -> Option<DocumentNode> {

@@ -7,7 +7,8 @@ use raycam_scene::{NoticeCode, PixelCenter, counted};
 
 use crate::document::{Cursor, Value};
 use crate::opencv::directed_pose::DirectedPose;
-use crate::opencv::keys::{self, KeyView};
+use crate::opencv::key_view::KeyView;
+use crate::opencv::keys;
 use crate::opencv::{lens, pose};
 use crate::rig::on_a_body;
 use crate::{Calibration, CameraRecord, ReadHints, pose_map};

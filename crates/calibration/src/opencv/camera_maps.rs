@@ -7,7 +7,8 @@ use raycam_formats::Result;
 use crate::document::lens_keys::plain;
 use crate::document::{Cursor, Value};
 use crate::opencv::camera;
-use crate::opencv::keys::{self, KeyView};
+use crate::opencv::key_view::KeyView;
+use crate::opencv::keys;
 
 /// Keys of a map with the parameters of one camera; the camera's name is the key of the enclosing map.
 const PARAMETERS: [&str; 5] = ["param", "params", "parameters", "calibration", "values"];

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::document::lens_keys::plain;
-use crate::opencv::keys::KeyView;
+use crate::opencv::key_view::KeyView;
 use crate::opencv::pose;
 use crate::quaternion_key::unknown_order_error;
 use crate::{Pose, ReadHints};

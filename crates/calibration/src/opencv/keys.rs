@@ -1,13 +1,9 @@
 //! Common keys of cameras, lenses and poses, compared without case, `_`, `-`, `.` and spaces.
 
-use std::cell::OnceCell;
-use std::collections::HashMap;
-use std::rc::Rc;
-
 use crate::document::length_unit::LengthUnit;
 use crate::document::lens_keys::plain;
-use crate::document::{Cursor, DocumentNode, Value, check_rotation, number_text, rigid};
-use raycam_formats::{FormatError, Result};
+use crate::document::{Cursor, check_rotation, number_text, rigid};
+use raycam_formats::FormatError;
 
 /// Keys of K, as 9 numbers or as 4: fx, fy, cx, cy.
 pub(super) const K: [&str; 28] = [
@@ -219,7 +215,7 @@ pub(super) const TVECS: [&str; 3] = ["tvecs", "translationvectors", "translation
 /// Keys of a rectified pair's matrices, which follow from the raw cameras.
 pub(super) const RECTIFIED: [&str; 5] = ["r1", "r2", "p1", "p2", "q"];
 /// Further known keys: they are read elsewhere, or do not affect the image.
-const OTHER: [&str; 43] = [
+pub(super) const OTHER: [&str; 43] = [
     "newcameramtx",
     "newcameramatrix",
     "optimalcameramatrix",
@@ -286,7 +282,7 @@ pub(super) fn is_camera_matrix(key: &str) -> bool {
 }
 
 /// True if the reader recognises a key without a marker.
-fn is_base(base: &str) -> bool {
+pub(super) fn is_base(base: &str) -> bool {
     let groups: [&[&str]; 27] = [
         &K,
         &LENS,
@@ -390,7 +386,7 @@ pub(super) fn is_matrix(at: &Cursor<'_>) -> bool {
 
 /// The parts of a key that remain without a marker at its beginning or end. A number is a marker only if no other digit
 /// is next to it.
-fn without_mark<'k>(key: &'k str, mark: &str) -> impl Iterator<Item = &'k str> {
+pub(super) fn without_mark<'k>(key: &'k str, mark: &str) -> impl Iterator<Item = &'k str> {
     let number = mark.bytes().all(|c| c.is_ascii_digit());
     let before = key.strip_suffix(mark).filter(|rest| !(number && rest.ends_with(|c: char| c.is_ascii_digit())));
     let after = key.strip_prefix(mark).filter(|rest| !(number && rest.starts_with(|c: char| c.is_ascii_digit())));
@@ -476,7 +472,7 @@ pub(super) fn is_rigid_transform(at: &Cursor<'_>) -> bool {
 }
 
 /// True for coefficients k1 k2 ... under the key `k`, which is otherwise a key of K.
-fn is_k_of_coefficients(key: &str, at: &Cursor<'_>) -> bool {
+pub(super) fn is_k_of_coefficients(key: &str, at: &Cursor<'_>) -> bool {
     plain(key) == "k" && at.numbers().is_ok_and(|numbers| matches!(numbers.len(), 2 | 3 | 5 | 6 | 8))
 }
 
@@ -558,7 +554,7 @@ fn words_of_key(key: &str) -> Vec<String> {
 }
 
 /// The key `base` without the unit at its end, if the unit fits the key's quantity: `t` for `t_mm`, `fx` for `fx_px`.
-fn without_unit(key: &str, base: &str) -> Option<String> {
+pub(super) fn without_unit(key: &str, base: &str) -> Option<String> {
     let word = last_of_several_words(key)?;
     let unit = KeyUnit::from_name(&word)?;
     let plain_base: String = base.chars().filter(|c| c.is_alphanumeric()).collect();
@@ -573,156 +569,4 @@ pub(super) fn contradiction(at: &Cursor<'_>, first: &Cursor<'_>, values: &str) -
         "{} (line {}) has a different value for the same quantity{values}; remove one of the two keys",
         first.key, first.node.line
     ))
-}
-
-/// View of a map that contains only the keys of one camera: keys without a marker, or keys that end or begin with a
-/// marker of the camera.
-#[derive(Clone)]
-pub(super) struct KeyView<'a> {
-    pub(super) at: Cursor<'a>,
-    /// Markers of the camera, such as `1` and `left`; empty for keys without a marker.
-    pub(super) side: Vec<String>,
-    /// Maps that enclose this map, the innermost first; their size, skew and lens model also apply to the camera.
-    pub(super) above: Vec<Rc<KeyView<'a>>>,
-    /// For each [`KeyView::base`] of the map's keys, the indices of its entries; computed once.
-    places: OnceCell<Rc<HashMap<String, Vec<usize>>>>,
-    mentions_fisheye: OnceCell<bool>,
-}
-
-/// True if any of a key's bases is one of these names.
-fn is_any(bases: &[String], names: &[&str]) -> bool {
-    bases.iter().any(|base| names.contains(&base.as_str()))
-}
-
-impl<'a> KeyView<'a> {
-    /// Creates a view of the keys without a marker.
-    pub(super) fn new(at: Cursor<'a>) -> Self {
-        Self::marked(at, vec![])
-    }
-
-    /// Creates a view of the keys with a marker of a camera.
-    pub(super) fn marked(at: Cursor<'a>, side: Vec<String>) -> Self {
-        Self { at, side, above: vec![], places: OnceCell::new(), mentions_fisheye: OnceCell::new() }
-    }
-
-    /// Creates a view of a map inside other maps, the innermost first.
-    pub(super) fn below(at: Cursor<'a>, above: Vec<Rc<Self>>) -> Self {
-        Self { above, ..Self::new(at) }
-    }
-
-    /// Value of a key with one of these names in this map, or otherwise in the innermost enclosing map with such a key.
-    pub(super) fn inherited(&self, names: &[&str]) -> Result<Option<Cursor<'a>>> {
-        let own = self.find_value(names)?;
-        let above = || self.above.iter().find_map(|outer| outer.find_value(names).transpose()).transpose();
-        own.map_or_else(above, |own| Ok(Some(own)))
-    }
-
-    /// The key without the camera's marker, and the same key without the word `camera`; empty for keys of another
-    /// camera.
-    pub(super) fn base(&self, key: &str) -> Vec<String> {
-        let key_words = key;
-        let key = plain(key);
-        let mut bases = match &self.side[..] {
-            [] => vec![key],
-            side => side.iter().flat_map(|mark| without_mark(&key, mark)).map(str::to_owned).collect(),
-        };
-        let without_units = |base: &String| without_unit(key_words, base);
-        bases.extend(bases.iter().filter_map(without_units).collect::<Vec<_>>());
-        // The key may contain the matrix's shape, as in `camera_matrix_3x3`.
-        let without_shape =
-            |base: &String| ["3x3", "4x4", "3x4"].iter().find_map(|shape| base.strip_suffix(shape)).map(str::to_owned);
-        bases.extend(bases.iter().filter_map(without_shape).collect::<Vec<_>>());
-        let short = |base: &String| {
-            let rest = base.strip_prefix("camera").or_else(|| base.strip_prefix("cam"))?;
-            let told_apart = !rest.is_empty() && !OTHER.contains(&rest) && !is_base(base);
-            told_apart.then(|| rest.to_owned())
-        };
-        bases.extend(bases.iter().filter_map(short).collect::<Vec<_>>());
-        bases
-    }
-
-    /// True if a key has one of these names.
-    pub(super) fn has_name(&self, key: &str, names: &[&str]) -> bool {
-        is_any(&self.base(key), names)
-    }
-
-    /// Indices of the map's entries whose keys have one of these names, in the map's order.
-    fn places(&self, names: &[&str]) -> Vec<usize> {
-        let places = self.places.get_or_init(|| {
-            let mut places = HashMap::<String, Vec<usize>>::new();
-            for (place, (key, _)) in self.entries().iter().enumerate() {
-                self.base(key).into_iter().for_each(|base| places.entry(base).or_default().push(place));
-            }
-            Rc::new(places)
-        });
-        let mut found: Vec<usize> = names.iter().filter_map(|name| places.get(*name)).flatten().copied().collect();
-        found.sort_unstable();
-        found.dedup();
-        found
-    }
-
-    fn entries(&self) -> &'a [(String, DocumentNode)] {
-        match &self.at.node.value {
-            Value::Map(entries) => entries,
-            _ => &[],
-        }
-    }
-
-    /// Key and value of an entry.
-    fn entry(&self, place: usize) -> (&'a str, Cursor<'a>) {
-        let (key, node) = &self.entries()[place];
-        (key, self.at.child(key, node))
-    }
-
-    /// Values of all keys with these names, in this map and in the map of the intrinsics.
-    pub(super) fn all(&self, names: &[&str]) -> Vec<Cursor<'a>> {
-        let inner = self.intrinsics().map(|inner| inner.all(names)).unwrap_or_default();
-        let of_k = self.places(&K);
-        let own = self.places(names).into_iter().filter_map(|place| {
-            let (key, at) = self.entry(place);
-            let is_other = || is_keyed(&at) || is_rigid_transform(&at) || is_k_of_coefficients(key, &at);
-            let is_unused = at.is_null() || of_k.contains(&place) && is_other();
-            (!is_unused).then_some(at)
-        });
-        own.chain(inner).collect()
-    }
-
-    /// View of a separate map of intrinsics with named numbers: `intrinsics: {fx: ..., fy: ...}`.
-    pub(super) fn intrinsics(&self) -> Option<KeyView<'a>> {
-        let mut values = self.places(&K).into_iter().map(|place| self.entry(place).1);
-        values.find(is_keyed).map(KeyView::new)
-    }
-
-    /// True if a key or a word of the map contains "fisheye".
-    pub(super) fn mentions_fisheye(&self) -> bool {
-        let says = |word: &str| plain(word).contains("fisheye");
-        let entry_says = |(key, node): &(String, DocumentNode)| {
-            says(key) || matches!(&node.value, Value::Scalar(word) if says(word))
-        };
-        *self.mentions_fisheye.get_or_init(|| self.entries().iter().any(entry_says))
-    }
-
-    /// Value of a key with one of these names; several such keys must have equal values.
-    pub(super) fn find_value(&self, names: &[&str]) -> Result<Option<Cursor<'a>>> {
-        let found = self.all(names);
-        let words = |at: &Cursor<'_>| match at.numbers() {
-            Ok(numbers) => format!("{numbers:?}"),
-            Err(_) => format!("{:?}", at.node.value),
-        };
-        if let Some(other) = found.iter().skip(1).find(|other| words(other) != words(&found[0])) {
-            return Err(contradiction(other, &found[0], ""));
-        }
-        Ok(found.into_iter().next())
-    }
-
-    /// True if the key belongs to a rectified pair.
-    pub(super) fn is_rectified(&self, key: &str) -> bool {
-        is_any(&self.base(key), &RECTIFIED)
-    }
-
-    /// True if the reader recognises the key.
-    pub(super) fn knows(&self, key: &str) -> bool {
-        let is_coefficients = plain(key) == "k" && self.at.get(key).is_some_and(|at| is_k_of_coefficients(key, &at));
-        !is_coefficients && self.base(key).iter().any(|base| is_base(base))
-    }
 }

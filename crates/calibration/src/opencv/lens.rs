@@ -5,7 +5,8 @@ use raycam_scene::{Lens, LensModel, counted};
 
 use crate::ReadHints;
 use crate::document::{Cursor, Value, lens_keys::plain, lens_named};
-use crate::opencv::keys::{self, KeyView};
+use crate::opencv::key_view::KeyView;
+use crate::opencv::keys;
 use raycam_formats::Result;
 
 /// Reads the lens, with the model specified by the file or the caller.

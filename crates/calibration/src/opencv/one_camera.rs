@@ -2,7 +2,8 @@
 
 use crate::document::Cursor;
 use crate::document::lens_keys::plain;
-use crate::opencv::keys::{self, KeyView};
+use crate::opencv::key_view::KeyView;
+use crate::opencv::keys;
 use crate::opencv::{camera, directed_pose, pose, quaternion_pose, unread_parts};
 use crate::{Calibration, ReadHints};
 use raycam_formats::Result;

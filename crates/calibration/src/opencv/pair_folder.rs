@@ -1,7 +1,7 @@
 //! The two cameras of a pair in separate files, left and right, with R and T in a third file.
 
 use crate::document::Cursor;
-use crate::opencv::keys::KeyView;
+use crate::opencv::key_view::KeyView;
 use crate::opencv::pose::read_r_t;
 use crate::opencv::read::{detect, read};
 use crate::opencv::stereo::place_second;

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use crate::document::{Cursor, zip_members};
-use crate::opencv::keys::{self, KeyView};
+use crate::opencv::key_view::KeyView;
+use crate::opencv::keys;
 use crate::opencv::poses_by_name::{self, CameraNames, contains_poses};
 use crate::opencv::storage::parse;
 use crate::opencv::{pose, stereo};

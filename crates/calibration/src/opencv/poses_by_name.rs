@@ -24,8 +24,9 @@ impl CameraNames {
     }
 }
 
-/// Assigns poses to cameras, which are given by their numbers. `map` names the map of the poses in notices about cameras
-/// without a pose; if all cameras have a pose, they form a rig.
+/// Assigns poses to cameras, which are given by their numbers. `key` is the key of the poses' map, which may specify
+/// their direction; it is empty if there is no such key. `map` names the map in notices about cameras without a pose; if
+/// all cameras have a pose, they form a rig.
 ///
 /// # Errors
 /// An error for values that are not poses, and for a camera with another pose in its own map.

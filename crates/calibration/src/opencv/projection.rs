@@ -4,7 +4,8 @@
 use raycam_scene::PixelCenter;
 
 use crate::document::{Cursor, lens_keys::plain, rigid, rotation_of_any_scale};
-use crate::opencv::keys::{self, KeyView};
+use crate::opencv::key_view::KeyView;
+use crate::opencv::keys;
 use crate::opencv::{camera, pose};
 use crate::{Calibration, CameraRecord};
 use raycam_formats::Result;

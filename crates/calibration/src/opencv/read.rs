@@ -6,7 +6,8 @@ use crate::document::lens_keys::plain;
 use crate::document::number_lines::has_kitti_matrix;
 use crate::document::{Cursor, DocumentNode, csv_tree, npy, unread};
 use crate::opencv::camera_maps::{has_camera, list_of_cameras};
-use crate::opencv::keys::{self, KeyView};
+use crate::opencv::key_view::KeyView;
+use crate::opencv::keys;
 use crate::opencv::storage::{parse, parse_tree};
 use crate::opencv::{
     by_name, camera, one_camera, partner, pose, projection, quaternion_pose, separate_maps, stacks, stereo,

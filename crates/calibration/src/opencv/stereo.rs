@@ -5,7 +5,8 @@ use std::path::Path;
 
 use crate::document::lens_keys::plain;
 use crate::document::{Cursor, zip_members};
-use crate::opencv::keys::{self, KeyView};
+use crate::opencv::key_view::KeyView;
+use crate::opencv::keys;
 use crate::opencv::storage::parse;
 use crate::opencv::{camera, pose, quaternion_pose};
 use crate::rig::one_rig;

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use crate::Folder;
-use crate::document::world_file::is_world_file;
 use crate::document::{DocumentNode, csv_tree, npy, toml_tree, xml, yaml, zip_members};
 use crate::opencv::keys;
 use raycam_formats::io::{AssetRoot, InputFile};
@@ -43,26 +42,12 @@ pub(super) fn parse_text(source: &InputFile) -> Result<DocumentNode> {
 }
 
 /// Parses a text in XML, TOML, YAML or JSON, or a table with a header.
-pub(crate) fn parse_tree(text: &str, path: &Path) -> Result<DocumentNode> {
+pub(super) fn parse_tree(text: &str, path: &Path) -> Result<DocumentNode> {
     if text.trim_start().starts_with('<') {
         return xml::parse(text, path);
     }
     if let Some(table) = csv_tree::parse(text, keys::is_focal_length) {
         return Ok(table);
     }
-    if is_toml(text) { toml_tree::parse(text, path) } else { yaml::parse(text, path) }
-}
-
-/// True for a text whose first line of content is a section or a key with `=`, as in TOML and INI files. raycam's world
-/// files, which are TOML too, do not count.
-pub(crate) fn is_toml(text: &str) -> bool {
-    let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
-    let Some(first) = lines.find(|line| !line.is_empty() && !line.starts_with(['#', ';'])) else { return false };
-    let is_name = |name: &str| {
-        !name.is_empty() && name.trim().chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | '"'))
-    };
-    let section = first.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
-    let is_section = section.is_some_and(|name| is_name(name) && name.parse::<f64>().is_err());
-    !is_world_file(text)
-        && (is_section && text.contains('=') || first.split_once('=').is_some_and(|(key, _)| is_name(key)))
+    if toml_tree::is_toml(text) { toml_tree::parse(text, path) } else { yaml::parse(text, path) }
 }

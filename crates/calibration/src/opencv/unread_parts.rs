@@ -1,7 +1,7 @@
 //! Parts of a pose under keys that no reader recognises, which would otherwise be lost.
 
 use crate::document::lens_keys::plain;
-use crate::opencv::keys::KeyView;
+use crate::opencv::key_view::KeyView;
 use raycam_formats::Result;
 
 /// Words in the keys of rotations and of positions.
