@@ -26,7 +26,7 @@ ORDER = {
     "calibration": """
         document quaternion_key pose pose_map rig_mount record rig files folder picture_size intrinsics plausibility
         colmap ros opencv kitti calibration_tools slam_settings trajectory devices bop photogrammetry view_synthesis
-        radiance_fields datasets open_folder formats lib
+        radiance_fields datasets open_folder unknown_file formats lib
     """,
     "render": """
         error control memory thread_pool soa lobes sampling film settings prepare interaction media bsdf light
