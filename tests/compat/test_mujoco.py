@@ -272,3 +272,31 @@ def test_lights_are_reported_as_approximated_only_in_physically_based_looks() ->
     renderer.look = "direct"
     with warns(raycam.Notice, code="approximated_value", mentions=["light0"]):
         renderer.update_scene(data)
+
+
+@pytest.mark.parametrize("mode", ["color", "depth", "segmentation"])
+def test_further_channels_are_stored_in_the_frame(
+    state: tuple[mujoco.MjModel, mujoco.MjData], mode: str
+) -> None:
+    renderer = stand_in.Renderer(state[0], 30, 40)
+    if mode != "color":
+        getattr(renderer, f"enable_{mode}_rendering")()
+    renderer.update_scene(state[1], "front")
+    plain = renderer.render()
+    assert renderer.frame is None
+    renderer.channels = ["normal", "distance"]
+    np.testing.assert_array_equal(renderer.render(), plain)
+    assert renderer.frame is not None
+    assert (renderer.frame["normal"].shape, renderer.frame["distance"].shape) == ((30, 40, 3), (30, 40))
+    np.testing.assert_allclose(renderer.frame["normal"][-1, 0], [0, 0, 1], atol=1e-6)
+    renderer.channels = ["normals"]
+    with raises(raycam.SettingsError, mentions=["normals"]):
+        renderer.render()
+
+
+def test_flags_of_segments_are_refused_by_the_renderer(state: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+    renderer = stand_in.Renderer(state[0], 30, 40)
+    renderer.update_scene(state[1], "front")
+    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = 1
+    with raises(raycam.SettingsError, code="unsupported_feature", mentions=["mjRND_SEGMENT"]):
+        renderer.render()

@@ -7,6 +7,7 @@ computed at every pixel instead of every vertex, and shadows are exact instead o
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
@@ -32,9 +33,14 @@ Single = npt.NDArray[np.float32]
 FIELDS = ("t", "position", "shading_normal", "normal", "instance", "triangle", "uv")
 DEFAULT_FLAGS = (1, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 1)
 """The initial values of `mjvScene.flags`, by `mjtRndFlag`."""
-SHADOW, WIREFRAME, REFLECTION, ADDITIVE, SKYBOX, FOG, HAZE = range(7)
+SHADOW, WIREFRAME, REFLECTION, ADDITIVE, SKYBOX, FOG, HAZE, DEPTH, SEGMENT = range(9)
 """Values of `mjtRndFlag`."""
-UNSUPPORTED_FLAGS = {WIREFRAME: "mjRND_WIREFRAME", ADDITIVE: "mjRND_ADDITIVE"}
+UNSUPPORTED_FLAGS = {
+    WIREFRAME: "mjRND_WIREFRAME",
+    ADDITIVE: "mjRND_ADDITIVE",
+    DEPTH: "mjRND_DEPTH",
+    SEGMENT: "mjRND_SEGMENT",
+}
 SHADOW_FIELDS = ("position", "normal", "instance", "triangle")
 NO_LIGHT = 0.3
 """The ambient light of models without any light (`mjr_render`)."""
@@ -70,6 +76,12 @@ class MujocoLook:
         self._model, self._world, self._surfaces, self._elements = model, world, surfaces, elements
         self._skybox = skybox_faces(model)
         self._atmosphere = Atmosphere(model, elements)
+
+    def for_world(self, world: World, surfaces: Surfaces, elements: list[tuple[int, int]]) -> MujocoLook:
+        """Returns the look of the same model for another world, with its surfaces and elements."""
+        found = copy(self)
+        found._world, found._surfaces, found._elements = world, surfaces, elements
+        return found
 
     def image(
         self,

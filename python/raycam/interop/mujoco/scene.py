@@ -198,6 +198,13 @@ class MujocoScene:
                 depth[chosen[part][met]] = (points - camera.C) @ camera.R[2]
         return depth.reshape(frame["depth"].shape)
 
+    def frozen(self) -> MujocoScene:
+        """Returns a copy that keeps the current state; it does not follow later calls of `update`."""
+        found = copy(self)
+        found.world, found.flags = self.world.copy(), self.flags.copy()
+        found._look = self._look.for_world(found.world, self._surfaces, self.elements)
+        return found
+
     def remember_visual(self, visual: Any) -> None:
         """Stores the geoms and lights of an `mjvScene` that `mjv_updateScene` has filled, for `with_changes`."""
         self._snapshot = SceneSnapshot(visual.geoms[: visual.ngeom], visual.lights[: visual.nlight])
@@ -263,7 +270,7 @@ class MujocoScene:
             elements = [*self.elements, *[NO_ELEMENT] * len(shown)]
             surfaces = self._surfaces.without(numbers)
             surfaces = surfaces.extended(shown) if shown else surfaces
-            found._look = MujocoLook(self.model, found.world, surfaces, elements)
+            found._look = self._look.for_world(found.world, surfaces, elements)
         return found
 
     def _element_look(self, kind: int, number: int) -> tuple[Floats, int]:

@@ -14,7 +14,10 @@ GEOM_VALUES = (
     *("objtype", "objid", "category", "type"),
     *("emission", "specular", "shininess", "matid", "texid", "dataid"),
 )
-"""The values of an `mjvGeom` on which an image depends, beginning with the type and id of its element."""
+"""The values of an `mjvGeom` on which an image depends, beginning with the type and id of its element.
+
+Some versions of MuJoCo have no `texid`.
+"""
 GEOM_ARRAYS = ("pos", "mat", "size", "rgba")
 LIGHT_VALUES = ("type", "headlight", "castshadow", "cutoff", "exponent")
 """The values of an `mjvLight` on which an image depends."""
@@ -65,4 +68,7 @@ class SceneSnapshot:
 
 def _values(item: Any, names: Sequence[str], arrays: Sequence[str]) -> tuple[Any, ...]:
     """Returns the values and the bytes of arrays of an `mjvGeom` or `mjvLight`."""
-    return (*(getattr(item, name) for name in names), *(getattr(item, name).tobytes() for name in arrays))
+    return (
+        *(getattr(item, name, None) for name in names),
+        *(getattr(item, name).tobytes() for name in arrays),
+    )

@@ -1,61 +1,24 @@
-"""Replacement for `mujoco.Renderer` without OpenGL.
-
-After `install()`, MuJoCo programs use this replacement. Depth and ids are exact for the ray through each
-pixel's centre. Colours are computed with MuJoCo's own light model and resemble MuJoCo's images;
-`MujocoScene.render` describes the differences.
-"""
+"""Replacement for `mujoco.Renderer` without OpenGL."""
 
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from raycam import Camera, Notice, SettingsError, WorldError, from_mujoco, render
+from raycam import Camera, Frame, Notice, SettingsError, WorldError, render
 
-__all__ = ["Renderer", "install", "uninstall"]
+from .model_scene import ModelScene
+from .originals import original
+
+__all__ = ["Renderer", "element_ids"]
 
 FREE, TRACKING, FIXED = 0, 1, 2
 """Values of `mjtCamera`."""
 LOOKS = ("mujoco", "direct", "path")
-ORIGINALS: dict[str, Any] = {}
-TENDON_FLAG, TRANSPARENT_FLAG = 7, 18
-"""Values of `mjtVisFlag` for tendons and for transparent bodies."""
-UNUSED_FLAGS = (
-    "CONVEXHULL",
-    "TEXTURE",
-    "ISLAND",
-    "STATIC",
-    "SKIN",
-    "FLEXVERT",
-    "FLEXEDGE",
-    "FLEXFACE",
-    "FLEXSKIN",
-)
-"""Flags of `mjtVisFlag` that are not supported; they change the appearance of the model's own geoms."""
-LOOK_ARRAYS = (
-    "geom_type", "geom_size", "geom_rgba", "geom_matid", "geom_group", "site_type", "site_size", "site_rgba",
-    "site_matid", "site_group", "tendon_rgba", "tendon_matid", "tendon_group", "mat_rgba", "mat_emission",
-    "mat_specular", "mat_shininess", "mat_reflectance", "mat_texid", "mat_texrepeat",
-)  # fmt: skip
-"""The model's arrays of shapes and colours; if a program changes them, a new scene is built."""
-
-
-@dataclass(frozen=True)
-class ShownParts:
-    """The parts of the model that are visible; if they change, a new scene is built."""
-
-    geoms: tuple[int, ...] = (0, 1, 2)
-    """The visible groups of geoms."""
-    sites: tuple[int, ...] = (0, 1, 2)
-    """The visible groups of sites."""
-    tendons: tuple[int, ...] = (0, 1, 2)
-    """The visible groups of tendons."""
-    transparent: bool = False
-    """True if everything that moves is transparent."""
 
 
 class Renderer:
@@ -64,8 +27,9 @@ class Renderer:
     `render` returns sRGB colours, uint8 [h, w, 3]. After `enable_depth_rendering`, it returns float32 [h, w]: the depth
     along the viewing direction in metres, and the far plane's depth for the background. After
     `enable_segmentation_rendering`, it returns int32 [h, w, 2]: (id, type), -1 for the background. The attribute
-    `camera` replaces the model's camera by a `raycam.Camera`, and `look` selects the light of colour images: "mujoco"
-    (default), or "direct" or "path" for physically based light. `max_geom` limits the geoms of `scene`, but not the
+    `camera` replaces the model's camera by a `raycam.Camera`, `look` selects the light of colour images: "mujoco"
+    (default), or "direct" or "path" for physically based light, and `channels` requests further channels of
+    `raycam.render`, which `render` stores in `frame`. `max_geom` limits the geoms of `scene`, but not the
     model's geoms in images; `font_scale` has no effect, because no text is drawn. Raises `SettingsError` for sizes
     below 1, unknown cameras and looks, and arrays `out` of another shape.
     """
@@ -86,8 +50,8 @@ class Renderer:
 
         self._model, self._size = model, (int(width), int(height))
         self._scene: Any = None
+        self._source = ModelScene(model)
         self._visual = mujoco.MjvScene(model, maxgeom=max_geom)
-        self._shown, self._looks = ShownParts(), b""
         self._mode = "color"
         self._view: Camera | None = None
         self.camera: Camera | None = None
@@ -96,6 +60,10 @@ class Renderer:
         """
         self.look: Literal["mujoco", "direct", "path"] = "mujoco"
         """The light of colour images: MuJoCo's own, or the integrator `direct` or `path` of `raycam.render`."""
+        self.channels: Sequence[str] = ()
+        """Further channels of `raycam.render`, such as "normal" or "distance", that `render` computes into `frame`."""
+        self.frame: Frame | None = None
+        """The channels of the last `render`; None if `channels` is empty or the image was empty."""
 
     @property
     def model(self) -> Any:
@@ -110,19 +78,6 @@ class Renderer:
         meshes and height fields have no effect.
         """
         return self._visual
-
-    def _build(self, data: Any, shown: ShownParts) -> None:
-        """Creates a new scene."""
-        self._scene = from_mujoco(
-            self._model,
-            data,
-            groups=shown.geoms,
-            sites=shown.sites,
-            tendons=shown.tendons,
-            own_light=self.look == "mujoco",
-            dynamic_alpha=float(self._model.vis.map.alpha) if shown.transparent else 1.0,
-        )
-        self._shown = shown
 
     @property
     def height(self) -> int:
@@ -145,15 +100,8 @@ class Renderer:
         import mujoco
 
         option = mujoco.MjvOption() if scene_option is None else scene_option
-        _warn_of_unused(option)
-        shown = _shown_parts(option)
-        looks = b"".join(getattr(self._model, name).tobytes() for name in LOOK_ARRAYS)
         try:
-            if self._scene is None or (shown, looks) != (self._shown, self._looks):
-                self._build(data, shown)
-                self._looks = looks
-            else:
-                self._scene.update(data)
+            self._scene = self._source.update(data, option, own_light=self.look == "mujoco")
         except WorldError as error:
             if error.code != "no_poses":
                 raise
@@ -176,7 +124,7 @@ class Renderer:
                 view.type = FIXED
                 view.fixedcamid = self._model.camera(camera).id
         category = mujoco.mjtCatBit.mjCAT_ALL.value
-        mujoco.mjv_updateScene(self._model, data, option, None, view, category, self._visual)
+        original("mjv_updateScene")(self._model, data, option, None, view, category, self._visual)
         self._scene.remember_visual(self._visual)
 
     def _find_camera(self, data: Any, camera: Any) -> Camera:
@@ -225,10 +173,12 @@ class Renderer:
     def render(self, *, out: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
         """Returns the image, written into `out` if given.
 
-        Without a scene, the image is empty as in MuJoCo, with a notice. Raises `SettingsError` if `out` has a wrong
-        shape.
+        If `channels` is not empty, the attribute `frame` contains these channels afterwards. Without a scene, the image
+        is empty as in MuJoCo, with a notice. Raises `SettingsError` if `out` has a wrong shape, or for unknown
+        channels.
         """
         camera = self.camera or self._view
+        self.frame = None
         if self._scene is None or camera is None:
             text = (
                 "render: no scene, so the image is empty; call mujoco.mj_forward(model, data) and "
@@ -238,8 +188,10 @@ class Renderer:
             found = self._empty_image(self._size if self.camera is None else self.camera.size)
         else:
             scene = self._scene.with_changes(self._visual, camera)
-            scene.flags[:] = self._visual.flags
+            scene.flags[: len(self._visual.flags)] = self._visual.flags
             found = getattr(self, f"_{self._mode}")(scene, camera)
+            if self.channels and self.frame is None:
+                self.frame = render(scene.world, camera, channels=list(self.channels))
         if out is None:
             return np.asarray(found)
         if out.shape != found.shape:
@@ -277,15 +229,18 @@ class Renderer:
         return render(scene.world, camera, integrator=self.look, samples=samples).to_srgb8()
 
     def _depth(self, scene: Any, camera: Camera) -> npt.NDArray[Any]:
-        depth = render(scene.world, camera, channels=["depth"])["depth"]
+        depth = self._truth(scene, camera, "depth")
         # `fmin` returns the far plane's depth for the background (infinite depth) and for pixels without a ray (NaN).
         return np.asarray(np.fmin(depth, self._far()), np.float32)
 
     def _segmentation(self, scene: Any, camera: Camera) -> npt.NDArray[Any]:
-        instance = render(scene.world, camera, channels=["instance"])["instance"]
-        # The last row is for the background, whose instance is -1.
-        elements = np.array([*scene.elements, (-1, -1)], np.int32)[:, ::-1]
-        return elements.take(instance, axis=0, mode="wrap")
+        return element_ids(scene, self._truth(scene, camera, "instance"))
+
+    def _truth(self, scene: Any, camera: Camera, channel: str) -> npt.NDArray[Any]:
+        """One channel, computed in the same pass as `channels`."""
+        frame = render(scene.world, camera, channels=list(dict.fromkeys([channel, *self.channels])))
+        self.frame = frame if self.channels else None
+        return np.asarray(frame[channel])
 
     def enable_depth_rendering(self) -> None:
         """Makes `render` return depth."""
@@ -306,6 +261,7 @@ class Renderer:
     def close(self) -> None:
         """Releases the scene."""
         self._scene = self._view = None
+        self._source.forget()
 
     def __enter__(self) -> Renderer:
         """Returns the renderer."""
@@ -316,43 +272,8 @@ class Renderer:
         self.close()
 
 
-def _shown_parts(option: Any) -> ShownParts:
-    """The visible parts of the model according to an `mjvOption`."""
-    geoms, sites, tendons = (
-        tuple(number for number, shown in enumerate(groups) if shown)
-        for groups in (option.geomgroup, option.sitegroup, option.tendongroup)
-    )
-    tendons = tendons if option.flags[TENDON_FLAG] else ()
-    return ShownParts(geoms, sites, tendons, bool(option.flags[TRANSPARENT_FLAG]))
-
-
-def _warn_of_unused(option: Any) -> None:
-    """Gives a notice that names the changed values of an `mjvOption` that have no effect."""
-    import mujoco
-
-    default = mujoco.MjvOption()
-    flags = [mujoco.mjtVisFlag.__members__[f"mjVIS_{name}"] for name in UNUSED_FLAGS]
-    names = [flag.name for flag in flags if option.flags[flag.value] != default.flags[flag.value]]
-    values = ("label", "flexgroup", "skingroup")
-    names += [name for name in values if np.any(getattr(option, name) != getattr(default, name))]
-    if names:
-        warnings.warn(
-            Notice(f"scene_option: settings without effect in raycam: {', '.join(names)}", "ignored_element"),
-            stacklevel=3,
-        )
-
-
-def install() -> None:
-    """Replaces `mujoco.Renderer` by this class."""
-    import mujoco
-
-    ORIGINALS.setdefault("Renderer", mujoco.Renderer)
-    mujoco.Renderer = Renderer
-
-
-def uninstall() -> None:
-    """Restores MuJoCo's own renderer."""
-    import mujoco
-
-    if ORIGINALS:
-        mujoco.Renderer = ORIGINALS.pop("Renderer")
+def element_ids(scene: Any, instance: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Returns ids and types (`mjtObj`) [..., 2] of the elements of instances; -1 for the background."""
+    # The last row is for the background, whose instance is -1.
+    elements = np.array([*scene.elements, (-1, -1)], np.int32)[:, ::-1]
+    return elements.take(instance, axis=0, mode="wrap")
