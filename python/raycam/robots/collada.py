@@ -1,4 +1,4 @@
-"""Collada meshes (.dae) as GLB documents, read by `pycollada`: the `raycam[robots]` extra."""
+"""Collada meshes (.dae, .zae) as GLB documents, read by `pycollada`: the `raycam[robots]` extra."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from ..arguments import Floats
 from ..errors import FormatError, Notice, SettingsError
 from ..io.glb import GlbBuilder
 from ..srgb import linear_from_srgb
+from .collada_archive import ARCHIVE_ENDING, unpack_collada
 from .collada_document import ColladaDocument
 from .collada_scene import placed_geometries
 from .resolve import read_bytes
@@ -45,7 +46,8 @@ def collada_to_glb(
 ) -> tuple[bytes, list[Notice]]:
     """Returns a Collada file as GLB with one node, and notices.
 
-    The file's unit is applied. The file's up axis is ignored, as in RViz, or with `up_axis="apply"` turned to z.
+    Of an archive (.zae), only the archive's own files are read. The file's unit is applied. The file's up axis is
+    ignored, as in RViz, or with `up_axis="apply"` turned to z.
     `find_image` returns the path of an image, or raises `OSError`. `scale` multiplies the coordinates; the
     orientation of mirrored triangles is reversed. Raises `OSError`, `FormatError` for malformed files, XML
     entities and files that exceed the memory limit, and `SettingsError` without the extra `raycam[robots]`.
@@ -56,19 +58,30 @@ def collada_to_glb(
             code="missing_dependency",
         )
     with np.errstate(all="ignore"):  # `_Converter` refuses coordinates that are not finite
-        return _Converter(path, find_image, scale, up_axis).convert()
+        if path.suffix.lower() == ARCHIVE_ENDING:
+            with unpack_collada(path) as document:
+                label = f"{path}/{document.name}"
+                converter = _Converter(document.path, label, document.find, scale, up_axis)
+                data, notices = converter.convert()
+                return data, [*document.notices, *notices]
+        return _Converter(path, os.fspath(path), find_image, scale, up_axis).convert()
 
 
 class _Converter:
     """The state of a document's conversion."""
 
     def __init__(
-        self, path: Path, find_image: Callable[[str], Path], scale: tuple[float, float, float], up_axis: str
+        self,
+        path: Path,
+        label: str,
+        find_image: Callable[[str], Path],
+        scale: tuple[float, float, float],
+        up_axis: str,
     ) -> None:
-        self._path, self._find_image, self._up_axis = path, find_image, up_axis
+        self._name, self._label, self._find_image, self._up_axis = path.stem, label, find_image, up_axis
         self.notices: list[Notice] = []
         data = read_bytes(path, XmlLimits().bytes)
-        self._document = ColladaDocument(data, os.fspath(path), self._note)
+        self._document = ColladaDocument(data, label, self._note)
         self._unit = np.array(scale) * self._document.unit
         self._glb = GlbBuilder()
         self._materials: dict[str, int] = {}
@@ -104,15 +117,15 @@ class _Converter:
             self._note("ignored_animation", "animations are ignored")
         if not self._primitives:
             raise FormatError(
-                f"{self._path}: no triangles to show; expected nodes that refer to <triangles> or polygons",
+                f"{self._label}: no triangles to show; expected nodes that refer to <triangles> or polygons",
                 code="nothing_visible",
             )
-        mesh = self._glb.add("meshes", name=self._path.stem, primitives=self._primitives)
-        self._glb.add("nodes", name=self._path.stem, mesh=mesh)
+        mesh = self._glb.add("meshes", name=self._name, primitives=self._primitives)
+        self._glb.add("nodes", name=self._name, mesh=mesh)
         return self._glb.bytes(), list(dict.fromkeys(self.notices))
 
     def _note(self, code: str, text: str) -> None:
-        self.notices.append(Notice(f"{self._path}: {text}", code))
+        self.notices.append(Notice(f"{self._label}: {text}", code))
 
     # Geometry -----------------------------------------------------------------------------------------------
 

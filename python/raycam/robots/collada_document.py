@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..errors import FormatError
+from .collada_strips import STRIP_TAGS, expand_strips
 from .xml_tree import Element, parse_xml
 
 __all__ = ["ColladaDocument", "Note"]
@@ -90,6 +91,11 @@ class ColladaDocument:
         """
         if node.tag == "geometry" and node.find("mesh") is None:
             return  # a spline; a notice follows if it is used
+        for strips in [child for child in node.iter() if child.tag in STRIP_TAGS]:
+            try:
+                expand_strips(strips)
+            except ValueError as error:
+                raise self.fail(strips, f"<{strips.tag}>: {error}", "syntax") from None
         self._check_numbers(node)
         known = len(self._content.errors)
         place = f"line {node.line}: <{node.tag}> {node.get('id')!r}"

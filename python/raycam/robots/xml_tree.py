@@ -10,7 +10,7 @@ from xml.parsers import expat
 
 from ..errors import FormatError
 
-__all__ = ["ROOT_BYTES", "Element", "XmlLimits", "check_xml", "parse_xml", "root_tag"]
+__all__ = ["LFS_POINTER", "ROOT_BYTES", "Element", "XmlLimits", "check_xml", "parse_xml", "root_tag"]
 
 LFS_POINTER = b"version https://git-lfs.github.com"
 """First bytes of a file that Git LFS has not downloaded."""

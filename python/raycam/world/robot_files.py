@@ -25,7 +25,9 @@ __all__ = ["GEOMETRIES", "is_robot", "place_robot"]
 
 GEOMETRIES = ("visual", "collision")
 """Shapes that a robot shows."""
-OWN_MATERIALS = (".glb", ".gltf", ".dae")
+COLLADA = (".dae", ".zae")
+"""Endings of Collada documents and archives."""
+OWN_MATERIALS = (".glb", ".gltf", *COLLADA)
 """Endings of mesh files that contain their own materials."""
 LINK_MESH_ENDINGS = (*MESH_ENDINGS, *OWN_MATERIALS)
 """Endings of mesh files of links."""
@@ -261,7 +263,7 @@ class _Builder:
 
     def _add_mesh(self, path: Path, keys: dict[str, Any], material: robots.Material) -> int:
         core, suffix = self._world._core, path.suffix.lower()
-        if suffix == ".dae":
+        if suffix in COLLADA:
             with TemporaryDirectory(prefix="raycam-robot-") as folder:
                 data, notices = robots.collada_to_glb(
                     path, lambda name: self._image(path, name), up_axis=self._up_axis

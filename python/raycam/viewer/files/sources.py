@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import os
-import zipfile
 from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ..._core import file_extensions
-from ...errors import Error, Notice, SettingsError
+from ...errors import Notice, SettingsError
+from ...io.archive import MAX_DEPTH, unpack
 from ...notices import warn
 from ...world import World
 from ...world.sources import has_up_axis, is_model_file
@@ -20,11 +20,9 @@ __all__ = [
     "ARCHIVE",
     "IMAGES",
     "Opening",
-    "check_name",
     "combine_models",
     "find_world",
     "first_world",
-    "unpack",
 ]
 
 ARCHIVE = ".zip"
@@ -33,9 +31,6 @@ MAX_ARCHIVE_BYTES = 4 * 2**30
 """Limits of an archive on disk, unpacked."""
 MAX_LISTED_FILES = 10_000
 """Maximum number of files in a folder that are searched for worlds."""
-MAX_DEPTH = 16
-MAX_PART_BYTES = 255
-"""The longest name of a file or folder in a path, as UTF-8."""
 Y_UP = (".glb", ".gltf", ".vrm", ".obj")
 """Endings of model files whose up axis is y."""
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
@@ -131,7 +126,7 @@ def find_world(path: str | os.PathLike[str], unpacked: Path) -> tuple[Path, Path
             code="wrong_type",
         )
     if given.is_file() and given.suffix.lower() == ARCHIVE:
-        unpack(given, unpacked, _check_archive(given))
+        unpack(given, unpacked, _check_archive(given), known_suffixes())
         return _world_in(given, unpacked), unpacked
     if given.is_dir():
         return _world_in(given, given), given
@@ -176,57 +171,6 @@ def _files_in(folder: Path) -> list[Path]:
         if len(found) > MAX_LISTED_FILES:
             break
     return found[:MAX_LISTED_FILES]
-
-
-def check_name(name: str) -> str:
-    """Returns a name as a relative path.
-
-    Raises `SettingsError` for a name that could leave its folder.
-    """
-    parts = PurePosixPath(name.replace("\\", "/")).parts
-    is_bad = (
-        not parts
-        or len(parts) > MAX_DEPTH
-        or any(part in ("..", "/") or ":" in part for part in parts)
-        or any(len(part.encode("utf-8", "surrogatepass")) > MAX_PART_BYTES for part in parts)
-        or any(not letter.isprintable() for letter in name)
-    )
-    if is_bad:
-        raise SettingsError(
-            f"{name[:80]!r} cannot be used as a file name; expected a relative path without .., colons and control "
-            f"characters, with at most {MAX_DEPTH} parts of at most {MAX_PART_BYTES} bytes",
-            code="invalid_value",
-        )
-    return "/".join(parts)
-
-
-def unpack(archive: Path, folder: Path, check: Callable[[str, int], None]) -> list[str]:
-    """Unpacks the known files of an archive to a folder; returns their names.
-
-    `check` is called with the name and size of each file before anything is written. Raises its errors, and
-    `SettingsError` for a damaged archive.
-    """
-    try:
-        with zipfile.ZipFile(archive) as opened:
-            entries = [
-                (check_name(each.filename), each)
-                for each in opened.infolist()
-                if not each.is_dir() and each.filename.lower().endswith(known_suffixes())
-            ]
-            for name, entry in entries:
-                check(name, entry.file_size)
-            for name, entry in entries:
-                path = folder / name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                with opened.open(entry) as packed, path.open("wb") as file:
-                    file.write(packed.read(entry.file_size + 1)[: entry.file_size])
-    except Error:
-        raise
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError, OSError) as error:
-        raise SettingsError(
-            f"{archive.name}: cannot unpack this archive ({error})", code="file_unreadable"
-        ) from None
-    return [name for name, _ in entries]
 
 
 def _check_archive(archive: Path) -> Callable[[str, int], None]:

@@ -15,10 +15,11 @@ from typing import IO
 
 from ..._core import file_extensions
 from ...errors import Error, SettingsError
+from ...io.archive import check_name, unpack
 from ...world import World
 from ...world.load import load_with_assumed_axis
 from ...world.sources import is_model_file
-from .sources import ARCHIVE, IMAGES, check_name, combine_models, first_world, unpack
+from .sources import ARCHIVE, IMAGES, combine_models, first_world, known_suffixes
 
 __all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types", "is_image"]
 
@@ -143,7 +144,7 @@ class Uploads:
             self._check_room(f"{folder}/{name}", size)
             self._sizes[f"{folder}/{name}"] = self._received[f"{folder}/{name}"] = size
 
-        names = unpack(self._path() / archive, self._path() / folder, check)
+        names = unpack(self._path() / archive, self._path() / folder, check, known_suffixes())
         name = first_world(names)
         if name is None:
             raise SettingsError(
