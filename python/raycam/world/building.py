@@ -146,10 +146,10 @@ class WorldBuilding(WorldContents):
         `set_joints`. `placement` has the keys `location`, `roll`, `pitch`, `yaw` or `matrix` of the root
         link; in a y-up world, a robot is turned upright without `matrix`.
 
-        Meshes are .stl, .obj, .ply, .off, .glb, .gltf, .dae or .zae; Collada requires the `raycam[robots]` extra. Files are
-        read from the robot's package folder only: the nearest parent folder with a package.xml, or else the folder of
-        the file (its parent if the folder is called urdf, robots or similar). `package://NAME` is searched among the
-        parent folders, next to the robot's package, and in `packages`. If `folder` is given, no file outside it is
+        Meshes are .stl, .obj, .ply, .off, .glb, .gltf, .dae or .zae; Collada requires the extra `raycam[robots]`.
+        Files are read from the robot's package folder only: the nearest parent folder with a package.xml, or else the
+        folder of the file (its parent if the folder is called urdf, robots or similar). `package://NAME` is searched
+        among the parent folders, next to the robot's package, and in `packages`. If `folder` is given, no file outside it is
         read.
 
         `geometry="collision"` shows collision shapes instead of visual ones. With `missing="box"`, a mesh that cannot
