@@ -149,8 +149,8 @@ class WorldBuilding(WorldContents):
         Meshes are .stl, .obj, .ply, .off, .glb, .gltf, .dae or .zae; Collada requires the extra `raycam[robots]`.
         Files are read from the robot's package folder only: the nearest parent folder with a package.xml, or else the
         folder of the file (its parent if the folder is called urdf, robots or similar). `package://NAME` is searched
-        among the parent folders, next to the robot's package, and in `packages`. If `folder` is given, no file outside it is
-        read.
+        among the parent folders, next to the robot's package, and in `packages`. If `folder` is given, no file outside
+        it is read.
 
         `geometry="collision"` shows collision shapes instead of visual ones. With `missing="box"`, a mesh that cannot
         be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice. The up axis of .dae
