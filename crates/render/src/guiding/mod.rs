@@ -20,6 +20,7 @@ pub(crate) mod caustic_spots;
 pub(crate) mod caustics;
 pub(crate) mod gap_photons;
 pub(crate) mod gaps;
+pub(crate) mod guiding_benefit;
 pub(crate) mod light_visibility;
 pub(crate) mod photon_pass;
 pub(crate) mod sample_cones;

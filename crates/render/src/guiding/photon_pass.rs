@@ -16,6 +16,7 @@ use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_cast
 use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
 use crate::guiding::caustic_spots::find_spots;
 use crate::guiding::caustics::Caustics;
+use crate::guiding::guiding_benefit::reduces_noise;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::interaction::LightSampleContext;
 use crate::interaction::SurfaceInteraction;
@@ -42,7 +43,7 @@ const MAX_CANDIDATE_PHOTONS: u32 = 1 << 16;
 /// Number of photons traced together. Not tuned; results do not depend on this number.
 const PHOTON_BATCH: u32 = 1 << 11;
 /// Maximum number of surfaces that a photon meets. Not tuned.
-const MAX_BOUNCES: u32 = 8;
+pub(crate) const MAX_BOUNCES: u32 = 8;
 
 #[derive(Clone, Copy)]
 struct Photon {
@@ -73,7 +74,7 @@ pub(crate) fn find_caustics(geometry: &Geometry, lights: &Lights, candidates: &[
     let trace = |(index, first)| pass.trace_photons(index, first..first + PHOTON_BATCH);
     let deposits: Vec<_> = batches.into_par_iter().map(trace).collect();
     let own = |index: usize| deposits.iter().flatten().filter_map(move |(last, one)| (*last == index).then_some(*one));
-    let maps = chosen.par_iter().map(|(index, caster)| CausticMap::new(caster, own(*index))).collect();
+    let maps: Vec<CausticMap> = chosen.par_iter().map(|(index, caster)| CausticMap::new(caster, own(*index))).collect();
     let landed = chosen.iter().flat_map(|(index, caster)| {
         // Converts power to a fraction of all light, as in `thrown_fractions`.
         let scale = caster.radius.powi(2) / (f64::from(photons) * lights.phi());
@@ -81,13 +82,21 @@ pub(crate) fn find_caustics(geometry: &Geometry, lights: &Lights, candidates: &[
     });
     let [lower, upper] = geometry.bounds();
     let spots = find_spots(landed.collect(), (upper - lower).max_element());
-    Caustics { casters: chosen.into_iter().map(|(_, caster)| caster).collect(), maps, spots }
+    let (casters, maps) = chosen
+        .into_par_iter()
+        .zip(maps)
+        .map(|((_, caster), map)| Caustics { casters: vec![caster], maps: vec![map], spots: vec![] })
+        // Without infinite lights, cosine-weighted samples find little light evenly.
+        .filter(|caustics| !lights.has_infinite() || reduces_noise(&pass, caustics))
+        .flat_map_iter(|Caustics { casters, maps, .. }| casters.into_iter().zip(maps))
+        .unzip();
+    Caustics { casters, maps, spots }
 }
 
 /// World in which photons are traced, and the candidates for caustic casters.
-struct PhotonPass<'a> {
-    geometry: &'a Geometry,
-    lights: &'a Lights,
+pub(crate) struct PhotonPass<'a> {
+    pub geometry: &'a Geometry,
+    pub lights: &'a Lights,
     candidates: &'a [CausticCaster],
     /// For each instance that is a candidate: its index among the candidates.
     candidate_of: HashMap<u32, usize>,
@@ -97,6 +106,11 @@ impl<'a> PhotonPass<'a> {
     fn new(geometry: &'a Geometry, lights: &'a Lights, candidates: &'a [CausticCaster]) -> Self {
         let by_instance = candidates.iter().enumerate().map(|(index, caster)| (caster.instance, index));
         Self { geometry, lights, candidates, candidate_of: by_instance.collect() }
+    }
+
+    /// True if the object at a hit is a candidate.
+    pub fn is_candidate(&self, hit: &Hit) -> bool {
+        self.candidate_of.contains_key(&hit.instance)
     }
 
     /// Fraction of all light that each of the largest candidates casts, estimated from photons emitted to it.
