@@ -151,7 +151,7 @@ impl PathTracer<'_> {
             return;
         }
         if sampling == LightSampling::Split {
-            lights.sample_split(contexts, geometry, choice, random, emit);
+            lights.sample_split(contexts, geometry, choice, |index| Some(random(index)), emit);
             return;
         }
         let rate = self.light_sampling_rate(sampling, contexts.from.position);

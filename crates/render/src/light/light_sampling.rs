@@ -123,10 +123,24 @@ impl Lights {
         self.tree.count() <= MAX_SPLIT_LIGHTS
     }
 
+    /// Light without a mesh to which all samples with this index of [`Lights::sample_split`] belong; `None` if the light
+    /// depends on the point.
+    pub fn light_of_index(&self, index: usize) -> Option<&PreparedLight> {
+        match index.checked_sub(self.non_constant_infinite) {
+            None => Some(&self.lights[self.infinite[index]]),
+            Some(index) => Some(&self.lights[self.finite[self.tree.light_of_index(index)?]]),
+        }
+    }
+
     /// Roots of light trees that consist of one node with several children, for finite lights and for emissive
     /// triangles. The importances of such a node can be computed for a batch of points.
     pub fn single_node_trees(&self, choice: LightSampling) -> [Option<&LightTreeNode>; 2] {
-        let finite = self.tree.only_node().filter(|_| choice != LightSampling::Uniform);
+        let uses_tree = match choice {
+            LightSampling::Importance => true,
+            LightSampling::Uniform => false,
+            LightSampling::Split => !self.has_few_finite(),
+        };
+        let finite = self.tree.only_node().filter(|_| uses_tree);
         [finite, self.emissive_triangles.tree().only_node()].map(|node| node.filter(|node| node.children().len() > 1))
     }
 
@@ -293,13 +307,14 @@ impl Lights {
     }
 
     /// Samples every kind of light ([`LightSampling::Split`]) and reports each sample with its index and its light.
-    /// `random` returns the random numbers of an index; `which` selects lights within a kind.
+    /// `random` returns the random numbers of an index, or `None` if no sample with this index is required; `which`
+    /// selects lights within a kind.
     pub fn sample_split(
         &self,
         by: &LightSampleContexts,
         world: &Geometry,
         which: f32,
-        random: impl Fn(usize) -> LightRandom,
+        random: impl Fn(usize) -> Option<LightRandom>,
         mut report: impl FnMut(usize, LightLiSample, SampledLight),
     ) {
         let (from, which) = (by.from, f64::from(which));
@@ -309,18 +324,20 @@ impl Lights {
             }
         };
         for index in 0..self.non_constant_infinite {
-            let sample = self.sample_infinite(from, LightSampling::Split, index, &random(index));
-            found(index, sample, SampledLight::Infinite(index));
+            let sample = |random| self.sample_infinite(from, LightSampling::Split, index, &random);
+            found(index, random(index).and_then(sample), SampledLight::Infinite(index));
         }
         self.tree.sample_split(&by.finite(), which, |index, light, expected| {
             let index = self.non_constant_infinite + index;
-            let sample = self.sample_finite(from, light, expected, random(index).random);
-            found(index, sample, SampledLight::Finite(light));
+            let sample = |LightRandom { random, .. }| self.sample_finite(from, light, expected, random);
+            found(index, random(index).and_then(sample), SampledLight::Finite(light));
         });
-        if self.has_emissive_triangles() {
-            let index = self.non_constant_infinite + MAX_SPLIT_LIGHTS;
+        let index = self.non_constant_infinite + MAX_SPLIT_LIGHTS;
+        if self.has_emissive_triangles()
+            && let Some(LightRandom { random, .. }) = random(index)
+        {
             let by = by.emissive_triangles();
-            let sample = self.emissive_triangles.sample(world, &by, which, random(index).random, None);
+            let sample = self.emissive_triangles.sample(world, &by, which, random, None);
             found(index, sample, SampledLight::Surfaces);
         }
     }

@@ -3,10 +3,12 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
+use raycam_bvh::WithSimd;
 
 use crate::light::bounds::LightBounds;
-use crate::light::samples::LightLiSample;
+use crate::light::samples::{LightLiSample, LightLiSamples};
 use crate::sampling::direction_cone::DirectionCone;
+use crate::soa::{Vec3xN, get_lane, set_lane};
 
 #[derive(Debug)]
 pub(crate) struct PointLight {
@@ -95,5 +97,31 @@ impl PointLight {
         let along = direction.dot(offset);
         let height2 = self.radius.powi(2) - (offset - direction * along).length_squared();
         along - height2.max(0.0).sqrt()
+    }
+}
+
+/// Same as [`PointLight::sample`], for many points and a light without a size.
+pub(crate) struct SamplePoint<'a, const N: usize> {
+    pub light: &'a PointLight,
+    pub points: &'a Vec3xN<f64, N>,
+    pub out: &'a mut LightLiSamples<N>,
+}
+
+impl<const N: usize> WithSimd for SamplePoint<'_, N> {
+    #[inline(always)]
+    fn run(self) {
+        // The data is copied to the stack so that it can stay in registers.
+        let (light, points, mut lanes) = (self.light, *self.points, LightLiSamples::<N>::default());
+        for lane in 0..N {
+            let offset = light.center - DVec3::from(get_lane(&points, lane));
+            let distance = offset.length();
+            let radiance = light.intensity.as_dvec3() / (distance * distance);
+            set_lane(&mut lanes.direction, lane, (offset / distance).as_vec3().to_array());
+            set_lane(&mut lanes.p_light, lane, light.center.to_array());
+            set_lane(&mut lanes.radiance, lane, radiance.as_vec3().to_array());
+            lanes.pdf[lane] = if distance > 0.0 { 1.0 } else { 0.0 };
+        }
+        lanes.is_delta = [true; N];
+        *self.out = lanes;
     }
 }

@@ -1,6 +1,7 @@
 //! Lights without a mesh, as an enum with one variant per type of light.
 
 use glam::{DVec3, Vec3};
+use raycam_bvh::dispatch_simd;
 use raycam_scene::{Light, Up};
 
 use crate::interaction::LightSampleContext;
@@ -10,12 +11,13 @@ use crate::light::environment::EnvironmentLight;
 use crate::light::environment::gradient_sky::GradientSky;
 use crate::light::environment::preetham::PreethamSky;
 use crate::light::ies::IesLight;
-use crate::light::point::PointLight;
+use crate::light::point::{PointLight, SamplePoint};
 use crate::light::projector::ProjectorLight;
-use crate::light::rectangle::RectangleLight;
-use crate::light::samples::LightLiSample;
+use crate::light::rectangle::{RectangleLight, SampleRectangle};
+use crate::light::samples::{LightLiSample, LightLiSamples};
 use crate::light::spot::SpotLight;
 use crate::light::sun::SunLight;
+use crate::soa::Vec3xN;
 
 /// Light without a mesh, relative to the scene's origin.
 #[derive(Debug)]
@@ -153,6 +155,23 @@ impl PreparedLight {
         }
     }
 
+    /// Same as [`PreparedLight::sample`], for many points. Returns false without samples if the light has no such
+    /// method.
+    pub fn sample_many<const N: usize>(
+        &self,
+        points: &Vec3xN<f64, N>,
+        random: &[[f32; N]; 2],
+        out: &mut LightLiSamples<N>,
+    ) -> bool {
+        match self {
+            Self::Rectangle(light) => dispatch_simd(SampleRectangle { light, points, random, out }),
+            Self::Point(light) if light.is_point() => dispatch_simd(SamplePoint { light, points, out }),
+            Self::Sun(sun) if sun.is_point() => out.set_all(&sun.sample([0.0; 2])),
+            _ => return false,
+        }
+        true
+    }
+
     /// Radiance of an infinite light from a direction, and the density of [`PreparedLight::sample`].
     pub fn radiance_and_pdf(&self, normal: Vec3, direction: Vec3) -> (Vec3, f32) {
         match self {
@@ -206,6 +225,56 @@ impl PreparedLight {
             Self::Ies(ies) => ies.bounds(),
             Self::Projector(projector) => projector.bounds(),
             Self::Sun(_) | Self::GradientSky(_) | Self::Environment(_) => LightBounds::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use raycam_scene::Light;
+
+    use super::*;
+    use crate::light::tests::{AT_ORIGIN, random, source};
+    use crate::soa::{LANES, lane_dvec3, set_lane};
+
+    fn point_light(radius: f64) -> PreparedLight {
+        source(Light::Point { position: [0.2, -0.4, 1.0], power: None, intensity: Some([3.0, 2.0, 1.0]), radius })
+    }
+
+    fn sun(angular_diameter: f64) -> PreparedLight {
+        source(Light::Sun { direction: [0.3, 0.1, -1.0], irradiance: [3.0, 2.0, 1.0], angular_diameter })
+    }
+
+    #[test]
+    fn samples_of_many_points_equal_samples_of_single_points() {
+        let area = source(Light::Rectangle {
+            position: [0.2, -0.4, 1.0],
+            u: [0.5, 0.0, 0.0],
+            v: [0.0, -0.5, 0.1],
+            radiance: [3.0, 2.0, 1.0],
+            two_sided: false,
+        });
+        let mut points = [[0.0; LANES]; 3];
+        let mut numbers = [[0.0; LANES]; 2];
+        for lane in 0..LANES {
+            let [x, y] = random(lane as u32);
+            [numbers[0][lane], numbers[1][lane]] = [x, y];
+            // One of the points is the position of the lights.
+            let point =
+                if lane == 5 { [0.2, -0.4, 1.0] } else { [f64::from(x) - 0.5, f64::from(y), 1.5 * f64::from(x)] };
+            set_lane(&mut points, lane, point);
+        }
+        for light in [area, point_light(0.0), sun(0.0)] {
+            let mut found = LightLiSamples::<LANES>::default();
+            assert!(light.sample_many(&points, &numbers, &mut found));
+            for lane in 0..LANES {
+                let from = LightSampleContext { position: lane_dvec3(&points, lane), ..AT_ORIGIN };
+                let alone = light.sample(&from, numbers.map(|numbers| numbers[lane]));
+                assert_eq!(format!("{:?}", found.get_lane(lane)), format!("{alone:?}"), "{light:?}, lane {lane}");
+            }
+        }
+        for light in [point_light(0.1), sun(0.5)] {
+            assert!(!light.sample_many(&points, &numbers, &mut LightLiSamples::<LANES>::default()));
         }
     }
 }

@@ -144,6 +144,13 @@ impl<const N: usize> LightLiSamples<N> {
         }
     }
 
+    /// Sets the same sample for all lanes.
+    pub fn set_all(&mut self, sample: &LightLiSample) {
+        for lane in 0..N {
+            self.set_lane(lane, Some(*sample));
+        }
+    }
+
     /// Sets the same radiance for all lanes.
     #[inline(always)]
     pub fn set_radiance(&mut self, radiance: Vec3) {

@@ -102,6 +102,10 @@ impl DirectLightingBatch {
         let interactions = context.interactions;
         tracer.light_sample_indices().for_each(|i| self.samples[i].clear());
         let sampling = tracer.light_sampling_of_bounce();
+        let is_sampled = self.sample_fixed_lights(tracer, chunk, sampling, interactions.positions());
+        if tracer.light_sample_indices().all(|i| is_sampled[i]) {
+            return;
+        }
         let nodes = tracer.lights.single_node_trees(sampling);
         let normals = bsdf.light_sample_normals(context);
         for (node, out) in nodes.iter().zip(&mut self.importances) {
@@ -120,11 +124,43 @@ impl DirectLightingBatch {
             let hit = chunk * LANES + lane;
             let choice = if tracer.modes.needs_light_choice() { self.light_choices[hit][1] } else { 0.0 };
             let random = |i: usize| self.randoms.random_for(i, hit);
+            let remaining = |i: usize| (!is_sampled[i]).then(|| random(i));
             let emit = |i: usize, sample, _| self.samples[i].set_lane(lane, Some(sample));
             let contexts =
                 LightSampleContexts { from: &from, importances: importances.map(|known| Some((known?, lane))) };
-            tracer.for_each_light_sample(sampling, &contexts, choice, random, emit);
+            match sampling {
+                LightSampling::Split => {
+                    tracer.lights.sample_split(&contexts, tracer.geometry, choice, remaining, emit);
+                }
+                _ => tracer.for_each_light_sample(sampling, &contexts, choice, random, emit),
+            }
         }
+    }
+
+    /// Samples the lights that are the same in every lane, if there is a method for many points. Returns true for each
+    /// index of a sampled light.
+    fn sample_fixed_lights(
+        &mut self,
+        tracer: &PathTracer,
+        chunk: usize,
+        sampling: LightSampling,
+        points: &Vec3xN<f64, LANES>,
+    ) -> [bool; MAX_SPLIT_SAMPLES] {
+        let mut is_sampled = [false; MAX_SPLIT_SAMPLES];
+        if sampling != LightSampling::Split && tracer.modes.needs_light_choice() {
+            return is_sampled;
+        }
+        for i in tracer.light_sample_indices() {
+            let Some(light) = tracer.lights.light_of_index(i) else {
+                continue;
+            };
+            let mut random = [[0.0; LANES]; 2];
+            for (lane, numbers) in self.randoms.numbers[i].iter().skip(chunk * LANES).take(LANES).enumerate() {
+                [random[0][lane], random[1][lane]] = *numbers;
+            }
+            is_sampled[i] = light.sample_many(points, &random, &mut self.samples[i]);
+        }
+        is_sampled
     }
 
     /// Pushes the shadow rays of a lane to the queues; `ray_index` is the camera ray of the lane's path.

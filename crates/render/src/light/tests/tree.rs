@@ -162,7 +162,7 @@ fn light_choice_is_unbiased() {
     for n in 0..SAMPLES / 8 {
         let [which, _] = random(n + 7_000_000);
         let sampler = Sampler::new(9, 0, [1, 2], n);
-        let random = |index| sampler.get_2d(Dimension::Light(0, index)).into();
+        let random = |index| Some(sampler.get_2d(Dimension::Light(0, index)).into());
         lights.sample_split(&(&from).into(), &nothing.geometry, which, random, |_, sample, _| {
             let cosine = f64::from(sample.direction.dot(from.normal).max(0.0));
             found += f64::from(sample.radiance.y) / f64::from(sample.pdf) * cosine;

@@ -175,13 +175,22 @@ impl LightTree {
             }
             return;
         }
-        let root = from.child_probabilities(&self.nodes[0]);
-        for (index, child) in self.nodes[0].children().iter().enumerate() {
-            if let Child::Light(light) = *child
-                && root.is_possible(index)
-            {
-                report(index, light as usize, 1.0);
+        for index in 0..self.count {
+            if let Some(light) = self.light_of_index(index) {
+                report(index, light, 1.0);
             }
+        }
+    }
+
+    /// Light that [`LightTree::sample_split`] reports with this index at every point; `None` if the light depends on
+    /// the point.
+    pub fn light_of_index(&self, index: usize) -> Option<usize> {
+        if self.count > MAX_SPLIT_LIGHTS {
+            return None;
+        }
+        match self.nodes.first()?.children().get(index)? {
+            Child::Light(light) => Some(*light as usize),
+            Child::Node(_) => None,
         }
     }
 
@@ -207,10 +216,9 @@ impl LightTree {
 
     /// Expected number of times that [`LightTree::sample_split`] selects a light.
     pub fn expected_count(&self, from: &LightTreeContext, light: usize) -> f64 {
-        let probability = self.pmf(from, light);
         match self.count > MAX_SPLIT_LIGHTS {
-            true => probability * MAX_SPLIT_LIGHTS as f64,
-            false => f64::from(u8::from(probability > 0.0)),
+            true => self.pmf(from, light) * MAX_SPLIT_LIGHTS as f64,
+            false => f64::from(u8::from(self.parents[light].is_some())),
         }
     }
 }
