@@ -22,6 +22,7 @@ SECTIONS: dict[str, list[str]] = {
     "Lidars": ["Lidar", "load_lidar", "scan", "scan_many", "Scan", "explain_beam", "BeamExplanation"],
     "Pictures": ["render", "Frame", "render_many", "Frames", "progressive", "Progressive", "Cancel", "view", "Viewer"],
     "Labels and motion": ["label", "Label", "box3d", "Box3D", "keypoints", "Keypoints", "flow", "disparity"],
+    "Estimates": ["refine", "Refined"],
     "Data sets": ["dataset.write", "dataset.views", "dataset.DatasetResult"],
     "Photographs": [
         *("photo_truth", "surface_visibility", "SurfaceVisibility", "sample_surface", "SurfaceSamples"),

@@ -42,6 +42,7 @@ from .world.load import load
 from .world.texture import Texture
 
 if TYPE_CHECKING:
+    from .annotations.refinement import Refined, refine
     from .baking import BakedMaps, bake
     from .calibration_check import SelfCheck, selfcheck
     from .explanation import BeamExplanation, Explanation, explain, explain_beam
@@ -87,6 +88,7 @@ __all__ = [
     "PhotoTexture",
     "Progressive",
     "Recipe",
+    "Refined",
     "Rig",
     "Scan",
     "SelfCheck",
@@ -119,6 +121,7 @@ __all__ = [
     "load_lidar",
     "photo_truth",
     "progressive",
+    "refine",
     "render",
     "render_many",
     "sample",
@@ -136,6 +139,8 @@ __all__ = [
 
 
 _LAZY_IMPORTS = {
+    "Refined": "annotations.refinement",
+    "refine": "annotations.refinement",
     "Explanation": "explanation",
     "BeamExplanation": "explanation",
     "explain": "explanation",

@@ -105,3 +105,18 @@ def test_pose_of_one_link_equals_its_pose_among_all_links(seed: int) -> None:
     q = np.random.default_rng(seed).uniform(-3, 3, (3, len(robot.joints)))
     for link, expected in robot._kinematics.poses(q).items():
         np.testing.assert_array_equal(robot.pose(link, q), robot.world_from_root @ expected)
+
+
+@pytest.mark.parametrize("kind", ["floating", "planar", "revolute", "prismatic"])
+def test_steps_along_columns_of_the_jacobian_move_the_link_accordingly(kind: str) -> None:
+    robot, step = one_joint(kind), 1e-6
+    kinematics = robot._kinematics
+    values = np.array([0.3, -0.2, 0.5, 0.4, -0.3, 0.2, 0.8])[: kinematics.size]
+    jacobian = robot.jacobian("b", values)
+    for column in range(jacobian.shape[1]):
+        change = step * np.eye(jacobian.shape[1])[column]
+        before, after = (robot.pose("b", kinematics.advance(values, sign * change)) for sign in (-1, 1))
+        turn = (after[:3, :3] @ before[:3, :3].T - np.eye(3)) / (2 * step)
+        found = [*(after[:3, 3] - before[:3, 3]) / (2 * step), turn[2, 1], turn[0, 2], turn[1, 0]]
+        np.testing.assert_allclose(found, jacobian[:, column], atol=1e-5)
+    assert kinematics.velocity_joints == ["j"] * jacobian.shape[1]

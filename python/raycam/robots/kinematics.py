@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arguments import Floats
 from .description import Joint, JointType, RobotDescription
-from .transforms import quaternion_matrices, rotations_about
+from .transforms import quaternion_matrices, quaternions_of, rotation_of, rotations_about
 from .tree import joint_order
 
 __all__ = ["WIDTHS", "Kinematics"]
@@ -149,6 +149,26 @@ class Kinematics:
             motion[:, :3, :3] = quaternion_matrices(given[:, 3:])
             motion[:, :3, 3] = given[:, :3]
         return motion
+
+    @property
+    def velocity_joints(self) -> list[str]:
+        """The joint of each column of the Jacobian."""
+        return [name for name, joint in self.joints.items() for _ in range(VELOCITIES[joint.type])]
+
+    def advance(self, values: Floats, step: Floats) -> Floats:
+        """Returns the joint vector [size] after a step [n] with the meaning of the Jacobian's columns."""
+        found, column = values.copy(), 0
+        for name, joint in self.joints.items():
+            count, start = VELOCITIES[joint.type], self.starts[name]
+            change = step[column : column + count]
+            own = found[start : start + WIDTHS[joint.type]]
+            if joint.type in ("floating", "ball"):
+                own[:-4] += change[:-3]
+                own[-4:] = quaternions_of(rotation_of(change[-3:]) @ quaternion_matrices(own[-4:][None]))[0]
+            else:
+                own += change
+            column += count
+        return found
 
     def jacobian(self, values: Floats, link: str) -> Floats:
         """Returns the Jacobian [6, n] of a link for one joint vector [size], in the root's axes.

@@ -149,6 +149,15 @@ class Robot:
             for name, link, link_from_mesh in self._parts
         }
 
+    @property
+    def _velocity_joints(self) -> list[str]:
+        """The joint of each column of `jacobian`."""
+        return self._kinematics.velocity_joints
+
+    def _advance(self, values: Floats, step: Floats) -> Floats:
+        """The joint vector after a step with the meaning of the columns of `jacobian`."""
+        return self._kinematics.advance(values, step)
+
     def _vectors(self, joints: JointValues | None) -> tuple[Floats, bool]:
         """Joint vectors [n, k], and True if a single vector was given."""
         if joints is None:

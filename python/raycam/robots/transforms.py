@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ..arguments import Floats
 
-__all__ = ["quaternion_matrices", "quaternions_of", "rotations_about", "transform"]
+__all__ = ["quaternion_matrices", "quaternions_of", "rotation_of", "rotations_about", "transform"]
 
 
 def transform(xyz: Sequence[float], rpy: Sequence[float]) -> Floats:
@@ -36,6 +36,12 @@ def rotations_about(axis: Floats, angles: Floats) -> Floats:
     sine, cosine = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
     found: Floats = cosine * np.eye(3) + sine * cross + (1.0 - cosine) * np.outer(axis, axis)
     return found
+
+
+def rotation_of(vector: Floats) -> Floats:
+    """Returns the rotation matrix [3, 3] about a vector [3] by its length in radians."""
+    angle = float(np.linalg.norm(vector))
+    return rotations_about(vector / angle, np.array([angle]))[0] if angle > 0 else np.eye(3)
 
 
 def quaternion_matrices(quaternions: npt.ArrayLike) -> Floats:
