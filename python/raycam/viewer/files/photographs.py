@@ -9,6 +9,7 @@ import numpy as np
 from ... import _core
 from ...camera import Camera
 from ...errors import SettingsError
+from ...io.oriented_photo import linear_pixels
 from ...notices import collected
 from ...photos.images import Photos, PhotoSource
 from ...render.channel_picture import encode_jpeg
@@ -49,7 +50,7 @@ class Photographs:
         if name not in self._names:
             raise SettingsError(f"camera {name} has no photograph", code="missing_photograph")
         with collected() as notices:
-            pixels = self._source.read(self._names[name], camera)[..., :3]
+            pixels = linear_pixels(self._source.read(self._names[name], camera))[..., :3]
         step = -(-max(pixels.shape[:2]) // LONGEST_SIDE)
         height, width = (side // step for side in pixels.shape[:2])
         blocks = pixels[: height * step, : width * step].reshape(height, step, width, step, 3)
