@@ -13,6 +13,7 @@ from ..arguments import Bools, Floats, floats, real, wholes
 from ..camera import Camera
 from ..errors import Notice, SettingsError, nearest
 from ..notices import warn_all
+from ..one_line import one_line
 from ..render.arguments import camera_of, world_of
 from ..robots import Robot
 from ..world import World
@@ -29,6 +30,7 @@ UNDETERMINED = 1e-9
 """Singular values of the scaled Jacobian below this share of the largest one determine no joint."""
 
 
+@one_line
 @dataclass(frozen=True, eq=False)
 class Refined:
     """Joint values from `refine`."""
