@@ -4,8 +4,8 @@
 //! The rest of the renderer uses this folder only through the trait [`PathGuiding`]; `guiding_switch.rs` selects it.
 //!
 //! * [`caustic_casters`]: objects that focus light. [`caustic_map`]: the regions of these objects that
-//!   photons came from. [`caustic_spots`]: small regions where many photons arrive. [`photon_pass`] traces
-//!   the photons.
+//!   photons came from. [`caustic_spots`]: small regions where many photons arrive. [`find_caustics`] finds all of
+//!   them with the photons that [`photon_pass`] traces. [`guiding_benefit`]: whether guiding to a caster reduces noise.
 //! * [`gaps`]: gaps through which light arrives. [`gap_photons`] traces their photons.
 //! * [`light_visibility`]: the parts of space from which lights are visible. [`visibility_rays`] traces the shadow
 //!   rays.
@@ -18,6 +18,7 @@ pub(crate) mod caustic_casters;
 pub(crate) mod caustic_map;
 pub(crate) mod caustic_spots;
 pub(crate) mod caustics;
+pub(crate) mod find_caustics;
 pub(crate) mod gap_photons;
 pub(crate) mod gaps;
 pub(crate) mod guiding_benefit;
@@ -36,10 +37,10 @@ use crate::guiding::caustic_casters::{
 };
 use crate::guiding::caustic_spots::MAX_SPOTS;
 use crate::guiding::caustics::{Caustics, NO_CAUSTICS};
+use crate::guiding::find_caustics::{find_caustics, needs_caustics};
 use crate::guiding::gap_photons::{first_gap_sample, trace_gaps};
 use crate::guiding::gaps::MAX_GAPS;
 use crate::guiding::light_visibility::LightVisibility;
-use crate::guiding::photon_pass::{find_caustics, needs_caustics};
 use crate::guiding::sample_cones::SampleGuided;
 use crate::guiding::visibility_rays::{needs_light_visibility, sees_light};
 use crate::light::lights::Lights;

@@ -1,5 +1,4 @@
-//! The photon pass: photons from lights, via caustic casters, to diffuse receivers. A few photons per candidate select
-//! the casters; many photons fill the casters' caustic maps.
+//! The photon pass: photons from lights, via caustic casters, to diffuse receivers.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -12,11 +11,8 @@ use rayon::prelude::*;
 use crate::bsdf::material_hit::MaterialHit;
 use crate::bsdf::shading_point::ShadingPoint;
 use crate::bsdf::{BsdfModel, BsdfSample};
-use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES, choose_casters};
-use crate::guiding::caustic_map::{CausticMap, PhotonDeposit};
-use crate::guiding::caustic_spots::find_spots;
-use crate::guiding::caustics::Caustics;
-use crate::guiding::guiding_benefit::reduces_noise;
+use crate::guiding::caustic_casters::{CausticCaster, MAX_CANDIDATES};
+use crate::guiding::caustic_map::PhotonDeposit;
 use crate::integrator::camera_ray_batch::is_miss;
 use crate::interaction::LightSampleContext;
 use crate::interaction::SurfaceInteraction;
@@ -25,23 +21,17 @@ use crate::light::light_sampling::{LightSampleContexts, LightSampling};
 use crate::light::lights::Lights;
 use crate::light::samples::ONE_MINUS_SHADOW_EPSILON;
 use crate::media::nested_dielectrics::{InterfaceTransition, InteriorList};
-use crate::path_guiding::MIN_GUIDED_SEGMENTS;
 use crate::prepare::geometry::Geometry;
 use crate::sampling::dimension::Dimension;
 use crate::sampling::sampler::Sampler;
-use crate::settings::{Integrator, Settings};
 
-/// Maximum number of photons emitted to each caustic caster. Lab note: "16,384 photons per caster", 11-23.
-const MAX_PHOTONS_PER_CASTER: u32 = 1 << 14;
-/// Maximum number of photons emitted to all casters together. Lab note: "at most 2^18 photons", 11-26.
-const MAX_PHOTONS: u32 = 1 << 18;
 /// Maximum number of photons emitted to each candidate to measure the light that it casts. Lab note: "2,048 photons",
 /// 11-26.
 const MAX_PHOTONS_PER_CANDIDATE: u32 = PHOTON_BATCH;
 /// Maximum number of photons emitted to all candidates together. Lab note: "for each of 32 candidates", 11-26.
 const MAX_CANDIDATE_PHOTONS: u32 = 1 << 16;
 /// Number of photons traced together. Not tuned; results do not depend on this number.
-const PHOTON_BATCH: u32 = 1 << 11;
+pub(crate) const PHOTON_BATCH: u32 = 1 << 11;
 /// Maximum number of surfaces that a photon meets. Not tuned.
 pub(crate) const MAX_BOUNCES: u32 = 8;
 
@@ -55,44 +45,6 @@ struct Photon {
     last_exit: Option<(usize, DVec3)>,
 }
 
-/// True if an image's paths are long enough to be guided to casters, and its lights can cast caustics.
-pub(crate) fn needs_caustics(lights: &Lights, settings: &Settings) -> bool {
-    let is_long = settings.max_depth.is_none_or(|depth| depth > MIN_GUIDED_SEGMENTS);
-    settings.integrator == Integrator::Path && is_long && lights.can_cast_caustics()
-}
-
-/// Casters and their caustic maps. Both only guide paths: light that they miss adds noise but no bias.
-pub(crate) fn find_caustics(geometry: &Geometry, lights: &Lights, candidates: &[CausticCaster]) -> Caustics {
-    if candidates.is_empty() {
-        return Caustics::default();
-    }
-    let pass = PhotonPass::new(geometry, lights, candidates);
-    let chosen = choose_casters(candidates, &pass.thrown_fractions());
-    let photons = (MAX_PHOTONS / chosen.len().max(1) as u32).clamp(PHOTON_BATCH, MAX_PHOTONS_PER_CASTER);
-    let firsts = || (0..photons / PHOTON_BATCH).map(|batch| batch * PHOTON_BATCH);
-    let batches: Vec<_> = chosen.iter().flat_map(|&(index, _)| firsts().map(move |first| (index, first))).collect();
-    let trace = |(index, first)| pass.trace_photons(index, first..first + PHOTON_BATCH);
-    let deposits: Vec<_> = batches.into_par_iter().map(trace).collect();
-    let own = |index: usize| deposits.iter().flatten().filter_map(move |(last, one)| (*last == index).then_some(*one));
-    let maps: Vec<CausticMap> = chosen.par_iter().map(|(index, caster)| CausticMap::new(caster, own(*index))).collect();
-    let landed = chosen.iter().flat_map(|(index, caster)| {
-        // Converts power to a fraction of all light, as in `thrown_fractions`.
-        let scale = caster.radius.powi(2) / (f64::from(photons) * lights.phi());
-        own(*index).map(move |deposit| (deposit.landing_point, deposit.power * scale))
-    });
-    let [lower, upper] = geometry.bounds();
-    let spots = find_spots(landed.collect(), (upper - lower).max_element());
-    let (casters, maps) = chosen
-        .into_par_iter()
-        .zip(maps)
-        .map(|((_, caster), map)| Caustics { casters: vec![caster], maps: vec![map], spots: vec![] })
-        // Without infinite lights, cosine-weighted samples find little light evenly.
-        .filter(|caustics| !lights.has_infinite() || reduces_noise(&pass, caustics))
-        .flat_map_iter(|Caustics { casters, maps, .. }| casters.into_iter().zip(maps))
-        .unzip();
-    Caustics { casters, maps, spots }
-}
-
 /// World in which photons are traced, and the candidates for caustic casters.
 pub(crate) struct PhotonPass<'a> {
     pub geometry: &'a Geometry,
@@ -103,7 +55,7 @@ pub(crate) struct PhotonPass<'a> {
 }
 
 impl<'a> PhotonPass<'a> {
-    fn new(geometry: &'a Geometry, lights: &'a Lights, candidates: &'a [CausticCaster]) -> Self {
+    pub fn new(geometry: &'a Geometry, lights: &'a Lights, candidates: &'a [CausticCaster]) -> Self {
         let by_instance = candidates.iter().enumerate().map(|(index, caster)| (caster.instance, index));
         Self { geometry, lights, candidates, candidate_of: by_instance.collect() }
     }
@@ -114,7 +66,7 @@ impl<'a> PhotonPass<'a> {
     }
 
     /// Fraction of all light that each of the largest candidates casts, estimated from photons emitted to it.
-    fn thrown_fractions(&self) -> Vec<f64> {
+    pub fn thrown_fractions(&self) -> Vec<f64> {
         let phi = self.lights.phi();
         let count = self.candidates.len().min(MAX_CANDIDATES);
         let photons = (MAX_CANDIDATE_PHOTONS / count as u32).min(MAX_PHOTONS_PER_CANDIDATE);
@@ -132,7 +84,7 @@ impl<'a> PhotonPass<'a> {
 
     /// Emits photons to a candidate; returns their deposits, each with the index of the candidate that the photon left
     /// last.
-    fn trace_photons(&self, candidate: usize, numbers: Range<u32>) -> Vec<(usize, PhotonDeposit)> {
+    pub fn trace_photons(&self, candidate: usize, numbers: Range<u32>) -> Vec<(usize, PhotonDeposit)> {
         let sampler = Sampler::for_pixel(0, candidate as u32, [0, 0]);
         let caster = &self.candidates[candidate];
         let emitted = numbers.filter_map(|i| self.emit_photon(caster, sampler.with_sample(i)));
@@ -251,6 +203,7 @@ mod tests {
     use crate::guiding::LearnedGuiding;
     use crate::path_guiding::PathGuiding;
     use crate::prepare::world::PreparedWorld;
+    use crate::settings::{Integrator, Settings};
 
     const MIDDLE: DVec3 = DVec3::new(0.0, 0.0, 0.6);
     const LAMP: DVec3 = DVec3::new(1.0, 0.5, 3.0);
