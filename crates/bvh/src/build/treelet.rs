@@ -161,7 +161,11 @@ fn build_generic<I: Isa, L: LeafBuilder>(
             0 => split_large::<I>(here, &range, depth as usize),
             _ => None,
         };
-        let (middle, left, right) = large.unwrap_or_else(|| split::<I>(here, &range, depth as usize, bins, leaf_size));
+        // A closure would be compiled without the instruction set of this function.
+        let (middle, left, right) = match large {
+            Some(parts) => parts,
+            None => split::<I>(here, &range, depth as usize, bins, leaf_size),
+        };
         let child = tree.len() as u32;
         tree[at as usize] = BinaryNode::inner(range.bounds, child);
         (tree[at as usize].first, tree[at as usize].count) = (first, count);

@@ -4,6 +4,7 @@ use std::arch::x86_64::*;
 
 use super::{COMPRESS, F32x4, Isa, Vector};
 use crate::simd::double_width::DoubleWidth;
+use crate::simd::unaligned::Unaligned;
 
 /// x86-64 with AVX2 and FMA.
 #[derive(Clone, Copy)]
@@ -43,11 +44,11 @@ impl Vector for Ymm {
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
-        on_avx2!(Self(_mm256_loadu_ps(from)))
+        on_avx2!(Self(Unaligned::read(from.cast())))
     }
     #[inline(always)]
     unsafe fn store(self, to: *mut f32) {
-        on_avx2!(_mm256_storeu_ps(to, self.0))
+        on_avx2!(Unaligned::write(to.cast(), self.0))
     }
     #[inline(always)]
     fn reduce_min(self) -> f32 {
@@ -194,7 +195,10 @@ unsafe fn transpose8(rows: [*const f32; 8]) -> [Ymm; 4] {
 /// Four floats must be readable at each pointer.
 #[inline(always)]
 unsafe fn transpose2(lower: *const f32, upper: *const f32) -> __m256 {
-    on_avx2!(_mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(lower)), _mm_loadu_ps(upper)))
+    on_avx2!(_mm256_insertf128_ps::<1>(
+        _mm256_castps128_ps256(Unaligned::read(lower.cast())),
+        Unaligned::read(upper.cast())
+    ))
 }
 
 /// Unsigned keys that decrease as the lane's value increases; the low three bits of a key are the lane's number. No key

@@ -3,6 +3,7 @@
 use std::arch::x86_64::*;
 
 use super::avx2::{Ymm, argmin, sort_keys_descending, sort_network};
+use super::unaligned::Unaligned;
 use super::{F32x4, Isa, Vector};
 
 /// x86-64 with AVX-512 F, VL, DQ and BW.
@@ -46,11 +47,11 @@ impl Vector for Zmm {
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
-        on_avx512!(Self(_mm512_loadu_ps(from)))
+        on_avx512!(Self(Unaligned::read(from.cast())))
     }
     #[inline(always)]
     unsafe fn store(self, to: *mut f32) {
-        on_avx512!(_mm512_storeu_ps(to, self.0))
+        on_avx512!(Unaligned::write(to.cast(), self.0))
     }
 }
 
@@ -126,9 +127,9 @@ unsafe fn join4([a, b, c, d]: [*const f32; 4]) -> __m512 {
     // This code uses no closures, because rustc does not inline a closure that is called more than once, nor the
     // intrinsics in it.
     on_avx512!({
-        let v = _mm512_castps128_ps512(_mm_loadu_ps(a));
-        let v = _mm512_insertf32x4::<1>(v, _mm_loadu_ps(b));
-        let v = _mm512_insertf32x4::<2>(v, _mm_loadu_ps(c));
-        _mm512_insertf32x4::<3>(v, _mm_loadu_ps(d))
+        let v = _mm512_castps128_ps512(Unaligned::read(a.cast()));
+        let v = _mm512_insertf32x4::<1>(v, Unaligned::read(b.cast()));
+        let v = _mm512_insertf32x4::<2>(v, Unaligned::read(c.cast()));
+        _mm512_insertf32x4::<3>(v, Unaligned::read(d.cast()))
     })
 }

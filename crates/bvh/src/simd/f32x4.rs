@@ -4,6 +4,8 @@
 mod imp {
     use std::arch::x86_64::*;
 
+    use crate::simd::unaligned::Unaligned;
+
     /// Prefetches the cache line of any address.
     #[inline(always)]
     pub fn prefetch<T>(at: *const T) {
@@ -47,7 +49,7 @@ mod imp {
         #[inline(always)]
         pub fn array(self) -> [f32; 4] {
             let mut out = [0.0; 4];
-            on_sse2!(_mm_storeu_ps(out.as_mut_ptr(), self.0));
+            on_sse2!(Unaligned::write(out.as_mut_ptr().cast(), self.0));
             out
         }
         /// The vector whose lanes all equal lane `LANE`.
@@ -64,7 +66,7 @@ mod imp {
         #[inline(always)]
         pub fn to_i32_trunc(self) -> [i32; 4] {
             let mut out = [0; 4];
-            on_sse2!(_mm_storeu_si128(out.as_mut_ptr().cast(), _mm_cvttps_epi32(self.0)));
+            on_sse2!(Unaligned::write(out.as_mut_ptr().cast(), _mm_cvttps_epi32(self.0)));
             out
         }
         /// The transposed 4 x 4 matrix.

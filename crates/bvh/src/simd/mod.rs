@@ -31,6 +31,8 @@ mod neon;
 pub(crate) mod portable;
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
 mod simd128;
+#[cfg(target_arch = "x86_64")]
+mod unaligned;
 
 pub use crate::simd::f32x4::{F32x4, prefetch};
 pub use crate::simd::portable::Portable;
