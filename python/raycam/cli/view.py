@@ -18,7 +18,7 @@ from .options.command import Command
 from .options.framing import find_camera, is_framed
 from .options.look import add_look
 from .options.messages import print_notice, print_notices
-from .options.worlds import add_texture_memory, find_file, load_world
+from .options.worlds import add_geometry, add_texture_memory, find_file, load_world
 
 if TYPE_CHECKING:
     from ..camera import Camera
@@ -42,6 +42,7 @@ def _add(command: argparse.ArgumentParser) -> None:
         default=[],  # otherwise, argparse reports this argument as required
         help="further models, shown in the same world; or a second frame, to compare with the first",
     )
+    add_geometry(command)
     add_texture_memory(command)
     add_camera(command)
     add_look(command)
@@ -371,6 +372,7 @@ COMMAND = Command(
         "raycam view room.toml --watch                      load it again after each change",
         "raycam view wheel.stl hub.stl axle.stl             several models in one world",
         "raycam view scan.ply --cameras sparse/0 --photos images   photographs behind their cameras",
+        "raycam view panda.urdf --geometry both             a robot with its collision shapes, and sliders of joints",
         "raycam view model.zip                              an archive, or a folder",
         "raycam view before.npz after.exr",
     ],

@@ -128,7 +128,7 @@ class WorldBuilding(WorldContents):
         joints: JointValues | None = None,
         packages: Iterable[str | os.PathLike[str]] = (),
         folder: str | os.PathLike[str] | None = None,
-        geometry: Literal["visual", "collision"] = "visual",
+        geometry: Literal["visual", "collision", "both"] = "visual",
         category: Literal["link", "robot"] = "link",
         missing: Literal["error", "box"] = "error",
         up_axis: Literal["ignore", "apply"] = "ignore",
@@ -152,11 +152,12 @@ class WorldBuilding(WorldContents):
         among the parent folders, next to the robot's package, and in `packages`. If `folder` is given, no file outside
         it is read.
 
-        `geometry="collision"` shows collision shapes instead of visual ones. With `missing="box"`, a mesh that cannot
-        be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice. The up axis of .dae
-        files is ignored, as in RViz; if parts of a robot appear rotated, pass `up_axis="apply"`, which applies it. A
-        xacro file, which requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a process
-        that can read only these folders.
+        `geometry="collision"` shows collision shapes instead of visual ones. With `geometry="both"`, collision shapes
+        are shown too, half transparent and orange, as objects `robot/link/collision`. With `missing="box"`, a mesh
+        that cannot be found is replaced by the link's collision shape, or by a box of 0.1 m, with a notice. The up axis
+        of .dae files is ignored, as in RViz; if parts of a robot appear rotated, pass `up_axis="apply"`, which applies
+        it. A xacro file, which requires the `raycam[robots]` extra, is expanded with the arguments `xacro_args`, in a
+        process that can read only these folders.
 
         An .xml file is MJCF, URDF or SDF. MJCF is compiled by MuJoCo (`raycam[mujoco]`): bodies become links, visible
         are the geoms of the groups 0 to 2, and `geometry="collision"` shows the geoms that collide. Joints start as in

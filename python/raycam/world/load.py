@@ -49,6 +49,7 @@ def load(
     up: Literal["z", "y"] | None = None,
     packages: Iterable[str | os.PathLike[str]] = (),
     xacro_args: Mapping[str, str] | None = None,
+    geometry: Literal["visual", "collision", "both"] | None = None,
 ) -> World:
     """Loads a world from a world file, glTF, a mesh, USD or a robot.
 
@@ -88,7 +89,8 @@ def load(
     A robot (.urdf) is placed at the origin with its joints at zero, or at the limit nearest to zero;
     `World.add_robot` has more arguments. An .xml file is MJCF, URDF or SDF, as its root element states; MJCF requires
     the `raycam[mujoco]` extra, and its lights are loaded, too. `packages` are folders in which `package://NAME` of
-    robots is searched, `xacro_args` are the arguments of a xacro file.
+    robots is searched, `xacro_args` are the arguments of a xacro file, and `geometry` selects the robot's shapes
+    (default: "visual").
 
     Raises `SettingsError` for a `source` outside `folder`, an unknown `kind`, a `variant` that is not a string and a
     `scale` of files other than meshes, `FileNotFoundError` and other `OSError`s, `FormatError` for a malformed file,
@@ -99,7 +101,7 @@ def load(
             f"variant must be a string, got {type(variant).__name__}; pass a variant's name, or 'SET=NAME' for USD",
             code="wrong_type",
         )
-    options = _Options(variant, texture_memory, time, up, scale_factor(scale, units), xacro_args)
+    options = _Options(variant, texture_memory, time, up, scale_factor(scale, units), xacro_args, geometry)
     if not isinstance(source, str | os.PathLike):
         data = read_bytes(source)
         return _load_bytes(data, kind_suffix(kind, data), options)
@@ -132,6 +134,8 @@ class _Options(NamedTuple):
     scale: float | None
     """Factor of a mesh file's coordinates."""
     xacro_args: Mapping[str, str] | None
+    geometry: str | None
+    """Shapes that a robot shows."""
 
 
 def _load_path(
@@ -147,6 +151,7 @@ def _load_path(
         raise SettingsError(
             f"{os.fspath(path)}: xacro_args requires an .xacro file", code="conflicting_values"
         )
+    _check_geometry(os.fspath(path), options)
     if options.scale is not None:
         with open(path, "rb") as file:
             check_scalable(os.fspath(path), suffix, file.read(HEAD_BYTES))
@@ -181,8 +186,17 @@ def _load_bytes(data: bytes, suffix: str, options: _Options) -> World:
             path.write_bytes(data)
             return _load_path(path, None, (), options)
     _check_time(name, options.time)
+    _check_geometry(name, options)
     limit = memory_limits.parse_size("texture_memory", options.texture_memory)
     return _finished(World._of(_core.World.load_bytes(data, name, limit)), name, options)
+
+
+def _check_geometry(name: str, options: _Options) -> None:
+    if options.geometry is not None and not is_robot(name):
+        raise SettingsError(
+            f"{name}: geometry= requires a robot file; worlds with robots use World.add_robot(geometry=...)",
+            code="conflicting_values",
+        )
 
 
 def _check_time(path: str | os.PathLike[str], time: float | None) -> None:
@@ -272,7 +286,7 @@ def _load_robot(
         texture_memory=options.texture_memory,
     )
     files = FileResolver(Path(path), folder, packages)
-    how = {"placement": {}, "geometry": "visual", "category": "link", "missing": "error"}
+    how = {"placement": {}, "geometry": options.geometry or "visual", "category": "link", "missing": "error"}
     for model in read_robots(path, files, options.xacro_args):
         name = model.description.name
         number = 2

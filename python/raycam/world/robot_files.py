@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 
 __all__ = ["GEOMETRIES", "is_robot", "place_robot"]
 
-GEOMETRIES = ("visual", "collision")
+GEOMETRIES = ("visual", "collision", "both")
 """Shapes that a robot shows."""
+COLLISION_LOOK = {"color": [1.0, 0.2, 0.02], "opacity": 0.35}
+"""The look of collision shapes that are shown together with the visual shapes."""
 COLLADA = (".dae", ".zae")
 """Endings of Collada documents and archives."""
 OWN_MATERIALS = (".glb", ".gltf", *COLLADA)
@@ -108,6 +110,24 @@ def _pose(world: WorldContents, keys: Mapping[str, Any]) -> Floats:
     return pose
 
 
+class _Shape(NamedTuple):
+    """A shape of a link that is shown."""
+
+    link: str
+    name: str
+    """The object's name."""
+    visual: robots.Visual
+    is_marked: bool
+    """True for a collision shape that is shown together with visual shapes."""
+
+
+def _number_shapes(
+    link: str, stem: str, shapes: Iterable[robots.Visual], is_marked: bool
+) -> Iterator[_Shape]:
+    for number, shape in enumerate(shapes, start=1):
+        yield _Shape(link, stem if number == 1 else f"{stem}/{number}", shape, is_marked)
+
+
 class _Builder:
     """The state of adding a robot's objects."""
 
@@ -126,20 +146,22 @@ class _Builder:
         self._found: dict[str, Path | None] = {}
         self.notices: list[Notice] = []
 
-    def _shapes(self) -> list[tuple[str, int, robots.Visual]]:
-        """The link, number and shape of each visible shape."""
-        return [
-            (link.name, number, shape)
-            for link in self._robot.description.links.values()
-            for number, shape in enumerate(
-                link.visuals if self._geometry == "visual" else link.collisions, start=1
-            )
-        ]
+    def _shapes(self) -> Iterator[_Shape]:
+        """The shown shapes in the order of the file; with "both", a link's collision shapes after its visual shapes."""
+        both = self._geometry == "both"
+        for link in self._robot.description.links.values():
+            stem = f"{self._robot.name}/{link.name}"
+            if self._geometry != "collision":
+                yield from _number_shapes(link.name, stem, link.visuals, False)
+            if self._geometry != "visual":
+                yield from _number_shapes(
+                    link.name, f"{stem}/collision" if both else stem, link.collisions, both
+                )
 
     def find_meshes(self, missing: str) -> None:
         """Finds all meshes; raises `FormatError` with all missing meshes, unless boxes replace them."""
         faults: dict[str, str] = {}
-        for _, _, shape in self._shapes():
+        for _, _, shape, _ in self._shapes():
             name = shape.geometry.file
             if shape.geometry.kind != "mesh" or name in self._found or name in faults:
                 continue
@@ -172,13 +194,13 @@ class _Builder:
         placed: list[tuple[int, str, Floats]] = []
         poses = self._robot._kinematics.poses(self._robot._values[None])
         try:
-            for link, number, shape in self._shapes():
-                stem = f"{self._robot.name}/{link}"
-                label = stem if number == 1 else f"{stem}/{number}"
+            for link, label, shape, is_marked in self._shapes():
                 for shown, own in self._replaced(link, shape):
                     world_from_link = self._robot.world_from_root @ poses[link][0]
                     added = self._add(label, link, shown, world_from_link @ shown.link_from_visual @ own)
                     placed.append((added, link, shown.link_from_visual @ own))
+                    if is_marked:
+                        _core.world_set_object(self._world._core, added, plain(COLLISION_LOOK))
         except (Error, OSError):
             for _ in range(self._world._core.object_count - before):
                 _core.world_remove_object(self._world._core, before)
@@ -194,20 +216,23 @@ class _Builder:
         from ..interop.mujoco.parts import link_cameras, link_geoms
 
         geoms, notices = link_geoms(compiled.model, self._geometry)
+        both = self._geometry == "both"
         cameras, more = link_cameras(compiled.model)
         self.notices += [*notices, *more]
         links = compiled.links
         poses = self._robot._kinematics.poses(self._robot._values[None])
         numbers: dict[str, int] = {}
-        for body, shape, link_from_mesh in geoms:
+        for body, shape, link_from_mesh, is_visible in geoms:
             link = links[body]
-            number = numbers[link] = numbers.get(link, 0) + 1
-            stem = f"{self._robot.name}/{link}"
+            is_marked = both and not is_visible
+            stem = f"{self._robot.name}/{link}" + ("/collision" if is_marked else "")
+            number = numbers[stem] = numbers.get(stem, 0) + 1
             keys = {
                 "name": stem if number == 1 else f"{stem}/{number}",
                 "matrix": self._robot.world_from_root @ poses[link][0] @ link_from_mesh,
                 "category": self._robot.name if self._category == "robot" else link,
             }
+            shape |= COLLISION_LOOK if is_marked else {}
             added = _core.world_add_object(self._world._core, plain(keys | shape), None)
             name = self._world._core.objects[added][0]
             self._robot._parts.append((name, link, link_from_mesh))

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "add_folder",
+    "add_geometry",
     "add_texture_memory",
     "add_world",
     "find_file",
@@ -37,6 +38,7 @@ def add_world(command: argparse.ArgumentParser) -> None:
         nargs="+",
         help="joint values of robots in radians and metres, as in shoulder=0.5",
     )
+    add_geometry(command)
     command.add_argument("--variant", metavar="NAME", help="material variant of a glTF file")
     add_folder(command)
     add_texture_memory(command)
@@ -60,6 +62,15 @@ def add_texture_memory(command: argparse.ArgumentParser) -> None:
     )
 
 
+def add_geometry(command: argparse.ArgumentParser) -> None:
+    """Adds `--geometry`."""
+    command.add_argument(
+        "--geometry",
+        choices=["visual", "collision", "both"],
+        help="shapes of a robot: visual (default), collision, or both, with half-transparent collision shapes",
+    )
+
+
 def load_world(options: argparse.Namespace) -> World:
     """Loads the world and prints its notices."""
     from ...world.load import load_with_assumed_axis
@@ -73,6 +84,7 @@ def load_world(options: argparse.Namespace) -> World:
         texture_memory=options.texture_memory,
         folder=getattr(options, "folder", None),
         up=up,
+        geometry=getattr(options, "geometry", None),
     )
     set_joints(world, getattr(options, "joints", None) or [])
     if up is None and assumed_up_axis(path) is not None:

@@ -34,6 +34,8 @@ class LinkGeom(NamedTuple):
     keys: dict[str, Any]
     """Keys of an object: its shape and material."""
     link_from_mesh: Floats
+    is_visible: bool
+    """True for geoms that MuJoCo's viewer shows."""
 
 
 class LinkCamera(NamedTuple):
@@ -49,18 +51,18 @@ def link_geoms(model: Any, geometry: str) -> tuple[list[LinkGeom], list[Notice]]
     """Returns the visible geoms of a model, and notices.
 
     Visible geoms are in the groups 0 to 2, as in MuJoCo's viewer, are not fully transparent, and are not covered by an
-    equal geom. With `geometry="collision"`, the geoms that can collide are returned instead.
+    equal geom. With `geometry="collision"`, the geoms that can collide are returned instead, and with "both", visible
+    geoms and geoms that can collide.
     """
-    visual = geometry == "visual"
-    covered = covered_geoms(model, VISIBLE_GROUPS) if visual else []
+    covered = [] if geometry == "collision" else covered_geoms(model, VISIBLE_GROUPS)
     found, notices = [], []
     for geom in range(model.ngeom):
         rgba, material = element_look(model, GEOM_OBJECT, geom)
-        if visual:
-            shown = int(model.geom_group[geom]) in VISIBLE_GROUPS and rgba[3] > 0 and geom not in covered
-        else:
-            shown = bool(model.geom_contype[geom]) or bool(model.geom_conaffinity[geom])
-        if not shown:
+        collides = bool(model.geom_contype[geom]) or bool(model.geom_conaffinity[geom])
+        visible = int(model.geom_group[geom]) in VISIBLE_GROUPS and rgba[3] > 0
+        drawn = visible and geom not in covered
+        chosen = {"visual": drawn, "collision": collides, "both": drawn or (collides and not visible)}
+        if not chosen[geometry]:
             continue
         shape = element_shape(model, GEOM_OBJECT, geom)
         if shape is None:
@@ -73,9 +75,11 @@ def link_geoms(model: Any, geometry: str) -> tuple[list[LinkGeom], list[Notice]]
         pose[:3, 3] = model.geom_pos[geom]
         keys = {
             **shape.keys,
-            **material_keys(model, np.maximum(rgba, [0, 0, 0, 0 if visual else 1]), material),
+            **material_keys(
+                model, np.maximum(rgba, [0, 0, 0, 1 if geometry == "collision" else 0]), material
+            ),
         }
-        found.append(LinkGeom(int(model.geom_bodyid[geom]), keys, pose))
+        found.append(LinkGeom(int(model.geom_bodyid[geom]), keys, pose, drawn))
     return found, notices
 
 
