@@ -11,7 +11,8 @@ from raycam.viewer.session.history import History
 from support.raises import raises
 from support.session_messages import orbit, receive
 
-LOOK = {"light": "sun", "rotation": 0, "azimuth": 10, "elevation": 20, "ground": "none", "background": ""}
+NO_COLORS = {"ground_color": "", "backdrop": "light", "background": ""}
+LOOK = {"light": "sun", "rotation": 0, "azimuth": 10, "elevation": 20, "ground": "none", **NO_COLORS}
 LENS = {"type": "lens", "fx": 60, "fy": 61, "cx": 20, "cy": 15, "distortion": []}
 
 

@@ -24,6 +24,8 @@ LOOK: dict[str, Any] = {
     "azimuth": 30,
     "elevation": 45,
     "ground": "auto",
+    "ground_color": "",
+    "backdrop": "light",
     "background": "",
 }
 
@@ -226,13 +228,14 @@ def test_client_changes_the_look_and_restores_it() -> None:
     receive(session, LOOK)
     assert [each["type"] for each in session.view.lit.lights] == ["sun", "sky"]
     assert session.images.version > version
-    receive(session, {**LOOK, **first.describe()})
+    receive(session, {"type": "restore_look"})
+    assert session.view.look.equals(first)
     assert [each["type"] for each in session.view.lit.lights] == ["environment", "sun"]
 
 
 def test_background_color_is_shown_at_the_image_corner(tmp_path: Path) -> None:
     session = Session(model())
-    receive(session, {**LOOK, "light": "studio", "background": "#336699"})
+    receive(session, {**LOOK, "light": "studio", "backdrop": "color", "background": "#336699"})
     images = session.images.refinement_of(session.view)
     images.most = 4
     frame = images.step(session.images.cancel)

@@ -40,8 +40,13 @@ GOOD: dict[str, dict[str, Any]] = {
         "azimuth": -30,
         "elevation": 45.5,
         "ground": "shadow",
+        "ground_color": "#123456",
+        "backdrop": "color",
         "background": "#a0b1c2",
     },
+    "look_image": {"use": "light", "file": "sky.hdr"},
+    "restore_look": {},
+    "framing": {"seq": 4, "zoom": 0.8, "fov": 45.5},
     "lens": {"fx": 500.5, "fy": 500, "cx": -1, "cy": 239.5, "distortion": [0.1, -0.02]},
     "pose": {"location": [1, -2.5, 3], "roll": 0, "pitch": 10.5, "yaw": -90},
     "overlay": {"cameras": True, "explained": False, "grid": True},
@@ -120,7 +125,9 @@ TAKEN = {
     ("edit_material", "value"): (1.5, -1, PATH),
     **{(kind, "slot"): (-1,) for kind in ("edit_material", "select", "texture", "thumbnails")},  # all slots
     ("visible", "visible"): (True,),
-    ("texture", "file"): (PATH,),  # refused when the message is handled
+    **{(kind, "file"): (PATH,) for kind in ("texture", "look_image")},  # refused when the message is handled
+    ("framing", "zoom"): (1.5,),
+    ("framing", "fov"): (1.5,),
     **{(kind, "name"): (PATH,) for kind in ("keep_camera", "remove_camera")},  # any text is a valid name
     **{(kind, "name"): (PATH,) for kind in ("camera", "photograph")},  # no camera has this name
     ("hello", "session"): (PATH,),  # the id is valid, but no such session exists

@@ -18,7 +18,7 @@ from ..render.frame import CHANNELS, VIEWS
 from ..world.framing import DIRECTIONS
 from .scene.floor_handle import FLOOR_HANDLE
 from .scene.gizmo import HANDLES, TOOLS
-from .scene.look import LIGHTS
+from .scene.look import GROUNDS, LIGHTS
 from .scene.material_edits import MATERIAL_KEYS
 from .scene.textures import TEXTURE_KEYS
 
@@ -256,6 +256,18 @@ class Variant(Message):
 
 
 @dataclass(frozen=True)
+class Framing(Message):
+    """Frames the whole world from the present direction; a field of view of 0 degrees keeps the lens."""
+
+    KIND = "framing"
+    UNDO = "group"
+    CHANGES = "view"
+    seq: Number
+    zoom: Annotated[float, Range(0.01, 100)]
+    fov: Annotated[float, Range(0, 170)]
+
+
+@dataclass(frozen=True)
 class FromSide(Message):
     """Views the whole world from a side, with the camera's lens."""
 
@@ -277,9 +289,33 @@ class Look(Message):
     rotation: Annotated[float, Range(-360, 360)]
     azimuth: Annotated[float, Range(-360, 360)]
     elevation: Annotated[float, Range(-90, 90)]
-    ground: Annotated[str, OneOf(("auto", "none", "plain", "shadow"))]
+    ground: Annotated[str, OneOf((*GROUNDS, "color"))]
+    ground_color: Annotated[str, Color()]
+    """The colour of the ground "color"."""
+    backdrop: Annotated[str, OneOf(("light", "color", "image"))]
+    """The background: that of the light, such as its sky; a colour; or the current image."""
     background: Annotated[str, Color()]
-    """A colour; an empty string for the background that belongs to the light, such as its sky."""
+    """The colour of the backdrop "color"."""
+
+
+@dataclass(frozen=True)
+class LookImage(Message):
+    """Uses an uploaded image as the environment that lights the world, or as the background."""
+
+    KIND = "look_image"
+    UNDO = "step"
+    CHANGES = "view"
+    use: Annotated[str, OneOf(("light", "background"))]
+    file: FileName
+
+
+@dataclass(frozen=True)
+class RestoreLook(Message):
+    """Restores the light, the ground and the background of the view's start."""
+
+    KIND = "restore_look"
+    UNDO = "step"
+    CHANGES = "view"
 
 
 @dataclass(frozen=True)

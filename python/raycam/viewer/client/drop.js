@@ -11,6 +11,7 @@ const LONGEST_NAME = 1000, LARGEST_FILE = 2 ** 28; // the server's limits for na
 const LISTED = 3; // maximum number of ignored files that a notice lists
 const ARCHIVE = /\.zip$/i;
 const MODEL = /\.(glb|gltf|vrm|obj|ply|stl|off|usd[acz]?)$/i; // endings of models that can be shown together
+const ENVIRONMENT = /\.(hdr|exr)$/i; // a dropped image of this type lights the world
 const MAX_MODELS = 100;
 
 /**
@@ -24,6 +25,8 @@ export function listenToDrops(client, types) {
     event.preventDefault();
     const { dataTransfer } = event;
     if (!dataTransfer?.files.length) return;
+    const [first] = dataTransfer.files;
+    if (dataTransfer.files.length === 1 && ENVIRONMENT.test(first.name)) return sendLookImage(client, "light", first);
     const known = types();
     if (!known) return client.say("This view cannot open files: start it with --allow-open.", "notice");
     const dropped = new Set([...dataTransfer.files].map(({ name }) => name));
@@ -71,6 +74,19 @@ export async function sendPieces(client, name, file) {
     const data = base64Of(bytes.subarray(offset, offset + PIECE));
     client.transport.send({ type: "upload", name, bytes: bytes.length, offset, data });
   }
+}
+
+/**
+ * Sends an image that lights the world, or that is the background.
+ * @param {Client} client
+ * @param {import("./messages").LookImage["use"]} use
+ * @param {File} file
+ */
+export async function sendLookImage(client, use, file) {
+  if (!file.size || file.size > LARGEST_FILE) return client.say(`${file.name}: expected an image of 1 byte to 256 MiB.`, "error");
+  const name = `look-${Date.now()}/${file.name}`; // the view may still use an earlier file of the same name
+  await sendPieces(client, name, file);
+  client.transport.send({ type: "look_image", use, file: name });
 }
 
 /**

@@ -12,7 +12,9 @@ import { Axes } from "./panel/axes.js";
 import { CameraControls } from "./panel/cameras.js";
 import { FollowingControls } from "./panel/following.js";
 import { Hint } from "./panel/hint.js";
+import { FramingControls } from "./panel/framing.js";
 import { LookControls } from "./panel/look.js";
+import { Resets } from "./panel/resets.js";
 import { Measure } from "./panel/measure.js";
 import { Panes } from "./panel/panes.js";
 import { ViewLink } from "./panel/view_link.js";
@@ -52,7 +54,8 @@ export class LiveView {
     this.world = new WorldControls(client);
     this.scan = new ScanControls(client);
     this.world.lookThrough = (name) => this.lookThrough(name);
-    this.look = new LookControls((look) => client.transport.send(/** @type {any} */ ({ type: "look", ...look })));
+    this.look = new LookControls(client);
+    this.resets = new Resets();
     this.measure = new Measure(client);
     this.kept = new CameraControls(client);
     this.panes = new Panes(client, (name) => this.lookThrough(name));
@@ -62,6 +65,7 @@ export class LiveView {
     this.navigator.onMove = () => this.moved();
     this.navigator.onCamera = (camera) => this.axes.show(camera);
     this.flying = new Flying(this.navigator);
+    this.framing = new FramingControls(client, this.navigator, () => this.moved());
     this.status = new StatusLine();
     this.link = new ViewLink(this);
     this.hint = new Hint(client.picture.canvas);
@@ -118,7 +122,8 @@ export class LiveView {
     if (message.type === "welcome") {
       this.resume(message.camera);
       this.begin(message);
-      if (message.look) this.look.begin(message.look);
+      if (message.look) this.look.show(message.look);
+      if (!message.resumed) this.resets.forget();
       this.panes.begin(message.cameras);
       this.world.tree.show({ cameras: message.cameras });
     }
@@ -168,6 +173,7 @@ export class LiveView {
       this.showFilming({ done: 0, total: 0 });
       this.status.await(false);
     }
+    if (["selected", "contents", "camera"].includes(message.type)) this.resets.refresh();
     if (message.type === "closing") this.client.say(message.text, "error");
   }
 
@@ -185,7 +191,10 @@ export class LiveView {
       this.photograph.showFor(name);
       this.looked = name || this.looked;
     }
-    if (lens) this.lens.show((this.link.lens = lens));
+    if (lens) {
+      this.lens.show((this.link.lens = lens), name);
+      this.framing.show(lens);
+    }
     if (pose) this.pose.show(pose);
   }
 
@@ -246,6 +255,7 @@ export class LiveView {
     this.camera.value = "";
     this.kept.show("");
     this.photograph.showFor("");
+    this.framing.forget();
     this.measure.forget();
     this.client.shown.outdate();
     if (this.client.held) this.client.hold(null);

@@ -83,6 +83,14 @@ export interface Variant {
   name: string;
 }
 
+/** Frames the whole world from the present direction; a field of view of 0 degrees keeps the lens. */
+export interface Framing {
+  type: "framing";
+  seq: number;
+  zoom: number;
+  fov: number;
+}
+
 /** Views the whole world from a side, with the camera's lens. */
 export interface FromSide {
   type: "side";
@@ -97,8 +105,22 @@ export interface Look {
   rotation: number;
   azimuth: number;
   elevation: number;
-  ground: "auto" | "none" | "plain" | "shadow";
+  ground: "auto" | "none" | "plain" | "shadow" | "color";
+  ground_color: string;
+  backdrop: "light" | "color" | "image";
   background: string;
+}
+
+/** Uses an uploaded image as the environment that lights the world, or as the background. */
+export interface LookImage {
+  type: "look_image";
+  use: "light" | "background";
+  file: string;
+}
+
+/** Restores the light, the ground and the background of the view's start. */
+export interface RestoreLook {
+  type: "restore_look";
 }
 
 /** Sets the world's up axis, and shows the whole world from the first camera's side. */
@@ -364,7 +386,7 @@ export interface Visible {
 /** Any message of a client. */
 export type ClientMessage =
   Hello | Size | Move | Home | Locate | Ground | LookThrough | Panes | Photograph | Time | Variant |
-  FromSide | Look | TurnUp | Lens | Pose | Overlay | Scan | Edit | EditMaterial | Select | SelectLight
-  | Texture | Thumbnails | KeepCamera | RemoveCamera | Gizmo | Undo | Redo | Channel | Display |
-  Quality | Probe | Tile | Pick | Hold | Follow | Explain | Forget | Snapshot | Film | Stop | Upload |
-  Open | Copy | Acknowledge | Control | Planes | Visible;
+  Framing | FromSide | Look | LookImage | RestoreLook | TurnUp | Lens | Pose | Overlay | Scan | Edit |
+  EditMaterial | Select | SelectLight | Texture | Thumbnails | KeepCamera | RemoveCamera | Gizmo |
+  Undo | Redo | Channel | Display | Quality | Probe | Tile | Pick | Hold | Follow | Explain | Forget |
+  Snapshot | Film | Stop | Upload | Open | Copy | Acknowledge | Control | Planes | Visible;

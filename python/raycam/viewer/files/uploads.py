@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import contextlib
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO
 
@@ -25,6 +25,8 @@ __all__ = ["MAX_BYTES", "MAX_FILES", "Uploads", "file_types", "is_image"]
 
 MAX_BYTES = 256 * 2**20
 MAX_FILES = 200
+LIGHT_IMAGES = (*IMAGES, ".hdr", ".exr")
+"""The extensions of images of environments and backgrounds."""
 
 
 def file_types() -> dict[str, list[str]]:
@@ -33,9 +35,9 @@ def file_types() -> dict[str, list[str]]:
     return {"worlds": worlds, "companions": companions}
 
 
-def is_image(name: str) -> bool:
-    """True for the name of an image that can become a texture."""
-    return name.lower().endswith(IMAGES)
+def is_image(name: str, types: tuple[str, ...] = IMAGES) -> bool:
+    """True for the name of an image of these types; the default are the types of textures."""
+    return name.lower().endswith(types)
 
 
 class Uploads:
@@ -45,6 +47,8 @@ class Uploads:
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._sizes: dict[str, int] = {}
         self._received: dict[str, int] = {}
+        self._kept: set[str] = set()
+        """Images that a view refers to, which are not removed before the view is closed."""
         self._opened: set[str] = set()
         """The files that existed when a world was last opened."""
         self._worlds, companions = (tuple(f".{each}" for each in group) for group in file_extensions())
@@ -59,6 +63,10 @@ class Uploads:
         if not name.lower().endswith(self._known):
             return False
         piece = base64.b64decode(data, validate=True)
+        if name in self._kept:
+            raise SettingsError(
+                f"{name}: the view uses this file; rename the new file", code="conflicting_values"
+            )
         if offset == 0:
             if self._is_too_much(name, size):
                 self._forget_opened()
@@ -103,12 +111,32 @@ class Uploads:
 
     def image(self, name: str) -> str:
         """Returns the path of an image; raises `SettingsError` unless it was received completely."""
+        return self._image(check_name(name), IMAGES)
+
+    def keep_image(self, name: str) -> str:
+        """Returns the path of an image of an environment or a background, which exists until the view is closed.
+
+        Raises `SettingsError` unless it was received completely.
+        """
         name = check_name(name)
-        if not is_image(name) or name not in self._sizes or self._received[name] != self._sizes[name]:
+        path = self._image(name, LIGHT_IMAGES)
+        self._kept.add(name)
+        return path
+
+    def _image(self, name: str, types: tuple[str, ...]) -> str:
+        if not is_image(name, types) or self._received.get(name, -1) != self._sizes.get(name):
             raise SettingsError(
-                f"{name}: expected an uploaded image ({', '.join(IMAGES)})", code="unknown_format"
+                f"{name}: expected an uploaded image ({', '.join(types)})", code="unknown_format"
             )
         return str(self._path() / name)
+
+    @contextlib.contextmanager
+    def hidden_folder(self) -> Iterator[None]:
+        """Removes the private folder's path from the errors of readers."""
+        try:
+            yield
+        except Error as error:
+            raise type(error)(self._without_folder(str(error)), code=error.code) from None
 
     def _complete(self, name: str) -> str:
         """Returns the name of a world that was received completely.
@@ -173,7 +201,7 @@ class Uploads:
 
     def _forget_opened(self) -> None:
         """Removes the files of worlds that were opened before: they are in memory."""
-        for name in self._opened & set(self._sizes):
+        for name in (self._opened & set(self._sizes)) - self._kept:
             self._drop(name)
         self._opened = set()
 

@@ -7,6 +7,7 @@ import os
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -28,6 +29,7 @@ from ...world.studio import (
     lacks_materials,
     studio_floor,
 )
+from .material_edits import color_text
 
 __all__ = ["LIGHTS", "LOOK_OPTIONS", "SKY_IMAGE", "Look"]
 
@@ -35,6 +37,8 @@ LIGHTS = ("own", "default", "studio", "room", "sun", "sky")
 """The light of a view: the world's own, the renderer's default lights, the studio, the studio without its key light, a
 sun, or an environment image.
 """
+GROUNDS = ("auto", "none", "plain", "shadow")
+"""The grounds of a look that are not a colour."""
 LOOK_OPTIONS = ("hdri", "hdri_rotation", "sun", "studio", "ground", "background")
 """The options of `raycam.view` and `raycam view` that choose a look."""
 ENVIRONMENT_OPTIONS = {"integrator": "path", "max_depth": 4, "view": "pbr_neutral"}
@@ -73,6 +77,10 @@ class Look:
     """The initial exposure in stops, at which the light "room" has the studio's brightness."""
     is_clay: bool = False
     """True if objects without a material are grey in the studio."""
+    uploaded: tuple[str, ...] = ()
+    """The paths of images that a client has sent; copied commands contain only their names."""
+    first: Look | None = None
+    """The look that `restored` returns; None for a look that was not changed."""
     _worlds: dict[tuple[int, int, bool, bool], tuple[World, World, World]] = field(
         default_factory=dict, init=False, repr=False
     )
@@ -123,14 +131,22 @@ class Look:
             exposure=exposure,
             is_clay=is_model and lacks_materials(world),
         )
-        look.light_up(world, world, camera)  # raises errors of files and colours before the view starts
-        if look.background is not None:
-            picture_behind(look.background, camera, camera.size)
+        look.check(world, camera)
         return look
+
+    def check(self, world: World, camera: Camera) -> None:
+        """Raises the errors of files and colours, before an image is rendered."""
+        self.light_up(world, world, camera)
+        if self.background is not None:
+            picture_behind(self.background, camera, camera.size)
 
     def changed(self, **values: Any) -> Look:
         """Returns a copy of the look with new values."""
-        return replace(self, **values)
+        return replace(self, first=self.first or self, **values)
+
+    def restored(self) -> Look:
+        """Returns the look before all changes; the lights keep their arrangement around the current stage."""
+        return replace(self.first or self, stage=self.stage)
 
     @property
     def _is_in_studio(self) -> bool:
@@ -149,14 +165,40 @@ class Look:
 
     def describe(self) -> dict[str, Any]:
         """The look as the messages `welcome` and `look` describe it."""
+        return {**self._described, "is_first": self.first is None or self.equals(self.first)}
+
+    @cached_property
+    def _described(self) -> dict[str, Any]:
         return {
             "light": self.light,
             "rotation": self.rotation,
             "azimuth": self.sun[0],
             "elevation": self.sun[1],
-            "ground": self.ground if self.ground in ("auto", "none", "plain", "shadow") else "plain",
-            "background": self.background if (self.background or "").startswith("#") else "",
+            "image": os.path.basename(self.image or SKY_IMAGE),
+            "ground": self.ground if self.ground in GROUNDS else "color",
+            "ground_color": "" if self.ground in GROUNDS else _hex_color(self.ground),
+            "backdrop": "light"
+            if self.background is None
+            else "image"
+            if self.has_background_image
+            else "color",
+            "background": ""
+            if self.background is None or self.has_background_image
+            else _hex_color(self.background),
+            "background_image": os.path.basename(self.background or "") if self.has_background_image else "",
         }
+
+    @property
+    def has_background_image(self) -> bool:
+        """True if the background is an image instead of a colour."""
+        return self.background is not None and os.path.splitext(self.background)[1] != ""
+
+    def equals(self, other: Look) -> bool:
+        """True if both looks have the same light, ground and background."""
+        return self._described == other._described and (self.image, self.background) == (
+            other.image,
+            other.background,
+        )
 
     @property
     def first_samples(self) -> int:
@@ -252,6 +294,11 @@ def _add_default_lights(world: World) -> None:
     direction = [1.0, 2.0, -3.0] if world.up == "z" else [1.0, -3.0, -2.0]
     world.add_light(type="sky", radiance=DEFAULT_SKY_RADIANCE)
     world.add_light(type="sun", direction=direction, irradiance=DEFAULT_SUN_IRRADIANCE, angular_diameter=0.0)
+
+
+def _hex_color(color: str) -> str:
+    """Returns a colour, which may be a name, as #rrggbb."""
+    return color_text(picture_behind(color, None, (1, 1))[0][0, 0].tolist())
 
 
 def _image_path(image: str | os.PathLike[str]) -> str:

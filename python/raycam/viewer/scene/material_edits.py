@@ -24,7 +24,7 @@ MAX_LISTED_SLOTS = 200
 def list_slots(world: World, number: int) -> list[dict[str, Any]]:
     """The first slots of an object: each material's name, its colour as text, and whether it has a texture."""
     return [
-        {"name": each["name"], "color": _color_text(each["color"]), "textured": each["texture"] is not None}
+        {"name": each["name"], "color": color_text(each["color"]), "textured": each["texture"] is not None}
         for each in materials_of_object(world, number)[:MAX_LISTED_SLOTS]
     ]
 
@@ -81,7 +81,7 @@ def _fields(found: dict[str, Any]) -> dict[str, Any]:
     name, values = (model, {}) if isinstance(model, str) else next(iter(model.items()))
     return {
         "model": name.lower(),
-        "color": _color_text(found["color"]),
+        "color": color_text(found["color"]),
         "linear": found["color"],
         "textured": found["texture"] is not None,
         "emission": max(found["emission"]["value"]),
@@ -90,7 +90,7 @@ def _fields(found: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _color_text(linear: list[float]) -> str:
+def color_text(linear: list[float]) -> str:
     """Returns a linear colour as "#rrggbb" in sRGB."""
     bytes_ = srgb_from_linear(np.array(linear, np.float32), 1.0, 8, "standard")
     return "#" + "".join(f"{int(each):02x}" for each in bytes_)

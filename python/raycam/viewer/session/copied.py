@@ -5,6 +5,7 @@ A text is the camera, or the command that renders the still image.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 
 import numpy as np
@@ -78,7 +79,11 @@ def _command(view: View, samples: int, notify: Callable[[str], None]) -> str:
 def _look_options(view: View, notify: Callable[[str], None]) -> dict[str, object]:
     """The options of `raycam render` for the look of a view."""
     look = view.look
-    options: dict[str, object] = {"background": look.background, **view.render_options}
+
+    def file_of(path: str | None) -> str | None:
+        return os.path.basename(path) if path in look.uploaded else path
+
+    options: dict[str, object] = {"background": file_of(look.background), **view.render_options}
     if look.light == "own" and view.shape == "home" and view.opened.is_model:
         options["no-studio"] = lacks_surroundings(view.base, {}) or None
     if look.light == "studio" and view.shape != "home":
@@ -91,7 +96,7 @@ def _look_options(view: View, notify: Callable[[str], None]) -> dict[str, object
     if look.light == "sun":
         options["sun"] = look.sun
     if look.light == "sky":
-        options |= {"hdri": look.image or SKY_IMAGE, "hdri-rotation": look.rotation or None}
+        options |= {"hdri": file_of(look.image) or SKY_IMAGE, "hdri-rotation": look.rotation or None}
     if look.ground not in ("auto", "none"):
         options["ground"] = True if look.ground == "plain" else look.ground
     return {key.replace("_", "-"): value for key, value in options.items()}

@@ -22,7 +22,7 @@ from .. import client_messages as messages
 from ..client_messages import MAX_IMAGE_SIZE, Message, chosen_slot
 from ..controls import Control, Controls
 from ..files.photographs import Photographs
-from ..files.uploads import Uploads, file_types, is_image
+from ..files.uploads import LIGHT_IMAGES, Uploads, file_types, is_image
 from ..probe import ground_below, locate
 from ..scene.edits import READ_ONLY, Edits
 from ..scene.look import Look
@@ -477,7 +477,7 @@ class Session:
         self.redraw()
 
     def _upload(self, message: messages.Upload) -> None:
-        if not (self.view.opened.edits.allowed and is_image(message.name)):
+        if not (self.view.opened.edits.allowed and is_image(message.name, LIGHT_IMAGES)):
             self._require_open()
         if self.uploads.add(message.name, message.bytes, message.offset, message.data):
             self.notify(f"{message.name}: received {message.bytes:,} bytes.")
@@ -520,13 +520,30 @@ class Session:
         self.send_camera()
 
     def _set_look(self, message: messages.Look) -> None:
-        look = self.view.look.changed(
+        old = self.view.look
+        kept = old.background if old.has_background_image else None
+        backgrounds = {"light": None, "color": message.background or "#ffffff", "image": kept}
+        look = old.changed(
             light=message.light,
             rotation=float(message.rotation),
             sun=(float(message.azimuth), float(message.elevation)),
-            ground=message.ground,
-            background=message.background or None,
+            ground=(message.ground_color or "#808080") if message.ground == "color" else message.ground,
+            background=backgrounds[message.backdrop],
         )
+        self._show_look(look)
+
+    def _set_look_image(self, message: messages.LookImage) -> None:
+        file = self.uploads.keep_image(message.file)
+        old = self.view.look
+        changed: dict[str, Any] = (
+            {"light": "sky", "image": file} if message.use == "light" else {"background": file}
+        )
+        look = old.changed(**changed, uploaded=(*old.uploaded, file))
+        with self.uploads.hidden_folder():
+            look.check(self.view.world, self.view.camera)
+        self._show_look(look)
+
+    def _show_look(self, look: Look) -> None:
         before = self.view.exposure
         self.show(self.view.with_look(look))
         self.send_look()
@@ -547,6 +564,13 @@ class Session:
         self.connection.cameras.last_move = message.seq
         self.show(self.view.from_side(message.name))
         self.send_camera()
+
+    def _frame(self, message: messages.Framing) -> None:
+        self.connection.cameras.last_move = message.seq
+        try:
+            self.show(self.view.framed(float(message.zoom), float(message.fov)))
+        finally:
+            self.send_camera()  # after an error, the client returns to its last valid camera
 
     def _look_through(self, message: messages.LookThrough) -> None:
         self.connection.cameras.last_move = message.seq
@@ -570,8 +594,11 @@ class Session:
         messages.LookThrough: _look_through,
         messages.Panes: _show_panes,
         messages.Look: _set_look,
+        messages.LookImage: _set_look_image,
+        messages.RestoreLook: lambda self, message: self._show_look(self.view.look.restored()),
         messages.TurnUp: _set_up,
         messages.FromSide: _view_from,
+        messages.Framing: _frame,
         messages.Channel: _choose_channel,
         messages.Display: _set_display,
         messages.Time: lambda self, message: self.show(self.view.at(message.t, message.animation)),

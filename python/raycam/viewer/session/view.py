@@ -275,7 +275,7 @@ class View:
             self.camera == other.camera
             and self.camera_name == other.camera_name
             and np.array_equal(self.pivot, other.pivot)
-            and (self.look is other.look or self.look.describe() == other.look.describe())
+            and (self.look is other.look or self.look.equals(other.look))
             and (self.variant, self.integrator) == (other.variant, other.integrator)
         )
 
@@ -401,6 +401,22 @@ class View:
         else:
             camera = self.world.view_from(direction, camera=self.camera)
         return replace(self.with_camera(camera), pivot=self.bounds.mean(axis=0))
+
+    def framed(self, zoom: float, fov: float) -> View:
+        """The view of the whole world from the camera's present direction.
+
+        `zoom` is the scale of the world, as in `World.view_from`. `fov` is the vertical field of view in degrees;
+        with 0, the lens is kept. Raises `CameraError` if the lens cannot show the whole world.
+        """
+        if self.world.bounds is None:
+            raise WorldError("the world has no objects to frame", code="nothing_visible")
+        direction = -self.camera.R[2]
+        if not fov:
+            camera = self.world.view_from(direction, zoom=zoom, camera=self.camera)
+            return replace(self.with_camera(camera), pivot=self.bounds.mean(axis=0))
+        size = self.size if self.shape == "own" else self.camera.size
+        camera = self.world.view_from(direction, zoom=zoom, fov=fov, size=size)
+        return replace(self.with_camera(camera), pivot=self.bounds.mean(axis=0), shape="window")
 
     def with_space(self, space: tuple[int, int]) -> View:
         """The view for another size of the client's window."""

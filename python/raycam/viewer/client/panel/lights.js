@@ -79,6 +79,7 @@ export class LightControls {
 
   showFields() {
     const light = this.lights[Number(this.light.value)];
+    byId("light-group", HTMLElement).dataset.subject = light ? `${this.light.value} ${this.lights.length}` : "";
     if (!light) return;
     const put = (/** @type {HTMLInputElement} */ input, /** @type {string} */ value) => document.activeElement !== input && (input.value = value);
     byId("light-color-row", HTMLElement).hidden = light.color === null;

@@ -64,12 +64,12 @@ export class WorldControls {
     for (const box of [this.cameras, this.explained, this.grid]) box.addEventListener("change", () => this.tellOverlay());
     this.object.addEventListener("change", () => this.pick(Number(this.object.value)));
     this.shown.addEventListener("change", () => this.edit("object", "visible", this.shown.checked));
-    this.button("turns", "turn left", "turn left", () => this.edit("object", "turn", TURN));
-    this.button("turns", "turn right", "turn right", () => this.edit("object", "turn", -TURN));
-    this.button("turns", "larger", "larger", () => this.edit("object", "scale", GROWTH));
-    this.button("turns", "smaller", "smaller", () => this.edit("object", "scale", 1 / GROWTH));
-    this.button("light-strength", "brighter", "brighter light", () => this.edit("light", "strength", THIRD_STOP));
-    this.button("light-strength", "darker", "darker light", () => this.edit("light", "strength", 1 / THIRD_STOP));
+    this.button("turns", "turn left", `Rotate by ${TURN}° counterclockwise, seen from above`, () => this.edit("object", "turn", TURN));
+    this.button("turns", "turn right", `Rotate by ${TURN}° clockwise, seen from above`, () => this.edit("object", "turn", -TURN));
+    this.button("turns", "larger", "Enlarge by 10 %", () => this.edit("object", "scale", GROWTH));
+    this.button("turns", "smaller", "Shrink by 9 %", () => this.edit("object", "scale", 1 / GROWTH));
+    this.button("light-strength", "brighter", "Increase the strength by a third of a stop (26 %)", () => this.edit("light", "strength", THIRD_STOP));
+    this.button("light-strength", "darker", "Decrease the strength by a third of a stop (21 %)", () => this.edit("light", "strength", 1 / THIRD_STOP));
     for (const type of /** @type {const} */ (["undo", "redo"])) {
       byId(type, HTMLButtonElement).addEventListener("click", () => client.transport.send({ type }));
     }
@@ -81,11 +81,11 @@ export class WorldControls {
   /**
    * @param {string} parent
    * @param {string} text
-   * @param {string} label
+   * @param {string} title
    * @param {() => void} act
    */
-  button(parent, text, label, act) {
-    const made = element("button", text, { type: "button", "aria-label": label });
+  button(parent, text, title, act) {
+    const made = element("button", text, { type: "button", title });
     made.addEventListener("click", act);
     byId(parent, HTMLElement).append(made);
   }
@@ -207,6 +207,7 @@ export class WorldControls {
   showSelected(selected) {
     const { number, name, visible, animated, place } = selected;
     if (number !== Number(this.object.value)) return;
+    byId("edit", HTMLElement).dataset.subject = `${number} ${selected.slot}`;
     this.placement.show(place, Boolean(animated));
     this.material.show(selected);
     const fixed = byId("object-fixed", HTMLElement);
