@@ -490,7 +490,7 @@ def test_edits_keep_the_light_until_the_list_of_lights_changes_it(tab: Tab, view
         assert mean_of(session) > 0.01
         click(tab, "#light-remove")
         until(lambda: not session.view.base.lights)
-        assert mean_of(session) == 0  # dark, without the renderer's default lights
+        until(lambda: mean_of(session) == 0)  # dark, without the renderer's default lights
         assert (
             tab.evaluate("document.getElementById('look-light').selectedOptions[0].textContent")
             == "as in the file"

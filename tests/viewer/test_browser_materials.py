@@ -111,7 +111,7 @@ def test_texture_shows_a_thumbnail_and_accepts_another_file(
     tab.said.clear()  # the browser opens no dialog for a click by script
     tab.call("DOM.enable")
     root = tab.call("DOM.getDocument")["root"]["nodeId"]
-    (node,) = tab.call("DOM.querySelectorAll", nodeId=root, selector="input[type=file]")["nodeIds"]
+    (node,) = tab.call("DOM.querySelectorAll", nodeId=root, selector="[aria-label='Texture file']")["nodeIds"]
     tab.call("DOM.setFileInputFiles", files=[str(tmp_path / "green paint.png")], nodeId=node)
     tab.wait("document.querySelector('[data-texture=color] small')?.textContent === 'green paint.png'")
     tab.wait("document.querySelector('[data-texture=color] img')?.complete")

@@ -131,12 +131,16 @@ class Uploads:
         return str(self._path() / name)
 
     @contextlib.contextmanager
-    def hidden_folder(self) -> Iterator[None]:
-        """Removes the private folder's path from the errors of readers."""
+    def hidden_path(self, file: str) -> Iterator[None]:
+        """Replaces a file's path by its name in the errors of readers."""
         try:
             yield
         except Error as error:
-            raise type(error)(self._without_folder(str(error)), code=error.code) from None
+            raise type(error)(self.without_path(str(error), file), code=error.code) from None
+
+    def without_path(self, text: str, file: str) -> str:
+        """A reader's text that contains a file's name instead of its path in the private folder."""
+        return self._without_folder(text.replace(file, Path(file).name))
 
     def _complete(self, name: str) -> str:
         """Returns the name of a world that was received completely.

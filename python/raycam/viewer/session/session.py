@@ -480,7 +480,7 @@ class Session:
         if not (self.view.opened.edits.allowed and is_image(message.name, LIGHT_IMAGES)):
             self._require_open()
         if self.uploads.add(message.name, message.bytes, message.offset, message.data):
-            self.notify(f"{message.name}: received {message.bytes:,} bytes.")
+            self.notify(f"{Path(message.name).name}: received {message.bytes:,} bytes.")
 
     def _select_light(self, message: messages.SelectLight) -> None:
         self.selection.choose_light(message.number)
@@ -539,8 +539,10 @@ class Session:
             {"light": "sky", "image": file} if message.use == "light" else {"background": file}
         )
         look = old.changed(**changed, uploaded=(*old.uploaded, file))
-        with self.uploads.hidden_folder():
+        with collected() as notices, self.uploads.hidden_path(file):
             look.check(self.view.world, self.view.camera)
+        for notice in notices:
+            self.notify(self.uploads.without_path(str(notice), file))
         self._show_look(look)
 
     def _show_look(self, look: Look) -> None:
