@@ -219,6 +219,16 @@ def product(a: npt.ArrayLike, b: npt.ArrayLike) -> Floats:
     return total
 
 
+def inverse_3x3(matrix: npt.ArrayLike) -> Floats:
+    """Returns the inverse of a regular matrix [3, 3], bit-identical on every processor."""
+    columns = np.asarray(matrix, float).T
+    rows = np.stack(
+        [np.cross(columns[1], columns[2]), np.cross(columns[2], columns[0]), np.cross(columns[0], columns[1])]
+    )
+    found: Floats = rows / (columns[0] * rows[0]).sum()
+    return found
+
+
 def lengths(vectors: npt.ArrayLike) -> Floats:
     """Returns the lengths [...] of vectors [..., k], bit-identical on every processor."""
     squares = np.asarray(vectors, float) ** 2

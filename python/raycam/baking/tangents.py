@@ -53,10 +53,12 @@ def tangent_space_normals(normals: Floats, shading: Floats, tangents: Floats, si
     tangent = tangents / np.maximum(np.sqrt((tangents**2).sum(axis=1, keepdims=True)), 1e-300)
     bitangent = np.cross(shading, tangent) * signs[:, None]
     bitangent /= np.maximum(np.sqrt((bitangent**2).sum(axis=1, keepdims=True)), 1e-300)
-    axes = np.stack([tangent, bitangent, shading], axis=2)
-    flat = np.abs(np.linalg.det(axes)) < 1e-9  # faces without area in texture space
-    axes[flat] = np.eye(3)
-    found: Floats = np.linalg.solve(axes, normals[..., None])[..., 0]
+    # Cramer's rule; solutions by LAPACK would depend on the processor.
+    across = [np.cross(bitangent, shading), np.cross(shading, tangent), np.cross(tangent, bitangent)]
+    volume = (tangent * across[0]).sum(axis=1)
+    flat = np.abs(volume) < 1e-9  # faces without area in texture space
+    found: Floats = np.stack([(normals * axis).sum(axis=1) for axis in across], axis=1)
+    found *= np.sign(volume)[:, None]
     found[flat] = [0, 0, 1]
     found = found / np.sqrt((found**2).sum(axis=1, keepdims=True))
     return found

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Bools, Floats
+from ..arguments import Bools, Floats, inverse_3x3, product
 from ..world import World
 from ..world.face_geometry import face_normals
 from ..world.object_mesh import ObjectMesh
@@ -58,8 +58,7 @@ class BakedObject:
         if "tangent_normal" in settings.maps:
             assert uvs is not None
             matrix = world.objects[settings.number].matrix
-            inverse = np.linalg.inv(matrix)
-            local = mesh.corners @ inverse[:3, :3].T + inverse[:3, 3]
+            local = product(mesh.corners - matrix[:3, 3], inverse_3x3(matrix[:3, :3]).T)
             normals = _corner_normals(mesh, matrix[:3, :3])
             self.tangents = corner_tangents(local, normals, uvs.astype(np.float64))
 
@@ -104,9 +103,9 @@ class BakedObject:
         normal = face_normals(corners)
         shading = normal
         if mesh.normals is not None:
-            linear = np.asarray(np.linalg.inv(self.world.objects[number].matrix[:3, :3]).T, np.float64)
+            linear = inverse_3x3(self.world.objects[number].matrix[:3, :3]).T
             interpolated = np.einsum("nk,nkj->nj", at.weights, mesh.normals[at.face].astype(np.float64))
-            shading = unit_vectors(interpolated @ linear.T, normal)
+            shading = unit_vectors(product(interpolated, linear.T), normal)
         position = np.einsum("nk,nkj->nj", at.weights, corners)
         instance = np.full(len(at.face), number, np.int32)
         missed = np.zeros(len(at.face), bool)
@@ -120,10 +119,10 @@ class BakedObject:
         # glTF's tangents belong to the mesh's frame; the transpose of `linear` transforms normals to this frame.
         linear = self.world.objects[self.settings.number].matrix[:3, :3]
         normals = np.einsum("nk,nkj->nj", at.weights, _corner_normals(self.mesh, linear)[at.face])
-        shading = unit_vectors(normals, own.normal @ linear)
+        shading = unit_vectors(normals, product(own.normal, linear))
         tangents = self.tangents[at.face]
         along = np.einsum("nk,nkj->nj", at.weights, tangents[..., :3])
-        detailed = unit_vectors(points.shading_normal @ linear, shading)
+        detailed = unit_vectors(product(points.shading_normal, linear), shading)
         found = tangent_space_normals(detailed, shading, along, tangents[:, 0, 3])
         if self.settings.green_down:
             found = found * [1, -1, 1]
@@ -152,7 +151,7 @@ def _corner_normals(mesh: ObjectMesh, linear: Floats) -> Floats:
     if mesh.normals is not None:
         return mesh.normals.astype(np.float64)
     normals = face_normals(mesh.corners)
-    return np.repeat(unit_vectors(normals @ linear, normals)[:, None], 3, axis=1)
+    return np.repeat(unit_vectors(product(normals, linear), normals)[:, None], 3, axis=1)
 
 
 def unit_vectors(vectors: Floats, default: Floats) -> Floats:
