@@ -194,7 +194,8 @@ def _load_bytes(data: bytes, suffix: str, options: _Options) -> World:
 def _check_geometry(name: str, options: _Options) -> None:
     if options.geometry is not None and not is_robot(name):
         raise SettingsError(
-            f"{name}: geometry= requires a robot file; worlds with robots use World.add_robot(geometry=...)",
+            f"{name}: geometry= (--geometry) requires a robot file, such as .urdf; in a world, pass geometry= to "
+            "World.add_robot",
             code="conflicting_values",
         )
 
