@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-KERNELS = ("Haswell", "Prescott", "SkylakeX")
+KERNELS = ("Haswell", "Prescott", "Nehalem", "SkylakeX")
 """Kernels of OpenBLAS. A processor cannot run kernels for newer processors."""
 
 
