@@ -41,8 +41,12 @@ pub struct PreparedFamily {
 }
 
 /// Maximum number of objects that are placed by the calling thread alone; waking up other threads would take
-/// longer.
-const MAX_OBJECTS_HERE: usize = 256;
+/// longer. At most the primitives of one treelet, whose build uses no other threads. Lab note: "placed by the calling
+/// thread", 12-01.
+const MAX_OBJECTS_HERE: usize = 4096;
+
+/// Maximum number of objects that are placed within a fraction of a millisecond.
+const MAX_BRIEF_OBJECTS: usize = 512;
 
 impl PreparedWorld {
     /// Prepares a world in a new family, or in the family of `previous`: see [`PreparedWorld::in_family`].
@@ -77,7 +81,7 @@ impl PreparedWorld {
         validate(world)?;
         let before = previous.map(|previous| &previous.geometry);
         let list = MeshList::new(world, &family.meshes);
-        let work = if Self::is_brief(world, &list) { 0.0 } else { f64::INFINITY };
+        let work = if list.is_complete() && world.objects.len() <= MAX_OBJECTS_HERE { 0.0 } else { f64::INFINITY };
         // Longer work runs in one of this crate's pools, because rayon's global pool does not survive a fork.
         let workers = Workers::for_work(threads, work, true)?;
         let meshes = workers.run(|| instance_meshes(world, list, before, &family.meshes, control))?;
@@ -96,14 +100,9 @@ impl PreparedWorld {
         Ok(Self { geometry, lighting, guiding: GuidingSlot::default(), family: family.clone() })
     }
 
-    /// True if a world requires no new BVH and has few objects.
-    fn is_brief(world: &World, list: &MeshList) -> bool {
-        list.is_complete() && world.objects.len() <= MAX_OBJECTS_HERE
-    }
-
     /// True if the calling thread alone can prepare a world of this family within a fraction of a millisecond.
     pub fn is_brief_to_prepare(world: &World, family: &PreparedFamily) -> bool {
-        Self::is_brief(world, &MeshList::new(world, &family.meshes))
+        world.objects.len() <= MAX_BRIEF_OBJECTS && MeshList::new(world, &family.meshes).is_complete()
     }
 
     /// Prepares `world`, the state of `before` at another time, in the current thread pool. `reference` is the prepared
