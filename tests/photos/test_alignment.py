@@ -69,6 +69,47 @@ def test_correct_poses_and_uniform_surfaces_give_no_notice() -> None:
         assert [notice for notice in notices if notice.code == "misaligned_photographs"] == []
 
 
+def small_repeated_photographs(
+    seed: int, repeats: int
+) -> tuple[raycam.World, dict[str, raycam.Camera], dict[str, np.ndarray], int]:
+    """A panel, cameras with small photographs of it that are given `repeats` times, and a size of the texture."""
+    random = np.random.default_rng(seed)
+    count, size = int(random.integers(8, 25)), int(random.choice([32, 40, 64, 96]))
+    samples, texture_size = int(random.choice([1, 2, 4])), int(random.choice([32, 64, 128]))
+    world = panel() if seed % 3 else panel(noise(32, seed))
+    places = ring_of_places(count, radius=random.uniform(0.3, 1.1))
+    cameras, photos = shots(world, places, size=(size, size), samples=samples)
+    names = [(f"{repeat}-{name}", name) for repeat in range(repeats) for name in cameras]
+    given = {new: cameras[name] for new, name in names}
+    return world, given, {new: photos[name] for new, name in names}, texture_size
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_correct_poses_of_small_repeated_photographs_give_no_notice(seed: int) -> None:
+    """In small photographs, many views are at the panel's edge, where pixels mix the panel with the background."""
+    world, cameras, photos, size = small_repeated_photographs(seed, 1 + seed % 2)
+    with collected() as notices:
+        raycam.texture_from_photos(world, cameras, photos, size=size)
+    assert [str(notice) for notice in notices if notice.code == "misaligned_photographs"] == []
+
+
+@pytest.mark.parametrize("pixels", [1.0, 2.0])
+def test_poses_off_by_a_pixel_have_large_shifts_in_small_photographs(pixels: float) -> None:
+    scores, wrong = [], []
+    for seed in range(4):
+        world, cameras, photos, size = small_repeated_photographs(seed, 1)
+        bad = [i % 6 == seed for i in range(len(cameras))]
+        given = {
+            name: turned(camera, pixels, 100 * seed + i) if bad[i] else camera
+            for i, (name, camera) in enumerate(cameras.items())
+        }
+        with collected():
+            result = raycam.texture_from_photos(world, given, photos, size=size)
+        scores += [fit.shift_px for fit in result.photographs]
+        wrong += bad
+    assert area_under_roc(np.array(scores), np.array(wrong)) > 0.95
+
+
 def grey(photo: np.ndarray) -> np.ndarray:
     return np.repeat(photo @ [[0.2126], [0.7152], [0.0722]], 3, axis=2)
 
