@@ -51,11 +51,12 @@ def test_exif_orientation_gives_a_notice_and_is_not_applied(tmp_path: Path, orie
         np.testing.assert_allclose(linear_pixels(found)[..., :3], linear(np.asarray(stored)), atol=0.02)
 
 
+@pytest.mark.parametrize("orientation", [5, 6, 7, 8])
 def test_orientation_is_applied_if_the_size_equals_the_cameras_size_only_after_rotation(
-    tmp_path: Path,
+    tmp_path: Path, orientation: int
 ) -> None:
     exif = Image.Exif()
-    exif[274] = 6
+    exif[274] = orientation
     Image.fromarray(colors(12, 8)).save(tmp_path / "a.jpg", exif=exif, quality=95, subsampling=0)
     with collected() as notices:
         found = read(tmp_path / "a.jpg")
